@@ -1,0 +1,1 @@
+"""escort_mj: multi-robot escort missions on real physics."""

@@ -1,0 +1,71 @@
+"""The error tree: every fault a user can cause has one class, one message and one exit code."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+class EscortError(Exception):
+    """Root of every error that escort_mj raises on purpose.
+
+    Attributes:
+        exit_code: What the command line exits with when this error reaches it.
+    """
+
+    exit_code = 3
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing wrong with an input file.
+
+    Attributes:
+        message: What was found and what is allowed, in one sentence.
+        key: Key path such as `robots.overrides[1].mass`; empty for the file as a whole.
+        line: 1-based line, or 0 where there is none (a command-line override).
+        column: 1-based column, or 0.
+        source: File name, or `--set key=value` for an override.
+    """
+
+    message: str
+    key: str = ""
+    line: int = 0
+    column: int = 0
+    source: str = ""
+
+    def __str__(self) -> str:
+        place = self.source
+        if self.line:
+            place += f":{self.line}:{self.column}"
+        return ": ".join(part for part in (place, self.key, self.message) if part)
+
+
+class ScenarioError(EscortError, ValueError):
+    """A scenario that cannot run as written; carries all its faults at once.
+
+    Attributes:
+        faults: Every fault found, in the order of the file.
+    """
+
+    exit_code = 2
+
+    def __init__(self, faults: Sequence[Fault]) -> None:
+        self.faults = tuple(faults)
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+
+class UsageError(EscortError, ValueError):
+    """A command or call that cannot be carried out as asked (missing file, foreign folder ...)."""
+
+    exit_code = 2
+
+
+class RunFolderError(EscortError):
+    """A run folder that cannot be read or written."""
+
+    exit_code = 2
+
+
+class RenderError(EscortError):
+    """A video or picture that could not be drawn; the run itself is not lost."""

@@ -1,0 +1,228 @@
+"""The scenario, version 1: every key, its type, default and bounds.
+
+Cross-checks that need more than one key stand in `checks.py`; reading files in `load.py`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, PositiveInt
+
+from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Chords, Surface
+from escort_mj.control.laws import ApdSmc, LawParameters
+from escort_mj.control.parameters import Parameters
+from escort_mj.signals import METRIC_NAMES
+
+Component = Annotated[float | str, Field(union_mode="left_to_right")]
+"""A number, or an expression in the time `t`, such as `"3 + 0.1*t"`."""
+
+Vector = tuple[float, ...]
+RobotKind = Literal["point_mass", "rolling_sphere"]
+
+
+class Physics(Parameters):
+    """How MuJoCo steps the world."""
+
+    timestep: Annotated[float, Field(gt=0, le=0.1)] = 0.002
+    """Physics and control step [s]."""
+    integrator: Literal["euler", "implicitfast", "implicit"] = "euler"
+    """MuJoCo's integrator (RK4 would evaluate the law four times a step)."""
+    solver: Literal["newton", "cg", "pgs"] = "newton"
+    """MuJoCo's constraint solver."""
+    gravity: Annotated[Vector, Field(min_length=3, max_length=3)] | None = None
+    """Gravity, world frame [m/s^2]; null: 9.81 downward where robots roll on the floor, else none."""
+
+
+class Waypoint(Parameters):
+    """Where the target is at one moment."""
+
+    time: NonNegativeFloat
+    """Time [s]."""
+    position: Vector
+    """Position, one number per axis [m]."""
+
+
+class Target(Parameters):
+    """The escorted target; it moves as told. Give `position` or `waypoints`."""
+
+    position: tuple[Component, ...] | None = None
+    """Position per axis [m]: numbers, or expressions in t."""
+    waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
+    """Timed waypoints; before the first and after the last the target rests."""
+    interpolation: Literal["linear", "smooth"] = "linear"
+    """Between waypoints: straight at constant speed, or a cubic spline that starts and ends at rest."""
+    radius: PositiveFloat = 0.3
+    """Radius of its body [m]."""
+
+
+class RandomPlacement(Parameters):
+    """Positions drawn from the scenario's seed: uniform in a ball (a disc when axes is 2)."""
+
+    within: PositiveFloat
+    """Radius of the ball [m]."""
+    center: Vector | None = None
+    """Center of the ball [m]; null: the target's position at the start."""
+    least_gap: NonNegativeFloat = 1.0
+    """Least surface-to-surface distance between robots, and from robots to obstacles and target [m]."""
+
+
+class RobotOverride(Parameters):
+    """What one robot has different from its team."""
+
+    robot: PositiveInt
+    """Which robot, counted from 1."""
+    mass: PositiveFloat | None = None
+    """Mass [kg]."""
+    radius: PositiveFloat | None = None
+    """Radius [m]."""
+    force_limit: PositiveFloat | None = None
+    """Largest force per axis [N]."""
+    position: Vector | None = None
+    """Initial position [m]."""
+
+
+class Robots(Parameters):
+    """The team of robots."""
+
+    count: Annotated[int, Field(ge=1, le=5000)] | None = None
+    """Number of robots; null: as many as `positions` has, or else 5 (axes 2) or 6 (axes 3)."""
+    kind: RobotKind = "point_mass"
+    """`point_mass` slides freely along each axis; `rolling_sphere` rolls on the floor (axes 2)."""
+    mass: PositiveFloat = 1.0
+    """Mass of each [kg]."""
+    radius: PositiveFloat = 0.2
+    """Radius of each body [m]."""
+    force_limit: PositiveFloat | None = 10.0
+    """Largest force of each motor, one motor per axis [N]; null: no limit."""
+    positions: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
+    """Initial positions, one row per robot [m]; null: drawn as `placement` says."""
+    placement: RandomPlacement | None = None
+    """How to draw initial positions; null: within twice the mission's radius of the target."""
+    overrides: tuple[RobotOverride, ...] = ()
+    """Robots that differ from the team."""
+
+
+class Obstacle(Parameters):
+    """One fixed obstacle that robots can collide with."""
+
+    shape: Literal["sphere"] = "sphere"
+    """Shape of its body."""
+    position: Vector
+    """Center, one number per axis [m]."""
+    radius: PositiveFloat = 0.5
+    """Radius [m]."""
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_\-]{1,40}$")] | None = None
+    """Name in pictures and verdicts; null: obstacle_1, obstacle_2 ..."""
+
+
+def _named(key: str) -> BeforeValidator:
+    """Lets `chords` stand for `{behavior: chords}`."""
+
+    def expand(value: Any) -> Any:
+        return {key: value} if isinstance(value, str) else value
+
+    return BeforeValidator(expand)
+
+
+Behavior = Annotated[BehaviorParameters, Field(discriminator="behavior"), _named("behavior")]
+Law = Annotated[LawParameters, Field(discriminator="law"), _named("law")]
+
+
+class Mission(Parameters):
+    """What the robots are to do: the outer loop."""
+
+    radius: PositiveFloat = 5.0
+    """Distance to keep from the target [m]."""
+    behaviors: Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=8)] = (
+        AvoidObstacles(),
+        Chords(),
+        Surface(),
+    )
+    """Behaviors by priority, the most important first."""
+    target_feedforward: bool = True
+    """Whether robots add the target's measured velocity to the escort behaviors (the paper does not)."""
+    max_speed: PositiveFloat | None = None
+    """Largest reference speed [m/s], spent by priority; null: no limit (the paper)."""
+
+
+class Noise(Parameters):
+    """Measurement noise, uniform in a ball, drawn anew for every robot at every step."""
+
+    position: NonNegativeFloat = 0.0
+    """Radius of the ball for positions [m]."""
+    velocity: NonNegativeFloat = 0.0
+    """Radius of the ball for velocities [m/s]."""
+
+
+class Uncertainty(Parameters):
+    """What the controller is not told."""
+
+    noise: Noise = Noise()
+    """Measurement noise."""
+    disturbance: tuple[Component, ...] | None = None
+    """External force on every robot, per axis [N]: numbers, or expressions in t; null: none."""
+
+
+class Recording(Parameters):
+    """What is kept of a run."""
+
+    rate: PositiveFloat = 50.0
+    """Samples per simulated second [1/s]; a whole number of physics steps apart."""
+
+
+class Video(Parameters):
+    """The video of a run."""
+
+    width: Annotated[int, Field(ge=160, le=3840, multiple_of=2)] = 1280
+    """Width [pixel], even."""
+    height: Annotated[int, Field(ge=120, le=2160, multiple_of=2)] = 720
+    """Height [pixel], even."""
+    rate: Annotated[int, Field(ge=1, le=120)] = 30
+    """Frames per second of the video."""
+    speed: PositiveFloat = 4.0
+    """Simulated seconds per second of the video."""
+    camera: Literal["overview", "follow", "top"] = "overview"
+    """`overview` frames the whole mission, `follow` goes with the target, `top` looks down."""
+
+
+class Expectation(Parameters):
+    """A bound on one metric, over the whole run or a window of it; a verdict says whether it held."""
+
+    metric: Literal[METRIC_NAMES]  # type: ignore[valid-type]
+    """Which metric."""
+    at_most: float | None = None
+    """Upper bound, in the metric's unit."""
+    at_least: float | None = None
+    """Lower bound, in the metric's unit."""
+    after: NonNegativeFloat = 0.0
+    """Start of the window [s]."""
+    before: PositiveFloat | None = None
+    """End of the window [s]; null: the end of the run."""
+
+
+class Scenario(Parameters):
+    """One mission: everything that a run depends on."""
+
+    version: Literal[1] = 1
+    """Version of this format."""
+    name: Annotated[str, Field(pattern=r"^[^\x00-\x1f/\\]{1,80}$")] = "mission"
+    """Name of the run's folder and title of its pictures."""
+    description: Annotated[str, Field(max_length=2000)] = ""
+    """What the scenario is for."""
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+    """Seed of all randomness: positions and noise."""
+    duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0
+    """Simulated time [s]."""
+    axes: Literal[2, 3] = 2
+    """Dimension of the space: 2 is the plane, 3 is space."""
+    physics: Physics = Physics()
+    target: Target = Target()
+    robots: Robots = Robots()
+    obstacles: tuple[Obstacle, ...] = ()
+    mission: Mission = Mission()
+    controller: Law = ApdSmc()
+    uncertainty: Uncertainty = Uncertainty()
+    recording: Recording = Recording()
+    video: Video = Video()
+    expect: tuple[Expectation, ...] = ()

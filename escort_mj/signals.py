@@ -1,0 +1,131 @@
+"""What a run records: each signal's name, shape, unit and meaning, in the order of its memory.
+
+The controller's kernel writes these signals, one evaluation of the law at a time, as one contiguous
+block; the recorder copies that block; the trace names its parts. All three read this table, so a
+signal is added in one line here and written by one line in the kernel.
+
+Frames: world. Units: SI. Robots are numbered from 1 in a trace's coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import prod
+from typing import NamedTuple
+
+
+class Signal(NamedTuple):
+    """One recorded quantity.
+
+    Attributes:
+        name: Variable name in the trace.
+        dims: Dimensions beside time, out of `robot`, `axis`, `obstacle`, `coordinate`.
+        unit: SI unit, `1` for none.
+        meaning: One sentence for the trace's attributes and the docs.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    unit: str
+    meaning: str
+
+    def size(self, sizes: Mapping[str, int]) -> int:
+        """Number of values of one sample, given the size of each dimension."""
+        return prod(sizes[dim] for dim in self.dims)
+
+
+RA = ("robot", "axis")
+
+# Control signals of one and the same evaluation of the law, at the sample's time.
+# Then what was worst since the previous sample (every physics step is looked at), then running totals.
+SIGNALS: tuple[Signal, ...] = (
+    Signal("time", (), "s", "time of the evaluation of the law"),
+    Signal("q", RA, "m", "true position of the robots"),
+    Signal("v", RA, "m/s", "true velocity of the robots"),
+    Signal("q_measured", RA, "m", "position that the law was given (true plus noise)"),
+    Signal("v_measured", RA, "m/s", "velocity that the law was given (true plus noise)"),
+    Signal("q_d", RA, "m", "reference position: the integral of the reference velocity"),
+    Signal("v_d", RA, "m/s", "reference velocity from the behaviors (outer loop)"),
+    Signal("e", RA, "m", "tracking error q_d - q_measured"),
+    Signal("e_dot", RA, "m/s", "velocity tracking error v_d - v_measured"),
+    Signal("s", RA, "m/s", "sliding variable e_dot + slope * e"),
+    Signal("tau", RA, "N", "force demanded by the law (inner loop), before the force limit"),
+    Signal("rho_hat", RA, "N", "adaptive estimate of the reference torque"),
+    Signal("disturbance", RA, "N", "external force that disturbs the robots"),
+    Signal("target_position", ("axis",), "m", "position of the target"),
+    Signal("target_velocity", ("axis",), "m/s", "velocity of the target"),
+    Signal("avoidance_active", ("robot",), "1", "1 while obstacle avoidance rules the robot, else 0"),
+    Signal("force", RA, "N", "force that MuJoCo's motors applied, after the force limit"),
+    Signal("obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"),
+    Signal("robot_distance_min", ("robot",), "m", "true distance to the nearest other robot, center to center"),
+    Signal(
+        "obstacle_clearance_worst",
+        ("robot",),
+        "m",
+        "least surface-to-surface distance to any obstacle since the previous sample",
+    ),
+    Signal(
+        "robot_clearance_worst",
+        ("robot",),
+        "m",
+        "least surface-to-surface distance to any robot since the previous sample",
+    ),
+    Signal("contacts", (), "1", "most pairs of bodies touching at once since the previous sample"),
+    Signal("contact_force", (), "N", "largest normal contact force since the previous sample"),
+    Signal("contact_onsets", (), "1", "touches begun so far"),
+    Signal("saturated_time", ("robot",), "s", "time so far in which a motor was at its limit"),
+    Signal("effort", ("robot",), "N^2 s", "integral so far of the squared force"),
+    Signal("work", ("robot",), "J", "integral so far of |force . velocity|"),
+    Signal("force_variation", ("robot",), "N", "sum so far of the force's absolute change, all axes (chattering)"),
+    Signal("qpos", ("coordinate",), "m or 1", "MuJoCo's generalized positions, for replay"),
+)
+
+SIGNAL_NAMES = tuple(signal.name for signal in SIGNALS)
+
+
+def record_size(sizes: Mapping[str, int]) -> int:
+    """Number of values of one whole sample.
+
+    Args:
+        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`.
+    """
+    return sum(signal.size(sizes) for signal in SIGNALS)
+
+
+class Metric(NamedTuple):
+    """One number that sums up a run, or a window of it.
+
+    Attributes:
+        name: Key in metrics.json, and the name that an expectation uses.
+        unit: SI unit, `1` for none.
+        meaning: One sentence for the docs.
+        tail: Whether the run's own summary looks at its tail only (steady state) instead of all of it.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    tail: bool = False
+
+
+METRICS: tuple[Metric, ...] = (
+    Metric("radius_error_mean", "m", "mean over time and robots of | |q - c| - radius |", tail=True),
+    Metric("radius_error_max", "m", "largest | |q - c| - radius |", tail=True),
+    Metric("settling_time", "s", "time after which every robot stays within 5 % of the radius"),
+    Metric("spacing_error_mean", "m", "mean absolute deviation of neighbors' distances from even", tail=True),
+    Metric("spacing_error_max", "m", "largest absolute deviation of a neighbors' distance from even", tail=True),
+    Metric("tracking_error_rms", "m", "root mean square of |e|", tail=True),
+    Metric("velocity_error_rms", "m/s", "root mean square of |e_dot|", tail=True),
+    Metric("force_rms", "N", "root mean square of a robot's force, at every physics step", tail=True),
+    Metric("chattering", "N/s", "total variation of a robot's force per second, mean over robots", tail=True),
+    Metric("energy", "J", "integral of |force . velocity|, sum over robots"),
+    Metric("obstacle_distance_min", "m", "least distance robot to obstacle, center to center"),
+    Metric("obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface"),
+    Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
+    Metric("robot_clearance_min", "m", "least distance between two robots, surface to surface"),
+    Metric("saturated_share", "1", "share of time in which a robot's motor was at its limit, mean over robots"),
+    Metric("contacts", "1", "touches begun between robots, obstacles and target"),
+    Metric("contact_force_max", "N", "largest normal contact force"),
+)
+
+METRIC_NAMES = tuple(metric.name for metric in METRICS)
