@@ -1,0 +1,92 @@
+"""Everything that the controller is told about a mission, before it is packed for the compiled kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
+from escort_mj.control.formation import Arrangement
+from escort_mj.control.laws import LawParameters
+
+Array = NDArray[np.float64]
+
+
+class FunctionOfTime(Protocol):
+    """A vector that depends on time, as the scenario's expressions and waypoints give it."""
+
+    def position(self, t: float | Array) -> Array:
+        """Value at t, shape (p,) or (len(t), p)."""
+        ...
+
+    def velocity(self, t: float | Array) -> Array:
+        """Exact time derivative at t, same shape."""
+        ...
+
+    def programs(self) -> tuple[Array, NDArray[np.int64], Array]:
+        """Instructions (ops, 3), first row and count per axis (p, 2), pieces (rows, 5)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Setup:
+    """The controller's knowledge, and the disturbances and noise that the plant adds around it.
+
+    Attributes:
+        timestep: Physics and control step [s].
+        seed: Key of the measurement noise.
+        behaviors: By priority, the most important first.
+        law: The inner loop's law and gains.
+        radius: Distance to keep from the target [m].
+        target_feedforward: Whether the target's velocity is added to the escort behaviors.
+        max_speed: Largest reference speed [m/s]; inf for none.
+        arrangement: The formation that chords keeps; None without chords.
+        obstacle_position: Centers, shape (m, p) [m].
+        obstacle_radius: Shape (m,) [m].
+        robot_radius: Shape (n,) [m].
+        force_limit: Largest force per axis, shape (n,) [N]; inf for none.
+        noise_position: Radius of the position noise's ball [m].
+        noise_velocity: Radius of the velocity noise's ball [m/s].
+        target: Position and velocity of the target [m].
+        disturbance: External force on every robot [N]; None for none.
+    """
+
+    timestep: float
+    seed: int
+    behaviors: tuple[BehaviorParameters, ...]
+    law: LawParameters
+    radius: float
+    target_feedforward: bool
+    max_speed: float
+    arrangement: Arrangement | None
+    obstacle_position: Array
+    obstacle_radius: Array
+    robot_radius: Array
+    force_limit: Array
+    noise_position: float
+    noise_velocity: float
+    target: FunctionOfTime
+    disturbance: FunctionOfTime | None
+
+    @property
+    def count(self) -> int:
+        """Number of robots, n."""
+        return len(self.robot_radius)
+
+    @property
+    def axes(self) -> int:
+        """Dimension of the space, p."""
+        return self.obstacle_position.shape[1]
+
+    def teammate_distance(self, avoid: AvoidObstacles) -> float:
+        """Safe distance between teammates [m]; 0 where teammates do not count as obstacles."""
+        if not avoid.teammates:
+            return 0.0
+        if avoid.teammate_distance is not None:
+            return avoid.teammate_distance
+        if self.arrangement is None:
+            return avoid.safe_distance
+        return min(avoid.safe_distance, 0.5 * self.arrangement.length)
