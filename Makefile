@@ -1,0 +1,74 @@
+# Everything goes into .venv, made once from the lock files in requirements/. Arguments for the program: ARGS="...".
+PYTHON ?= python3
+BIN := .venv/bin
+
+# uv, matplotlib and numba each need a home that they can write to.
+ifneq ($(shell test -w "$$HOME" && echo yes),yes)
+export HOME := $(CURDIR)/.cache
+endif
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help run test slow bench lint format lock clean
+
+help: ## show these targets
+	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 16
+
+run: .venv/.run .venv/.gl ## run the main scenario
+	@$(BIN)/escort-mj run scenarios/main.yaml $(ARGS)
+
+test: lint .venv/.gl ## lint, types, import contracts, then the fast tests
+	$(BIN)/pytest -n logical --maxprocesses 8 $(ARGS)
+
+slow: .venv/.test .venv/.gl ## the tests too slow for every change
+	$(BIN)/pytest -m slow $(ARGS)
+
+bench: .venv/.test ## measure speed
+	@if [ -d benchmarks ]; then $(BIN)/python -m benchmarks $(ARGS); else echo "There are no benchmarks yet."; fi
+
+lint: .venv/.test ## style, types and import contracts
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+format: .venv/.test ## put the code into its style
+	$(BIN)/ruff check --fix
+	$(BIN)/ruff format
+
+COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --custom-compile-command "make lock"
+lock: $(BIN)/uv ## pin the dependencies anew (all of them to their newest: make lock ARGS=--upgrade)
+	$(COMPILE) $(ARGS) pyproject.toml --group setup -o requirements/run.txt
+	$(COMPILE) $(ARGS) pyproject.toml --group setup --extra test -c requirements/run.txt -o requirements/test.txt
+
+clean: ## remove .venv and every cache
+	rm -rf .venv .cache .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis dist
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+INSTALL := $(BIN)/uv pip install --quiet --python $(BIN)/python
+
+.venv/.run: requirements/run.txt pyproject.toml | $(BIN)/uv
+	@echo "Installing the packages pinned in requirements/run.txt into .venv ..."
+	@$(INSTALL) -r requirements/run.txt
+	@$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+.venv/.test: requirements/test.txt .venv/.run
+	@echo "Adding the test tools pinned in requirements/test.txt ..."
+	@$(INSTALL) -r requirements/test.txt
+	@touch $@
+
+# Tried once: a machine that may not install EGL is not asked again, and every run says what it lacks.
+.venv/.gl: | .venv/.run
+	@$(BIN)/python -m escort_mj.gl --install
+	@touch $@
+
+# A Debian with python3-pip alone has no ensurepip, one with python3-venv alone has no pip: either is enough.
+$(BIN)/uv:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	    || { echo "escort_mj needs Python 3.11 or newer as $(PYTHON) (or: make PYTHON=python3.12 ...)."; exit 1; }
+	@$(PYTHON) -m venv --clear --without-pip .venv
+	@if $(PYTHON) -m pip --version >/dev/null 2>&1; then pip="$(PYTHON) -m pip --python $(BIN)/python"; \
+	    elif $(BIN)/python -m ensurepip >/dev/null 2>&1; then pip="$(BIN)/python -m pip"; \
+	    else echo "$(PYTHON) has no pip. This command adds it:  sudo apt-get install -y python3-pip"; exit 1; fi; \
+	    $$pip --disable-pip-version-check install --quiet --no-user -c requirements/run.txt uv
