@@ -30,7 +30,7 @@ lint: .venv/.test ## style, types and import contracts
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --no-logo
 
 format: .venv/.test ## put the code into its style
 	$(BIN)/ruff check --fix
