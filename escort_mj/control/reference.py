@@ -1,0 +1,298 @@
+"""The law once more, in plain NumPy and straight from the paper: the twin of the compiled kernels.
+
+Here the team is one vector of p n coordinates. A behavior is a task with the paper's block-diagonal
+Jacobian J, shape (n, p n); its velocity is J^+ Lambda sigma~ and its null space I - J^+ J, with
+`numpy.linalg.pinv` for J^+. Nothing is simplified, so this code and the kernels share neither a line
+nor a closed form. It is slow, and it is what the kernels are held against.
+
+Unless said otherwise q, v, e are of the whole team, shape (n, p) [m], [m/s], [m], world frame.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.control.setup import Setup
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+NOISE_KEY = 0x6573636F72745F6D  # "escort_m": the second word of the generator's key
+POSITION_CHANNEL, VELOCITY_CHANNEL = 0, 1
+
+
+class ReferenceSignals(NamedTuple):
+    """One evaluation of the law; names, units and meanings as in `escort_mj.signals`."""
+
+    q_measured: Array  # (n, p)
+    v_measured: Array  # (n, p)
+    q_d: Array  # (n, p)
+    v_d: Array  # (n, p)
+    e: Array  # (n, p)
+    e_dot: Array  # (n, p)
+    s: Array  # (n, p)
+    tau: Array  # (n, p)
+    rho_hat: Array  # (n, p)
+    disturbance: Array  # (n, p)
+    target_position: Array  # (p,)
+    target_velocity: Array  # (p,)
+    avoidance_active: Mask  # (n,)
+
+
+class Task(NamedTuple):
+    """A task function sigma of the team; J differentiates each robot's row by its own position only."""
+
+    value: Array  # (n,)
+    jacobian: Array  # (n, p n)
+
+
+def half_squared_distance(q: Array, anchors: Array) -> Task:
+    """Task of the escort behaviors: sigma_i = |q_i - a_i|^2 / 2 (eqs. 4 and 5).
+
+    Args:
+        q: Positions.
+        anchors: Each robot's predecessor, or the target, shape (n, p) or (p,) [m].
+    """
+    x = q - anchors
+    return Task(0.5 * np.sum(x * x, axis=1), block_diagonal(x))
+
+
+def distance(q: Array, anchors: Array) -> Task:
+    """Task of obstacle avoidance: sigma_i = |q_i - o_i|, whose gradient is r_i (eq. 3).
+
+    Where a robot stands exactly on o_i every direction leads away, and the first axis is taken.
+
+    Args:
+        q: Positions.
+        anchors: Each robot's obstacle, shape (n, p) or (p,) [m].
+    """
+    x = q - anchors
+    value = np.linalg.norm(x, axis=1)
+    r = np.where(value[:, None] > 0.0, x, np.eye(q.shape[1])[0])
+    return Task(value, block_diagonal(r / np.linalg.norm(r, axis=1, keepdims=True)))
+
+
+def block_diagonal(rows: Array) -> Array:
+    """Stacks one row per robot into blockdiag{row_1, ..., row_n}, shape (n, p n)."""
+    count, axes = rows.shape
+    blocks = np.zeros((count, count, axes))
+    blocks[np.arange(count), np.arange(count)] = rows
+    return blocks.reshape(count, count * axes)
+
+
+def resolve(jacobian: Array, rate: Array) -> tuple[Array, Array]:
+    """Least velocity that changes a task at a rate, and its null space: J^+ rate and I - J^+ J (eq. 2).
+
+    Args:
+        jacobian: J, shape (n, p n).
+        rate: Lambda sigma~, shape (n,).
+
+    Returns:
+        Velocity of the team, shape (p n,) [m/s], and projector, shape (p n, p n).
+    """
+    inverse = np.linalg.pinv(jacobian)
+    return inverse @ rate, np.eye(jacobian.shape[1]) - inverse @ jacobian
+
+
+def escort(behavior: Chords | Surface, q: Array, c: Array, setup: Setup) -> tuple[Array, Array]:
+    """Velocity and null space of an escort behavior, summed over the formation's cycles (eqs. 2, 4, 5).
+
+    Returns:
+        Velocity, shape (p n,) [m/s], and projector, shape (p n, p n).
+    """
+    if isinstance(behavior, Chords):
+        assert setup.arrangement is not None
+        length, anchors = setup.arrangement.length, [q[robots] for robots in setup.arrangement.predecessors]
+    else:
+        length, anchors = setup.radius, [np.broadcast_to(c, q.shape)]
+    velocity, projector = np.zeros(q.size), np.zeros((q.size, q.size))
+    for anchor in anchors:
+        sigma, jacobian = half_squared_distance(q, anchor)
+        v_c, projector_c = resolve(jacobian, behavior.gain * (0.5 * length**2 - sigma))
+        velocity, projector = velocity + v_c, projector + projector_c
+    return velocity, projector
+
+
+def intrusion(avoid: AvoidObstacles, q: Array, setup: Setup) -> tuple[Array, Array]:
+    """How deep the worst intruder is in each robot's safe sphere, and where it stands (eq. 3, remark 2).
+
+    Returns:
+        sigma~, not positive where nobody intrudes, shape (n,) [m], and positions, shape (n, p) [m].
+    """
+    centers = np.concatenate([setup.obstacle_position, q])
+    gaps = np.linalg.norm(q[:, None] - centers, axis=2)
+    if avoid.measure == "surface":
+        radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+        gaps -= setup.robot_radius[:, None] + radii
+    obstacles, robots = len(setup.obstacle_position), np.arange(len(q))
+    teammate_distance = setup.teammate_distance(avoid) if avoid.teammates else -np.inf
+    depth = np.repeat([avoid.safe_distance, teammate_distance], [obstacles, len(q)]) - gaps
+    depth[robots, obstacles + robots] = -np.inf  # nobody avoids itself
+    worst = np.argmax(depth, axis=1)
+    return depth[robots, worst], centers[worst]
+
+
+def escape_gain(avoid: AvoidObstacles, depth: Array, speed: Array, error: Array, slope: float) -> Array:
+    """State-dependent gain lambda = lambda* + rho by the quadratic of eq. 24, shape (k,) [1/s].
+
+    Args:
+        avoid: The behavior's parameters.
+        depth: sigma~, positive, shape (k,) [m].
+        speed: |v|, shape (k,) [m/s].
+        error: |e|, shape (k,) [m].
+        slope: gamma of the sliding surface [1/s].
+    """
+    g = slope * error
+    a = depth**2
+    b = 2.0 * depth * (speed - (2.0 * g if avoid.gain == "printed" else g))
+    c = g**2 + 2.0 * g * speed - speed**2
+    return (b + np.sqrt(np.maximum(b**2 + 4.0 * a * c, 0.0))) / (2.0 * a) + avoid.gain_margin
+
+
+def avoidance(avoid: AvoidObstacles, q: Array, v: Array, e: Array, setup: Setup) -> tuple[Array, Array, Mask]:
+    """Velocity and null space of obstacle avoidance; zero and the identity where it is inactive (eqs. 2, 3).
+
+    Returns:
+        Velocity, shape (p n,) [m/s], projector, shape (p n, p n), and who avoids, shape (n,).
+    """
+    depth, intruder = intrusion(avoid, q, setup)
+    active = depth > 0.0
+    jacobian = np.where(active[:, None], distance(q, intruder).jacobian, 0.0)
+    speed, error = np.linalg.norm(v, axis=1), np.linalg.norm(e, axis=1)
+    rate = np.zeros(len(q))
+    gain = escape_gain(avoid, depth[active], speed[active], error[active], setup.law.slope)
+    rate[active] = gain * depth[active]
+    return *resolve(jacobian, rate), active
+
+
+def spend(contributions: Array, max_speed: float) -> Array:
+    """Adds one robot's contributions by priority, each as far as the speed limit leaves room for it.
+
+    Args:
+        contributions: Velocities, the most important first, shape (k, p) [m/s].
+        max_speed: Largest speed [m/s].
+    """
+    total: Array = np.zeros(contributions.shape[1])
+    room = max_speed**2  # left of it: max_speed^2 - |total|^2
+    for part in contributions:
+        square, along = float(part @ part), float(total @ part)
+        if square + 2.0 * along <= room:
+            total, room = total + part, room - (square + 2.0 * along)
+        else:  # cut where |total + alpha part| = max_speed
+            alpha = (math.sqrt(along**2 + square * room) - along) / square
+            total, room = total + alpha * part, 0.0
+    return total
+
+
+def switching(s: Array, smoothing: str, width: float) -> Array:
+    """What stands for sgn(s) in eq. 9: tanh (eq. 17), a clipped line, or the sign itself; shape of s."""
+    if smoothing == "sign":
+        return np.sign(s)
+    return np.tanh(s / width) if smoothing == "tanh" else np.clip(s / width, -1.0, 1.0)
+
+
+def ball_noise(seed: int, channel: int, robot: int, step: int, axes: int) -> Array:
+    """Draws from the unit ball, uniformly, by rejection; shape (axes,).
+
+    Each (channel, robot from 0, physics step) has a stream of its own: Philox4x64-10, counted from block 1.
+    """
+    generator = np.random.Philox(
+        key=np.array([seed, NOISE_KEY], dtype=np.uint64),
+        counter=np.array([0, channel, robot, step], dtype=np.uint64),
+    )
+    while True:
+        words = generator.random_raw(axes) >> np.uint64(11)
+        point = 2.0 * (words.astype(np.float64) * 2.0**-53) - 1.0
+        if point @ point <= 1.0:
+            return point
+
+
+class ReferenceController:
+    """The whole law with its state: reference position q_d [m] and estimate rho_hat [N], both (n, p)."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.gains = setup.law.gains()
+
+    def reset(self, q0: Array) -> None:
+        """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
+        self.q_d = np.array(q0, dtype=np.float64)
+        self.rho_hat = np.full_like(self.q_d, self.gains.rho_hat_0)
+        self._time: float | None = None
+        self._q_d_rate = np.zeros_like(self.q_d)
+        self._rho_hat_rate = np.zeros_like(self.q_d)
+
+    def evaluate(self, t: float, q: Array, v: Array) -> ReferenceSignals:
+        """Advances the state if time has advanced, then evaluates the law.
+
+        Args:
+            t: Time [s]; the state moves one timestep if this is later than at the last evaluation.
+            q: True positions, shape (n, p) [m].
+            v: True velocities, shape (n, p) [m/s].
+        """
+        setup, law = self.setup, self.setup.law
+        if self._time is not None and t > self._time:
+            self.q_d = self.q_d + setup.timestep * self._q_d_rate
+            self.rho_hat = self.rho_hat + setup.timestep * self._rho_hat_rate
+        self._time = t
+
+        q_m = q + self._noise(POSITION_CHANNEL, setup.noise_position, t)
+        v_m = v + self._noise(VELOCITY_CHANNEL, setup.noise_velocity, t)
+        target, target_velocity = setup.target.position(t), setup.target.velocity(t)
+        push = np.zeros(q.shape)
+        if setup.disturbance is not None:
+            push += setup.disturbance.position(t)
+
+        e = self.q_d - q_m
+        v_d, active = self._outer_loop(q_m, v_m, e, target, target_velocity)
+        e_dot = v_d - v_m
+        s = e_dot + law.slope * e
+        sw = switching(s, law.smoothing, law.boundary_layer)
+        tau = self.rho_hat + self.gains.kp * e + self.gains.kd * e_dot + self.gains.k * sw
+
+        outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & law.anti_windup
+        self._q_d_rate = np.where(outward, v_m, v_d)
+        self._rho_hat_rate = np.where(outward, 0.0, self.gains.mu * s)
+        return ReferenceSignals(
+            q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active
+        )
+
+    def _noise(self, channel: int, radius: float, t: float) -> Array:
+        """Measurement noise of all robots at t, shape (n, p) [m] or [m/s]."""
+        setup = self.setup
+        if radius == 0.0:
+            return np.zeros((setup.count, setup.axes))
+        step = round(t / setup.timestep)
+        draws = [ball_noise(setup.seed, channel, robot, step, setup.axes) for robot in range(setup.count)]
+        return radius * np.array(draws)
+
+    def _outer_loop(self, q: Array, v: Array, e: Array, c: Array, c_dot: Array) -> tuple[Array, Mask]:
+        """Composes the behaviors from the lowest priority to the highest (eq. 2); v_d and who avoids.
+
+        Avoidance works in the world's frame: w -> v1 + N1 w. Escort behaviors work in the target's,
+        where the behaviors below move at w - c_dot: w -> c_dot + sum_c [v2_c + N2_c (w - c_dot)].
+        """
+        setup = self.setup
+        c_dot = np.tile(c_dot, len(q)) * setup.target_feedforward
+        carried = c_dot  # what the projections leave of c_dot
+        parts: list[Array] = []
+        place = 0  # of c_dot among the parts: right before the highest escort behavior
+        avoiding = np.zeros(len(q), dtype=bool)
+        for behavior in reversed(setup.behaviors):
+            if isinstance(behavior, AvoidObstacles):
+                velocity, projector, active = avoidance(behavior, q, v, e, setup)
+                carried, place, avoiding = projector @ carried, place + 1, avoiding | active
+            else:
+                velocity, projector = escort(behavior, q, c, setup)
+                carried, place = c_dot + projector @ (carried - c_dot), 0
+            parts = [velocity, *(projector @ part for part in parts)]
+        parts.insert(place, carried)
+        if not np.isfinite(setup.max_speed):
+            return np.sum(parts, axis=0).reshape(q.shape), avoiding
+        by_robot = np.array(parts).reshape(len(parts), *q.shape).swapaxes(0, 1)
+        return np.array([spend(robot, setup.max_speed) for robot in by_robot]), avoiding
