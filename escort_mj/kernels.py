@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import importlib.metadata
 import os
@@ -11,12 +12,20 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 import platformdirs
+from numba import types
+from numba.extending import lower_builtin, register_jitable, type_callable
+from numba.np.arrayobj import make_array, populate_array
+from numpy.typing import NDArray
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 # No reassociation and no "NaN cannot happen": kernels must agree with their NumPy twin and see a NaN.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True}
+# Kernels see borrowed memory only, so numba's reference counting (half of the time, else) is off.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True, "_nrt": False}
+
+DOUBLE = 8  # bytes
 
 
 def cache_key() -> str:
@@ -60,3 +69,49 @@ def inlined(function: F) -> F:
     """Like `kernel`, for small functions that LLVM is to merge into their callers."""
     compiled: F = numba.njit(cache=True, forceinline=True, **OPTIONS)(function)
     return compiled
+
+
+def shared(function: F) -> F:
+    """Compiled when a kernel calls it, and plain Python when Python does."""
+    both: F = register_jitable(**OPTIONS)(function)
+    return both
+
+
+def matrix_at(address: int, rows: int, columns: int) -> NDArray[np.float64]:
+    """Views memory as a matrix of doubles, shape (rows, columns); nothing is copied or owned."""
+    if rows * columns == 0:
+        return np.zeros((rows, columns))
+    memory = (ctypes.c_double * (rows * columns)).from_address(address)
+    return np.frombuffer(memory).reshape(rows, columns)
+
+
+def vector_at(address: int, size: int) -> NDArray[np.float64]:
+    """Views memory as a vector of doubles, shape (size,); nothing is copied or owned."""
+    return matrix_at(address, 1, size)[0]
+
+
+# Inside kernels the two above are a handful of machine instructions. They are lowered by hand because
+# numba's own `carray` needs the reference counting that OPTIONS turns off.
+@type_callable(matrix_at)
+def _type_matrix(context: Any) -> Callable[..., types.Array]:
+    return lambda address, rows, columns: types.Array(types.float64, 2, "C")
+
+
+@type_callable(vector_at)
+def _type_vector(context: Any) -> Callable[..., types.Array]:
+    return lambda address, size: types.Array(types.float64, 1, "C")
+
+
+@lower_builtin(matrix_at, types.Integer, types.Integer, types.Integer)
+@lower_builtin(vector_at, types.Integer, types.Integer)
+def _view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    address, *shape = (
+        context.cast(builder, value, kind, types.intp)
+        for value, kind in zip(arguments, signature.args, strict=True)
+    )
+    item = context.get_constant(types.intp, DOUBLE)
+    strides = [item] if len(shape) == 1 else [builder.mul(item, shape[1]), item]
+    array = make_array(signature.return_type)(context, builder)
+    data = builder.inttoptr(address, context.get_data_type(types.float64).as_pointer())
+    populate_array(array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None)
+    return array._getvalue()

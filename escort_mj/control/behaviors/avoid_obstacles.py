@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.control.parameters import Parameters
+from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
 
 
 class AvoidObstacles(Parameters):
@@ -25,3 +31,81 @@ class AvoidObstacles(Parameters):
     """State-dependent gain: as eq. 23 demands (`consistent`), or with the printed coefficient (`printed`)."""
     gain_margin: NonNegativeFloat = 0.1
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
+
+
+@inlined
+def avoidance(
+    robot: int,
+    q: Array,
+    v: Array,
+    e: Array,
+    obstacle_position: Array,
+    obstacle_radius: Array,
+    robot_radius: Array,
+    row: Array,
+    slope: float,
+    direction: Array,
+) -> tuple[bool, float]:
+    """Velocity of the avoidance task of one robot (paper eq. 3; gain from eqs. 23, 24).
+
+    Args:
+        robot: Which robot, from 0.
+        q: Measured positions, shape (n, p) [m].
+        v: Measured velocities, shape (n, p) [m/s].
+        e: Tracking errors, shape (n, p) [m].
+        obstacle_position: Centers, shape (m, p) [m].
+        obstacle_radius: Shape (m,) [m].
+        robot_radius: Shape (n,) [m].
+        row: The behavior's row of the ladder: see `pack`.
+        slope: gamma of the sliding surface [1/s].
+        direction: Result, shape (p,): the unit vector r away from what intrudes most.
+
+    Returns:
+        Whether the task is active, and its speed lambda sigma~ along `direction` [m/s].
+    """
+    axes = q.shape[1]
+    safe, teammate_safe, margin = row[1], row[2], row[3]
+    to_surface, printed = row[4], row[5] != 0.0
+    worst, distance = 0.0, 0.0
+    intruder = -1  # obstacles first, then robots
+    for j in range(obstacle_position.shape[0]):
+        square = 0.0
+        for k in range(axes):
+            x = q[robot, k] - obstacle_position[j, k]
+            square += x * x
+        length = math.sqrt(square)
+        intrusion = safe - (length - to_surface * (robot_radius[robot] + obstacle_radius[j]))
+        if intrusion > worst:
+            worst, distance, intruder = intrusion, length, j
+    if teammate_safe > 0.0:
+        for j in range(q.shape[0]):
+            square = 0.0
+            for k in range(axes):
+                x = q[robot, k] - q[j, k]
+                square += x * x
+            length = math.sqrt(square)
+            intrusion = teammate_safe - (length - to_surface * (robot_radius[robot] + robot_radius[j]))
+            if intrusion > worst and j != robot:
+                worst, distance, intruder = intrusion, length, obstacle_position.shape[0] + j
+    if intruder < 0:
+        return False, 0.0
+
+    other = intruder - obstacle_position.shape[0]
+    v_square = e_square = 0.0
+    for k in range(axes):
+        center = obstacle_position[intruder, k] if other < 0 else q[other, k]
+        if distance > 0.0:
+            direction[k] = (q[robot, k] - center) / distance
+        else:  # no direction leads away from one's own place: take the first axis
+            direction[k] = 1.0 if k == 0 else 0.0
+        v_square += v[robot, k] * v[robot, k]
+        e_square += e[robot, k] * e[robot, k]
+    speed, error = math.sqrt(v_square), slope * math.sqrt(e_square)
+    if printed:
+        b = 2.0 * worst * (speed - 2.0 * error)
+        c = error * error + 2.0 * error * speed - v_square
+        a = worst * worst
+        pull = (b + math.sqrt(max(b * b + 4.0 * a * c, 0.0))) / (2.0 * a) * worst
+    else:
+        pull = speed + (math.sqrt(2.0) - 1.0) * error
+    return True, pull + margin * worst

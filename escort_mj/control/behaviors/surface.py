@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.control.parameters import Parameters
+from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
 
 
 class Surface(Parameters):
@@ -15,3 +21,31 @@ class Surface(Parameters):
     behavior: Literal["surface"] = "surface"
     gain: PositiveFloat = 0.8
     """Gain of the task's error [1/s] (paper: Lambda_3)."""
+
+
+@inlined
+def surface(robot: int, q: Array, center: Array, radius: float, gain: float, direction: Array) -> float:
+    """Velocity of the surface task (paper eq. 5): sigma~ = (R^2 - |x|^2) / 2, x = q_i - c.
+
+    Args:
+        robot: Which robot, from 0.
+        q: Measured positions, shape (n, p) [m].
+        center: Position c of the target, shape (p,) [m].
+        radius: Distance R to keep [m].
+        gain: Lambda_3 [1/s].
+        direction: Result, shape (p,): unit vector of the task's Jacobian; zero where x is zero.
+
+    Returns:
+        Speed along `direction` [m/s].
+    """
+    axes = q.shape[1]
+    square = 0.0
+    for k in range(axes):
+        direction[k] = q[robot, k] - center[k]
+        square += direction[k] * direction[k]
+    distance = math.sqrt(square)
+    if distance == 0.0:
+        return 0.0
+    for k in range(axes):
+        direction[k] /= distance
+    return gain * 0.5 * (radius * radius - square) / distance

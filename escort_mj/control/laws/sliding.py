@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal, NamedTuple
 
+import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.control.parameters import Parameters
+from escort_mj.kernels import inlined
+
+SMOOTHINGS = ("tanh", "saturation", "sign")
 
 
 class Gains(NamedTuple):
@@ -33,3 +38,19 @@ class SlidingModeLaw(Parameters):
     """Width of the smoothed zone of s [m/s]."""
     anti_windup: bool = True
     """While a motor is saturated outward: hold the estimate, and carry the reference with the robot."""
+
+
+@inlined
+def switching(x: float, smoothing: int) -> float:
+    """Stands for sgn(x): a tanh (0), a clipped line (1), or the sign itself (2)."""
+    if smoothing == 0:
+        return math.tanh(x)
+    if smoothing == 1:
+        return min(max(x, -1.0), 1.0)
+    return float(np.sign(x))
+
+
+@inlined
+def is_winding_up(tau: float, s: float, limit: float) -> bool:
+    """Whether the motor is saturated and the sliding variable pushes it further outward."""
+    return abs(tau) > limit and tau * s > 0.0

@@ -1,0 +1,185 @@
+"""The controller of the paper's figure 1, one evaluation at a time: measure, outer loop, inner loop.
+
+`evaluate` is what the physics callback calls at every step. It may be called again at the same time
+(MuJoCo does in `mj_forward`): the state advances only when time has.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors.avoid_obstacles import avoidance
+from escort_mj.control.behaviors.chords import chord
+from escort_mj.control.behaviors.surface import surface
+from escort_mj.control.laws.sliding import is_winding_up, switching
+from escort_mj.control.noise import POSITION_CHANNEL, VELOCITY_CHANNEL, add_ball_noise
+from escort_mj.control.nsb import add_within_limit, compose, project
+from escort_mj.control.plan import AVOID_OBSTACLES, CHORDS, LAST_TIME, STARTED, Plan, State
+from escort_mj.control.program import evaluate as evaluate_program
+from escort_mj.kernels import inlined, kernel
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def evaluate(plan: Plan, state: State) -> None:
+    """One evaluation of the law: reads `time`, `q`, `v` of the state, writes all its control signals.
+
+    Args:
+        plan: What the controller is told.
+        state: Its state; `tau` is the force demanded, `disturbance` the force that the plant is to add.
+    """
+    advance(plan, state)
+    follow_time(plan, state)
+    measure(plan, state)
+    n, p = state.q.shape
+    for i in range(n):
+        for k in range(p):
+            state.e[i, k] = state.q_d[i, k] - state.q_measured[i, k]
+    for i in range(n):
+        outer_loop(i, plan, state)
+    for i in range(n):
+        inner_loop(i, plan, state)
+
+
+@inlined
+def advance(plan: Plan, state: State) -> None:
+    """Integrates the reference position and the estimate over the step since the last evaluation (eqs. 8, 10)."""
+    n, p = state.q.shape
+    time, clock = state.time[0], state.clock
+    if clock[STARTED] == 0.0:
+        for i in range(n):
+            for k in range(p):
+                state.q_d[i, k] = state.q[i, k]
+                state.rho_hat[i, k] = plan.rho_hat_0
+        clock[STARTED] = 1.0
+    elif time > clock[LAST_TIME]:
+        for i in range(n):
+            for k in range(p):
+                state.q_d[i, k] += plan.timestep * state.q_d_rate[i, k]
+                state.rho_hat[i, k] += plan.timestep * state.rho_hat_rate[i, k]
+    clock[LAST_TIME] = time
+
+
+@inlined
+def follow_time(plan: Plan, state: State) -> None:
+    """Target and disturbance at the present time."""
+    n, p = state.q.shape
+    time = state.time[0]
+    for k in range(p):
+        state.target_position[k], state.target_velocity[k] = evaluate_program(
+            plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
+        )
+        push, _ = evaluate_program(
+            plan.code, int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1]), plan.pieces, time, state.stack
+        )
+        for i in range(n):
+            state.disturbance[i, k] = push
+
+
+@inlined
+def measure(plan: Plan, state: State) -> None:
+    """What the law is given: true positions and velocities plus noise from a ball (section 5)."""
+    n, p = state.q.shape
+    step = round(state.time[0] / plan.timestep)
+    for i in range(n):
+        for k in range(p):
+            state.q_measured[i, k] = state.q[i, k]
+            state.v_measured[i, k] = state.v[i, k]
+    if plan.noise_position > 0.0:
+        for i in range(n):
+            add_ball_noise(
+                state.q, state.q_measured, i, plan.noise_position, plan.seed, POSITION_CHANNEL, step
+            )
+    if plan.noise_velocity > 0.0:
+        for i in range(n):
+            add_ball_noise(
+                state.v, state.v_measured, i, plan.noise_velocity, plan.seed, VELOCITY_CHANNEL, step
+            )
+
+
+@inlined
+def outer_loop(i: int, plan: Plan, state: State) -> None:
+    """Reference velocity of one robot: its behaviors composed in the order of the ladder (eq. 2).
+
+    Escort behaviors are relative to the target's motion (feed-forward), avoidance is not:
+    v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order.
+    """
+    p = state.q.shape[1]
+    q, v = state.q_measured, state.v_measured
+    parts, directions, speeds = state.parts, state.directions, state.speeds
+    feedforward, relative, total = state.vectors[0], state.vectors[1], state.vectors[2]
+    for k in range(p):
+        feedforward[k] = state.target_velocity[k] if plan.target_feedforward else 0.0
+    levels = plan.ladder.shape[0]
+    highest_escort = levels
+    state.avoidance_active[i] = 0.0
+
+    for level in range(levels - 1, -1, -1):
+        row = plan.ladder[level]
+        if row[0] == AVOID_OBSTACLES:
+            active, speed = avoidance(
+                i, q, v, state.e, plan.obstacle_position, plan.obstacle_radius, plan.robot_radius,
+                row, plan.slope, directions[0],
+            )  # fmt: skip
+            if active:
+                state.avoidance_active[i] = 1.0
+                speeds[0] = speed
+                compose(level, levels, 1, directions, speeds, parts)
+                project(1, directions, feedforward)
+            else:
+                for k in range(p):
+                    parts[level, k] = 0.0
+            continue
+        highest_escort = level
+        cycles = 1
+        if row[0] == CHORDS:
+            cycles = plan.predecessors.shape[0]
+            for c in range(cycles):
+                other = int(plan.predecessors[c, i])
+                speeds[c] = chord(i, other, q, plan.chord_length, row[1], directions[c])
+        else:
+            speeds[0] = surface(i, q, state.target_position, plan.radius, row[1], directions[0])
+        compose(level, levels, cycles, directions, speeds, parts)
+        if plan.target_feedforward:
+            for k in range(p):
+                relative[k] = feedforward[k] - state.target_velocity[k]
+            project(cycles, directions, relative)
+            for k in range(p):
+                feedforward[k] = state.target_velocity[k] + relative[k]
+
+    for k in range(p):
+        total[k] = 0.0
+    for level in range(levels):
+        if level == highest_escort:
+            add_within_limit(total, feedforward, plan.max_speed)
+        add_within_limit(total, parts[level], plan.max_speed)
+    if highest_escort == levels:
+        add_within_limit(total, feedforward, plan.max_speed)
+    for k in range(p):
+        state.v_d[i, k] = total[k]
+
+
+@inlined
+def inner_loop(i: int, plan: Plan, state: State) -> None:
+    """Force demanded of one robot and the rates of its state (eqs. 7, 9, 10, 17)."""
+    for k in range(state.q.shape[1]):
+        e = state.e[i, k]
+        e_dot = state.v_d[i, k] - state.v_measured[i, k]
+        s = e_dot + plan.slope * e
+        tau = (
+            state.rho_hat[i, k]
+            + plan.kp * e
+            + plan.kd * e_dot
+            + plan.k * switching(s / plan.boundary_layer, plan.smoothing)
+        )
+        state.e_dot[i, k] = e_dot
+        state.s[i, k] = s
+        state.tau[i, k] = tau
+        if plan.anti_windup and is_winding_up(tau, s, plan.force_limit[i]):
+            state.rho_hat_rate[i, k] = 0.0
+            state.q_d_rate[i, k] = state.v_measured[i, k]
+        else:
+            state.rho_hat_rate[i, k] = plan.mu * s
+            state.q_d_rate[i, k] = state.v_d[i, k]

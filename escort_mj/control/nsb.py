@@ -1,0 +1,85 @@
+"""Null-space-based composition of behaviors (paper eq. 2), robot by robot, and the speed limit.
+
+Every task of a robot has a Jacobian of one row with a unit direction x, so its pseudoinverse is x and its
+null-space projector is I - x x^T: the composition needs dot products only. Chords in space has several
+such rows (cycles) and sums over them: w' = sum_c [v_c + N_c w].
+
+The part of each behavior is kept apart (`parts`, one row per level of the ladder), already projected by
+everything of higher priority, so that the speed limit can be spent by priority.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
+
+
+@inlined
+def compose(
+    level: int, levels: int, cycles: int, directions: Array, speeds: Array, parts: Array
+) -> None:
+    """Puts a behavior above those below it: sets its own part and projects the lower parts.
+
+    Args:
+        level: Row of the behavior.
+        levels: Number of rows that hold parts.
+        cycles: Number of the behavior's directions.
+        directions: Unit vectors, shape (>= cycles, p).
+        speeds: Task velocity along each direction, shape (>= cycles,) [m/s].
+        parts: Parts by level, shape (>= levels, p) [m/s]; changed in place.
+    """
+    axes = parts.shape[1]
+    for k in range(axes):
+        total = 0.0
+        for c in range(cycles):
+            total += speeds[c] * directions[c, k]
+        parts[level, k] = total
+    for lower in range(level + 1, levels):
+        project(cycles, directions, parts[lower])
+
+
+@inlined
+def project(cycles: int, directions: Array, part: Array) -> None:
+    """part <- sum_c (I - x_c x_c^T) part, in place; shape (p,)."""
+    axes = part.shape[0]
+    removed0 = removed1 = 0.0
+    for k in range(axes):
+        removed0 += directions[0, k] * part[k]
+    if cycles == 2:
+        for k in range(axes):
+            removed1 += directions[1, k] * part[k]
+        for k in range(axes):
+            part[k] = 2.0 * part[k] - directions[0, k] * removed0 - directions[1, k] * removed1
+    else:
+        for k in range(axes):
+            part[k] -= directions[0, k] * removed0
+
+
+@inlined
+def add_within_limit(total: Array, part: Array, max_speed: float) -> None:
+    """Adds as much of a part as the speed limit leaves: the largest alpha in [0, 1] with |total + alpha part| <= max.
+
+    Args:
+        total: Velocity spent by higher priorities, shape (p,) [m/s]; changed in place.
+        part: Velocity wanted by this priority, shape (p,) [m/s].
+        max_speed: Limit [m/s]; inf for none.
+    """
+    axes = total.shape[0]
+    alpha = 1.0
+    if max_speed < math.inf:
+        a = b = c = 0.0
+        for k in range(axes):
+            a += part[k] * part[k]
+            b += part[k] * total[k]
+            c += total[k] * total[k]
+        room = max(max_speed * max_speed - c, 0.0)
+        if a + 2.0 * b > room:
+            alpha = min(max((math.sqrt(b * b + a * room) - b) / a, 0.0), 1.0)
+    for k in range(axes):
+        total[k] += alpha * part[k]

@@ -1,0 +1,266 @@
+"""The controller's memory: its parameters (`Plan`) and its state (`State`), each one flat vector of numbers.
+
+Flat, so that both travel where MuJoCo keeps them: the plan in the model's custom numbers, the state in
+`MjData.userdata`. The order of fields is written once, in `unpack_plan` and `unpack_state`; everything
+else, Python included, asks those two for views.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Chords
+from escort_mj.control.laws.sliding import SMOOTHINGS
+from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
+from escort_mj.control.setup import Setup
+from escort_mj.kernels import DOUBLE, matrix_at, shared, vector_at
+from escort_mj.signals import record_size
+
+Array = NDArray[np.float64]
+
+MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
+SCALARS = 32
+LEVEL_SIZE = 6
+AVOID_OBSTACLES, CHORDS, SURFACE = 0.0, 1.0, 2.0
+MAX_CYCLES = 2
+CLOCK_SIZE = 8
+
+
+class Plan(NamedTuple):
+    """What the compiled controller knows; n robots, p axes, m obstacles. SI units, world frame."""
+
+    timestep: float
+    stride: int  # physics steps between two samples
+    seed: int
+    radius: float
+    target_feedforward: bool
+    max_speed: float
+    kp: float
+    kd: float
+    k: float
+    mu: float
+    rho_hat_0: float
+    slope: float
+    boundary_layer: float
+    smoothing: int
+    anti_windup: bool
+    noise_position: float
+    noise_velocity: float
+    chord_length: float
+    ladder: Array  # (levels, LEVEL_SIZE): kind, then the behavior's own numbers
+    predecessors: Array  # (cycles, n)
+    obstacle_position: Array  # (m, p)
+    obstacle_radius: Array  # (m,)
+    robot_radius: Array  # (n,)
+    force_limit: Array  # (n,)
+    target: Array  # (p, 2): first instruction and number of instructions of each axis
+    disturbance: Array  # (p, 2)
+    code: Array  # (instructions, 3)
+    pieces: Array  # (pieces, 5)
+
+
+class State(NamedTuple):
+    """Views of the controller's state: first the record (see `signals.py`), then what is its own."""
+
+    time: Array
+    q: Array
+    v: Array
+    q_measured: Array
+    v_measured: Array
+    q_d: Array
+    v_d: Array
+    e: Array
+    e_dot: Array
+    s: Array
+    tau: Array
+    rho_hat: Array
+    disturbance: Array
+    target_position: Array
+    target_velocity: Array
+    avoidance_active: Array
+    force: Array
+    obstacle_distance: Array
+    robot_distance_min: Array
+    obstacle_clearance_worst: Array
+    robot_clearance_worst: Array
+    contacts: Array
+    contact_force: Array
+    contact_onsets: Array
+    saturated_time: Array
+    effort: Array
+    work: Array
+    force_variation: Array
+    qpos: Array
+    q_d_rate: Array  # (n, p)
+    rho_hat_rate: Array  # (n, p)
+    force_before: Array  # (n, p): force of the step before, for its variation
+    clock: Array  # (CLOCK_SIZE,): see the constants below
+    parts: Array  # (levels, p): scratch
+    directions: Array  # (MAX_CYCLES, p): scratch
+    speeds: Array  # (MAX_CYCLES,): scratch
+    vectors: Array  # (3, p): scratch
+    stack: Array  # scratch of `program.evaluate`
+
+
+# Places in State.clock
+STARTED, LAST_TIME, WATCHED_STEP, CONTACTS_BEFORE = 0, 1, 2, 3
+
+
+def pack(setup: Setup, stride: int, coordinates: int) -> Array:
+    """Packs a setup into the flat vector that `unpack_plan` reads.
+
+    Args:
+        setup: What the controller is told.
+        stride: Physics steps between two samples.
+        coordinates: Number of MuJoCo's generalized positions, for the record.
+    """
+    n, p, m = setup.count, setup.axes, len(setup.obstacle_radius)
+    code, target_span, pieces = setup.target.programs()
+    disturbance_span = np.zeros((p, 2))
+    if setup.disturbance is not None:
+        more_code, spans, more_pieces = setup.disturbance.programs()
+        more_code = more_code.copy()
+        more_code[more_code[:, 0] == 2, 1] += len(pieces)
+        disturbance_span = np.array(spans, dtype=float)
+        disturbance_span[:, 0] += len(code)
+        code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
+    predecessors = setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n))
+    gains, law = setup.law.gains(), setup.law
+
+    header = np.zeros(SCALARS)
+    header[:10] = [
+        MAGIC, n, p, m, coordinates, len(setup.behaviors), len(predecessors), len(code), len(pieces), stride,
+    ]  # fmt: skip
+    header[10:27] = [
+        setup.timestep, setup.seed, setup.radius, setup.target_feedforward, setup.max_speed,
+        gains.kp, gains.kd, gains.k, gains.mu, gains.rho_hat_0,
+        law.slope, law.boundary_layer, SMOOTHINGS.index(law.smoothing), law.anti_windup,
+        setup.noise_position, setup.noise_velocity,
+        setup.arrangement.length if setup.arrangement else 0.0,
+    ]  # fmt: skip
+    blocks = (
+        header,
+        np.array([_level(setup, behavior) for behavior in setup.behaviors]),
+        predecessors,
+        setup.obstacle_position,
+        setup.obstacle_radius,
+        setup.robot_radius,
+        setup.force_limit,
+        target_span,
+        disturbance_span,
+        code,
+        pieces,
+    )
+    # XML has no infinity: the largest finite number stands for "no limit".
+    return np.nan_to_num(np.concatenate([np.ravel(block).astype(float) for block in blocks]))
+
+
+def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
+    """One row of the ladder."""
+    if isinstance(behavior, AvoidObstacles):
+        return [
+            AVOID_OBSTACLES,
+            behavior.safe_distance,
+            setup.teammate_distance(behavior),
+            behavior.gain_margin,
+            behavior.measure == "surface",
+            behavior.gain == "printed",
+        ]
+    kind = CHORDS if isinstance(behavior, Chords) else SURFACE
+    return [kind, behavior.gain, 0.0, 0.0, 0.0, 0.0]
+
+
+@shared
+def _take(at: int, rows: int, columns: int) -> tuple[int, Array]:
+    """The block of memory at an address as a matrix, and the address of the block after it."""
+    return at + DOUBLE * rows * columns, matrix_at(at, rows, columns)
+
+
+@shared
+def unpack_plan(address: int) -> Plan:
+    """Views the packed plan at an address; nothing is copied, nothing owned."""
+    x = vector_at(address, SCALARS)
+    n, p, m = int(x[1]), int(x[2]), int(x[3])
+    levels, cycles, instructions, pieces = int(x[5]), int(x[6]), int(x[7]), int(x[8])
+    at, ladder = _take(address + DOUBLE * SCALARS, levels, LEVEL_SIZE)
+    at, predecessors = _take(at, cycles, n)
+    at, obstacle_position = _take(at, m, p)
+    at, obstacle_radius = _take(at, 1, m)
+    at, robot_radius = _take(at, 1, n)
+    at, force_limit = _take(at, 1, n)
+    at, target = _take(at, p, 2)
+    at, disturbance = _take(at, p, 2)
+    at, code = _take(at, instructions, INSTRUCTION_SIZE)
+    at, table = _take(at, pieces, PIECE_SIZE)
+    return Plan(
+        x[10], int(x[9]), int(x[11]), x[12], x[13] != 0.0, x[14],
+        x[15], x[16], x[17], x[18], x[19],
+        x[20], x[21], int(x[22]), x[23] != 0.0,
+        x[24], x[25], x[26],
+        ladder, predecessors, obstacle_position, obstacle_radius[0], robot_radius[0], force_limit[0],
+        target, disturbance, code, table,
+    )  # fmt: skip
+
+
+@shared
+def unpack_state(plan_address: int, address: int) -> State:
+    """Views the state at an address, given the address of its plan; nothing is copied, nothing owned."""
+    x = vector_at(plan_address, SCALARS)
+    n, p, m, nq, levels = int(x[1]), int(x[2]), int(x[3]), int(x[4]), int(x[5])
+    at, time = _take(address, 1, 1)
+    at, q = _take(at, n, p)
+    at, v = _take(at, n, p)
+    at, q_measured = _take(at, n, p)
+    at, v_measured = _take(at, n, p)
+    at, q_d = _take(at, n, p)
+    at, v_d = _take(at, n, p)
+    at, e = _take(at, n, p)
+    at, e_dot = _take(at, n, p)
+    at, s = _take(at, n, p)
+    at, tau = _take(at, n, p)
+    at, rho_hat = _take(at, n, p)
+    at, disturbance = _take(at, n, p)
+    at, target_position = _take(at, 1, p)
+    at, target_velocity = _take(at, 1, p)
+    at, avoidance_active = _take(at, 1, n)
+    at, force = _take(at, n, p)
+    at, obstacle_distance = _take(at, n, m)
+    at, robot_distance_min = _take(at, 1, n)
+    at, obstacle_clearance_worst = _take(at, 1, n)
+    at, robot_clearance_worst = _take(at, 1, n)
+    at, contacts = _take(at, 1, 1)
+    at, contact_force = _take(at, 1, 1)
+    at, contact_onsets = _take(at, 1, 1)
+    at, saturated_time = _take(at, 1, n)
+    at, effort = _take(at, 1, n)
+    at, work = _take(at, 1, n)
+    at, force_variation = _take(at, 1, n)
+    at, qpos = _take(at, 1, nq)
+    at, q_d_rate = _take(at, n, p)
+    at, rho_hat_rate = _take(at, n, p)
+    at, force_before = _take(at, n, p)
+    at, clock = _take(at, 1, CLOCK_SIZE)
+    at, parts = _take(at, levels, p)
+    at, directions = _take(at, MAX_CYCLES, p)
+    at, speeds = _take(at, 1, MAX_CYCLES)
+    at, vectors = _take(at, 3, p)
+    at, stack = _take(at, 1, 2 * STACK_DEPTH)
+    return State(
+        time[0], q, v, q_measured, v_measured, q_d, v_d, e, e_dot, s, tau, rho_hat, disturbance,
+        target_position[0], target_velocity[0], avoidance_active[0], force, obstacle_distance,
+        robot_distance_min[0], obstacle_clearance_worst[0], robot_clearance_worst[0],
+        contacts[0], contact_force[0], contact_onsets[0],
+        saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
+        q_d_rate, rho_hat_rate, force_before, clock[0], parts, directions, speeds[0], vectors,
+        stack[0],
+    )  # fmt: skip
+
+
+def state_size(plan: Array) -> int:
+    """Length of the state vector that belongs to a packed plan."""
+    n, p, m, nq, levels = (int(size) for size in plan[1:6])
+    record = record_size({"robot": n, "axis": p, "obstacle": m, "coordinate": nq})
+    return record + 3 * n * p + CLOCK_SIZE + (levels + MAX_CYCLES + 3) * p + MAX_CYCLES + 2 * STACK_DEPTH
