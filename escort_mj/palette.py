@@ -1,0 +1,63 @@
+"""The colors that stay the same through every figure and the video: plain numbers, no plotting library.
+
+Up to twelve robots get colors of their own: Okabe and Ito's, then darker and lighter ones chosen so that
+any two stay apart for the color-blind too. Larger teams are shaded along the viridis ramp, so that
+robots next to each other in the team look alike and a color bar can tell them.
+"""
+
+from __future__ import annotations
+
+Color = tuple[float, float, float]
+"""Red, green, blue (sRGB), each in 0..1."""
+
+
+def from_hex(code: str) -> Color:
+    """The color that six hexadecimal digits stand for."""
+    red, green, blue = (int(code[place : place + 2], 16) / 255 for place in (0, 2, 4))
+    return red, green, blue
+
+
+TARGET = from_hex("1A1A1A")
+OBSTACLE = from_hex("8C8C8C")
+LIMIT = from_hex("4D4D4D")  # a bound: the escort radius, the safe distance, the force limit
+CONTACT = from_hex("C8001E")  # bodies that touch
+
+_DISTINCT = tuple(
+    from_hex(code)
+    for code in (
+        ("0072B2", "E69F00", "009E73", "CC79A7", "56B4E9", "D55E00")  # Okabe and Ito
+        + ("332288", "7F3B08", "D9C800", "00D0B4", "01665E", "40004B")
+    )
+)
+_RAMP = tuple(
+    from_hex(code)
+    for code in ("440154", "482878", "3E4989", "31688E", "26828E", "1F9E89", "35B779", "6ECE58", "B5DE2B")
+)
+
+MOST_DISTINCT = len(_DISTINCT)
+
+
+def robot_color(robot: int, count: int) -> Color:
+    """The color of one robot of a team.
+
+    Args:
+        robot: Which robot, counted from 1 as everywhere that users see robots.
+        count: Number of robots in the team.
+
+    Raises:
+        IndexError: If there is no such robot.
+    """
+    if not 1 <= robot <= count:
+        raise IndexError(f"robot {robot} of a team of {count}: robots are counted from 1")
+    if count <= MOST_DISTINCT:
+        return _DISTINCT[robot - 1]
+    place = (robot - 1) / (count - 1) * (len(_RAMP) - 1)
+    step = min(int(place), len(_RAMP) - 2)
+    share = place - step
+    red, green, blue = ((1 - share) * a + share * b for a, b in zip(_RAMP[step], _RAMP[step + 1], strict=True))
+    return red, green, blue
+
+
+def robot_colors(count: int) -> list[Color]:
+    """The colors of a whole team, robot 1 first."""
+    return [robot_color(robot, count) for robot in range(1, count + 1)]
