@@ -37,27 +37,28 @@ _RAMP = tuple(
 MOST_DISTINCT = len(_DISTINCT)
 
 
-def robot_color(robot: int, count: int) -> Color:
+def robot_color(index: int, count: int) -> Color:
     """The color of one robot of a team.
 
     Args:
-        robot: Which robot, counted from 1 as everywhere that users see robots.
+        index: Which robot, counted from 0: an index into arrays, one less than the robot's number.
         count: Number of robots in the team.
 
     Raises:
-        IndexError: If there is no such robot.
+        IndexError: If the team has no such robot.
     """
-    if not 1 <= robot <= count:
-        raise IndexError(f"robot {robot} of a team of {count}: robots are counted from 1")
+    if not 0 <= index < count:
+        raise IndexError(f"index {index} in a team of {count} robots")
     if count <= MOST_DISTINCT:
-        return _DISTINCT[robot - 1]
-    place = (robot - 1) / (count - 1) * (len(_RAMP) - 1)
+        return _DISTINCT[index]
+    place = index / (count - 1) * (len(_RAMP) - 1)
     step = min(int(place), len(_RAMP) - 2)
     share = place - step
-    red, green, blue = ((1 - share) * a + share * b for a, b in zip(_RAMP[step], _RAMP[step + 1], strict=True))
+    channels = zip(_RAMP[step], _RAMP[step + 1], strict=True)
+    red, green, blue = ((1 - share) * low + share * high for low, high in channels)
     return red, green, blue
 
 
 def robot_colors(count: int) -> list[Color]:
-    """The colors of a whole team, robot 1 first."""
-    return [robot_color(robot, count) for robot in range(1, count + 1)]
+    """The colors of a whole team, in the order of its arrays."""
+    return [robot_color(index, count) for index in range(count)]
