@@ -15,7 +15,7 @@ import numba
 import numpy as np
 import platformdirs
 from numba import types
-from numba.extending import lower_builtin, register_jitable, type_callable
+from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
 from numba.np.arrayobj import make_array, populate_array
 from numpy.typing import NDArray
 
@@ -115,3 +115,22 @@ def _view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     data = builder.inttoptr(address, context.get_data_type(types.float64).as_pointer())
     populate_array(array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None)
     return array._getvalue()
+
+
+def _loader(kind: types.Type) -> Any:
+    """An intrinsic that loads one value of a type from an address."""
+
+    @intrinsic
+    def load(context: Any, address: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            pointer = builder.inttoptr(arguments[0], context.get_data_type(kind).as_pointer())
+            return builder.load(pointer)
+
+        return kind(types.intp), generate
+
+    return load
+
+
+double_at = _loader(types.float64)
+int_at = _loader(types.int32)
+pointer_at = _loader(types.intp)

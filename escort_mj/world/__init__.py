@@ -1,0 +1,6 @@
+"""The only floor that knows MuJoCo: building worlds, stepping them, and watching what happens in them."""
+
+import os
+
+# Simulation needs no GL; with a broken or missing one even `import mujoco` can fail. Rendering has its own process.
+os.environ.setdefault("MUJOCO_GL", "disable")

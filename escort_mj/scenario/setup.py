@@ -1,0 +1,53 @@
+"""From a checked scenario to what the controller is told."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from escort_mj.control.behaviors import Chords
+from escort_mj.control.formation import Arrangement, arrange
+from escort_mj.control.setup import Setup
+from escort_mj.scenario.placement import Team, team
+from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory
+
+
+def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
+    """What the controller is told about a mission.
+
+    Args:
+        scenario: A checked scenario.
+        robots: Its team; drawn from the scenario where None.
+    """
+    robots = team(scenario) if robots is None else robots
+    target = target_trajectory(scenario)
+    obstacles = [obstacle.position for obstacle in scenario.obstacles]
+    noise = scenario.uncertainty.noise
+    return Setup(
+        timestep=scenario.physics.timestep,
+        seed=scenario.seed,
+        behaviors=scenario.mission.behaviors,
+        law=scenario.controller,
+        radius=scenario.mission.radius,
+        target_feedforward=scenario.mission.target_feedforward,
+        max_speed=scenario.mission.max_speed or math.inf,
+        arrangement=_arrangement(scenario, robots, target.position(0.0)),
+        obstacle_position=np.array(obstacles, dtype=float).reshape(-1, scenario.axes),
+        obstacle_radius=np.array([obstacle.radius for obstacle in scenario.obstacles], dtype=float),
+        robot_radius=robots.radius,
+        force_limit=robots.force_limit,
+        noise_position=noise.position,
+        noise_velocity=noise.velocity,
+        target=target,
+        disturbance=disturbance_trajectory(scenario),
+    )
+
+
+def _arrangement(scenario: Scenario, robots: Team, center: np.ndarray) -> Arrangement | None:
+    """Places for the chords behavior, where the mission has it."""
+    for behavior in scenario.mission.behaviors:
+        if isinstance(behavior, Chords):
+            return arrange(robots.position, center, scenario.mission.radius, behavior.order)
+    return None

@@ -1,0 +1,56 @@
+"""Composes the hand-written parts in `models/` into one flat MJCF tree.
+
+Flat, because attaching one model per robot costs time quadratic in their number.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from dm_control import mjcf
+
+
+@cache
+def models_folder() -> Path:
+    """Folder of the MJCF parts: inside an installed package, or beside the package in a checkout."""
+    installed = Path(str(files("escort_mj"))) / "models"
+    return installed if installed.is_dir() else Path(str(files("escort_mj"))).parent / "models"
+
+
+@cache
+def load_part(name: str) -> Any:
+    """One of the parts, such as `point_mass`, as an MJCF root; shared, so never changed."""
+    return mjcf.from_path(str(models_folder() / f"{name}.xml"))
+
+
+def new_root(part: str, model: str) -> Any:
+    """A fresh MJCF tree that starts as a copy of a part, under a model name of its own."""
+    root = mjcf.from_path(str(models_folder() / f"{part}.xml"))
+    root.model = model
+    return root
+
+
+def graft(source: Any, parent: Any, prefix: str, skip: tuple[str, ...] = ()) -> Any:
+    """Copies an element of a part, with all its children, under another tree's element.
+
+    Args:
+        source: Element to copy.
+        parent: Element that receives the copy.
+        prefix: What stands before every name of the copy; the source's own name is replaced by it.
+        skip: Names of children that are left out.
+
+    Returns:
+        The copy.
+    """
+    attributes = {key: value for key, value in source.get_attributes().items() if key != "name"}
+    for key, value in attributes.items():
+        if isinstance(value, mjcf.Element):
+            attributes[key] = value.name
+    copy = parent.add(source.tag, name=prefix, **attributes)
+    for child in source.all_children():
+        if getattr(child, "name", None) not in skip or child.name is None:
+            graft(child, copy, f"{prefix}_{child.name}" if child.name else prefix)
+    return copy

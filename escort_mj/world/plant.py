@@ -1,0 +1,50 @@
+"""One simulated world: owns MuJoCo's data, steps it, and shows the record of the last evaluation."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.plan import State, unpack_state
+from escort_mj.signals import record_size
+from escort_mj.world import layout
+from escort_mj.world.build import World
+
+
+class Plant:
+    """Steps a world natively. Use inside `callback.native_loop()`.
+
+    Attributes:
+        world: What is simulated.
+        data: MuJoCo's data; the controller's state lives in its `userdata`.
+        record: The record of the last evaluation of the law, see `signals.py`; a view, shape (record_size,).
+    """
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.data = mujoco.MjData(world.model)
+        layout.check(world.model, self.data)
+        self.record: NDArray[np.float64] = self.data.userdata[: record_size(world.sizes)]
+
+    def step(self, count: int) -> None:
+        """Advances by so many physics steps, without entering Python."""
+        mujoco.mj_step(self.world.model, self.data, nstep=count)
+
+    def reset(self) -> None:
+        """Back to the start; the controller seeds its own state at its first evaluation."""
+        mujoco.mj_resetData(self.world.model, self.data)
+
+    @property
+    def state(self) -> State:
+        """Views of the controller's whole state."""
+        return unpack_state(self.world.model.numeric_data.ctypes.data, self.data.userdata.ctypes.data)
+
+    def warnings(self) -> dict[str, int]:
+        """How often MuJoCo warned so far, by the warning's name."""
+        counts = {
+            str(kind.name).removeprefix("mjWARN_"): int(self.data.warning[int(kind)].number)
+            for kind in mujoco.mjtWarning.__members__.values()
+            if kind.name != "mjNWARNING"
+        }
+        return {name: count for name, count in counts.items() if count}

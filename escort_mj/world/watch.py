@@ -1,0 +1,91 @@
+"""What happens in truth at every physics step: clearances, contacts, effort. The law reads none of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.plan import CONTACTS_BEFORE, WATCHED_STEP, Plan, State
+from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
+
+
+@inlined
+def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None:
+    """Adds one solved physics step to the record.
+
+    Args:
+        plan: Gives radii, limits, timestep and the sampling stride.
+        state: `q`, `v`, `tau`, `force` of this step are read; the record's worst and total values are written.
+        contacts: Pairs of bodies that touch in this step.
+        contact_force: Their largest normal force [N].
+    """
+    step = round(state.time[0] / plan.timestep) + 1.0  # 0 is "never"
+    clock = state.clock
+    first = clock[WATCHED_STEP] == 0.0
+    again = step == clock[WATCHED_STEP]  # mj_forward at the same time: nothing new has happened
+    clock[WATCHED_STEP] = step
+    if first or (not again and (int(step) - 2) % plan.stride == 0):
+        state.contacts[0] = 0.0
+        state.contact_force[0] = 0.0
+        for i in range(state.q.shape[0]):
+            state.obstacle_clearance_worst[i] = math.inf
+            state.robot_clearance_worst[i] = math.inf
+    _watch_distances(plan, state)
+    state.contacts[0] = max(state.contacts[0], contacts)
+    state.contact_force[0] = max(state.contact_force[0], contact_force)
+    if not again:
+        state.contact_onsets[0] += max(contacts - clock[CONTACTS_BEFORE], 0.0)
+        clock[CONTACTS_BEFORE] = contacts
+        _watch_effort(plan, state, first)
+
+
+@inlined
+def _watch_distances(plan: Plan, state: State) -> None:
+    """Present distances center to center, and the worst clearances surface to surface."""
+    q, radius = state.q, plan.robot_radius
+    n, p = q.shape
+    for i in range(n):
+        state.robot_distance_min[i] = math.inf
+    for i in range(n):
+        for j in range(plan.obstacle_radius.shape[0]):
+            square = 0.0
+            for k in range(p):
+                x = q[i, k] - plan.obstacle_position[j, k]
+                square += x * x
+            distance = math.sqrt(square)
+            state.obstacle_distance[i, j] = distance
+            clearance = distance - radius[i] - plan.obstacle_radius[j]
+            state.obstacle_clearance_worst[i] = min(state.obstacle_clearance_worst[i], clearance)
+        for j in range(i):
+            square = 0.0
+            for k in range(p):
+                x = q[i, k] - q[j, k]
+                square += x * x
+            distance = math.sqrt(square)
+            clearance = distance - radius[i] - radius[j]
+            state.robot_distance_min[i] = min(state.robot_distance_min[i], distance)
+            state.robot_distance_min[j] = min(state.robot_distance_min[j], distance)
+            state.robot_clearance_worst[i] = min(state.robot_clearance_worst[i], clearance)
+            state.robot_clearance_worst[j] = min(state.robot_clearance_worst[j], clearance)
+
+
+@inlined
+def _watch_effort(plan: Plan, state: State, first: bool) -> None:
+    """Running totals of what the motors did."""
+    n, p = state.q.shape
+    for i in range(n):
+        saturated = False
+        for k in range(p):
+            force = state.force[i, k]
+            saturated = saturated or abs(state.tau[i, k]) > plan.force_limit[i]
+            state.effort[i] += plan.timestep * force * force
+            state.work[i] += plan.timestep * abs(force * state.v[i, k])
+            if not first:
+                state.force_variation[i] += abs(force - state.force_before[i, k])
+            state.force_before[i, k] = force
+        if saturated:
+            state.saturated_time[i] += plan.timestep
