@@ -1,0 +1,26 @@
+"""Scenarios: the YAML format and its checks, and what it says about motion and the team."""
+
+from escort_mj.scenario.checks import check_scenario
+from escort_mj.scenario.dump import dump_scenario, json_schema
+from escort_mj.scenario.expressions import Expression, ExpressionError
+from escort_mj.scenario.load import load_scenario, parse_scenario
+from escort_mj.scenario.placement import Team, robot_count, team
+from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.trajectory import Trajectory, disturbance_trajectory, target_trajectory
+
+__all__ = [
+    "Expression",
+    "ExpressionError",
+    "Scenario",
+    "Team",
+    "Trajectory",
+    "check_scenario",
+    "disturbance_trajectory",
+    "dump_scenario",
+    "json_schema",
+    "load_scenario",
+    "parse_scenario",
+    "robot_count",
+    "target_trajectory",
+    "team",
+]

@@ -5,19 +5,17 @@ Cross-checks that need more than one key stand in `checks.py`; reading files in 
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, PositiveInt
+from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Chords, Surface
-from escort_mj.control.laws import ApdSmc, LawParameters
+from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.control.laws import ApdSmc
 from escort_mj.control.parameters import Parameters
+from escort_mj.scenario.fields import BODY_NAME, RUN_NAME, Behavior, Component, Law, Mass, Radius, Vector
 from escort_mj.signals import METRIC_NAMES
 
-Component = Annotated[float | str, Field(union_mode="left_to_right")]
-"""A number, or an expression in the time `t`, such as `"3 + 0.1*t"`."""
-
-Vector = tuple[float, ...]
+MAX_ROBOTS = 5000
 RobotKind = Literal["point_mass", "rolling_sphere"]
 
 
@@ -44,7 +42,7 @@ class Waypoint(Parameters):
 
 
 class Target(Parameters):
-    """The escorted target; it moves as told. Give `position` or `waypoints`."""
+    """The escorted target; it moves as told. Give `position` or `waypoints`; without either it rests at 0."""
 
     position: tuple[Component, ...] | None = None
     """Position per axis [m]: numbers, or expressions in t."""
@@ -52,14 +50,14 @@ class Target(Parameters):
     """Timed waypoints; before the first and after the last the target rests."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Between waypoints: straight at constant speed, or a cubic spline that starts and ends at rest."""
-    radius: PositiveFloat = 0.3
+    radius: Radius = 0.3
     """Radius of its body [m]."""
 
 
 class RandomPlacement(Parameters):
     """Positions drawn from the scenario's seed: uniform in a ball (a disc when axes is 2)."""
 
-    within: PositiveFloat
+    within: Radius
     """Radius of the ball [m]."""
     center: Vector | None = None
     """Center of the ball [m]; null: the target's position at the start."""
@@ -72,9 +70,9 @@ class RobotOverride(Parameters):
 
     robot: PositiveInt
     """Which robot, counted from 1."""
-    mass: PositiveFloat | None = None
+    mass: Mass | None = None
     """Mass [kg]."""
-    radius: PositiveFloat | None = None
+    radius: Radius | None = None
     """Radius [m]."""
     force_limit: PositiveFloat | None = None
     """Largest force per axis [N]."""
@@ -85,17 +83,17 @@ class RobotOverride(Parameters):
 class Robots(Parameters):
     """The team of robots."""
 
-    count: Annotated[int, Field(ge=1, le=5000)] | None = None
+    count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
     """Number of robots; null: as many as `positions` has, or else 5 (axes 2) or 6 (axes 3)."""
     kind: RobotKind = "point_mass"
     """`point_mass` slides freely along each axis; `rolling_sphere` rolls on the floor (axes 2)."""
-    mass: PositiveFloat = 1.0
+    mass: Mass = 1.0
     """Mass of each [kg]."""
-    radius: PositiveFloat = 0.2
+    radius: Radius = 0.2
     """Radius of each body [m]."""
     force_limit: PositiveFloat | None = 10.0
     """Largest force of each motor, one motor per axis [N]; null: no limit."""
-    positions: Annotated[tuple[Vector, ...], Field(min_length=1)] | None = None
+    positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial positions, one row per robot [m]; null: drawn as `placement` says."""
     placement: RandomPlacement | None = None
     """How to draw initial positions; null: within twice the mission's radius of the target."""
@@ -110,36 +108,23 @@ class Obstacle(Parameters):
     """Shape of its body."""
     position: Vector
     """Center, one number per axis [m]."""
-    radius: PositiveFloat = 0.5
+    radius: Radius = 0.5
     """Radius [m]."""
-    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9_\-]{1,40}$")] | None = None
+    name: Annotated[str, Field(pattern=BODY_NAME)] | None = None
     """Name in pictures and verdicts; null: obstacle_1, obstacle_2 ..."""
-
-
-def _named(key: str) -> BeforeValidator:
-    """Lets `chords` stand for `{behavior: chords}`."""
-
-    def expand(value: Any) -> Any:
-        return {key: value} if isinstance(value, str) else value
-
-    return BeforeValidator(expand)
-
-
-Behavior = Annotated[BehaviorParameters, Field(discriminator="behavior"), _named("behavior")]
-Law = Annotated[LawParameters, Field(discriminator="law"), _named("law")]
 
 
 class Mission(Parameters):
     """What the robots are to do: the outer loop."""
 
-    radius: PositiveFloat = 5.0
+    radius: Radius = 5.0
     """Distance to keep from the target [m]."""
     behaviors: Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=8)] = (
         AvoidObstacles(),
         Chords(),
         Surface(),
     )
-    """Behaviors by priority, the most important first."""
+    """Behaviors by priority, the most important first: names, or tables with a name and parameters."""
     target_feedforward: bool = True
     """Whether robots add the target's measured velocity to the escort behaviors (the paper does not)."""
     max_speed: PositiveFloat | None = None
@@ -180,7 +165,7 @@ class Video(Parameters):
     """Height [pixel], even."""
     rate: Annotated[int, Field(ge=1, le=120)] = 30
     """Frames per second of the video."""
-    speed: PositiveFloat = 4.0
+    speed: Annotated[float, Field(ge=1e-3, le=1e6)] = 4.0
     """Simulated seconds per second of the video."""
     camera: Literal["overview", "follow", "top"] = "overview"
     """`overview` frames the whole mission, `follow` goes with the target, `top` looks down."""
@@ -206,7 +191,7 @@ class Scenario(Parameters):
 
     version: Literal[1] = 1
     """Version of this format."""
-    name: Annotated[str, Field(pattern=r"^[^\x00-\x1f/\\]{1,80}$")] = "mission"
+    name: Annotated[str, Field(pattern=RUN_NAME)] = "mission"
     """Name of the run's folder and title of its pictures."""
     description: Annotated[str, Field(max_length=2000)] = ""
     """What the scenario is for."""
@@ -217,12 +202,22 @@ class Scenario(Parameters):
     axes: Literal[2, 3] = 2
     """Dimension of the space: 2 is the plane, 3 is space."""
     physics: Physics = Physics()
+    """How MuJoCo steps the world."""
     target: Target = Target()
+    """What is escorted."""
     robots: Robots = Robots()
+    """The team that escorts it."""
     obstacles: tuple[Obstacle, ...] = ()
+    """What stands in the way."""
     mission: Mission = Mission()
+    """What the robots are to do: the outer loop."""
     controller: Law = ApdSmc()
+    """How they do it: the inner loop's law, its name or a table with its gains (law: apd_smc if left out)."""
     uncertainty: Uncertainty = Uncertainty()
+    """What the controller is not told."""
     recording: Recording = Recording()
+    """What is kept of a run."""
     video: Video = Video()
+    """How a run is shown."""
     expect: tuple[Expectation, ...] = ()
+    """What must hold for the run to pass."""

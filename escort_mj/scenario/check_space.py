@@ -1,0 +1,135 @@
+"""Checks of positions: their dimension, their number, and that nothing stands inside something else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.placement import Team, robot_count, team
+from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.trajectory import target_trajectory
+
+Array = NDArray[np.float64]
+
+MOST_OVERLAPS = 20  # reported at once
+
+
+def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
+    """Every vector has one number per axis, and robots that roll do so in the plane."""
+    axes, target, robots = scenario.axes, scenario.target, scenario.robots
+    vectors: list[tuple[Path, Sequence[Any] | None]] = [
+        (("target", "position"), target.position),
+        *((("target", "waypoints", i, "position"), w.position) for i, w in enumerate(target.waypoints or ())),
+        *((("robots", "positions", i), position) for i, position in enumerate(robots.positions or ())),
+        *((("robots", "overrides", i, "position"), o.position) for i, o in enumerate(robots.overrides)),
+        (("robots", "placement", "center"), robots.placement.center if robots.placement else None),
+        *((("obstacles", i, "position"), obstacle.position) for i, obstacle in enumerate(scenario.obstacles)),
+        (("uncertainty", "disturbance"), scenario.uncertainty.disturbance),
+    ]
+    for path, vector in vectors:
+        if vector is not None and len(vector) != axes:
+            yield Finding(path, f"found {len(vector)} numbers; expected {axes}, as axes says")
+    if robots.kind == "rolling_sphere" and axes != 2:
+        yield Finding(("robots", "kind"), f"found rolling_sphere in {axes} axes; it rolls on a floor: axes 2")
+
+
+def check_team(scenario: Scenario) -> Iterator[Finding]:
+    """As many positions as robots, overrides of robots that exist, and obstacles with names of their own."""
+    robots, count = scenario.robots, robot_count(scenario)
+    if robots.positions is not None and len(robots.positions) != count:
+        yield Finding(
+            ("robots", "positions"),
+            f"found {len(robots.positions)} positions; expected {count}, as robots.count says",
+        )
+    if robots.positions is not None and robots.placement is not None:
+        yield Finding(("robots", "placement"), "found both positions and placement; give one of them")
+    first: dict[int, int] = {}
+    for index, override in enumerate(robots.overrides):
+        path: Path = ("robots", "overrides", index, "robot")
+        if override.robot > count:
+            yield Finding(path, f"found robot {override.robot}; expected 1 to {count}")
+        elif override.robot in first:
+            yield Finding(
+                path, f"found robot {override.robot} again; overrides[{first[override.robot]}] has it"
+            )
+        first.setdefault(override.robot, index)
+
+
+def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
+    """No two obstacles of one name."""
+    seen: dict[str, int] = {}
+    for index, obstacle in enumerate(scenario.obstacles):
+        name = obstacle.name or f"obstacle_{index + 1}"
+        if name in seen:
+            yield Finding(("obstacles", index, "name"), f"found {name} again; obstacles[{seen[name]}] has it")
+        seen.setdefault(name, index)
+
+
+def check_clearance(scenario: Scenario) -> Iterator[Finding]:
+    """Nothing overlaps at the start, and there is room for the team around the target."""
+    try:
+        robots = team(scenario)
+    except ScenarioError as error:
+        yield from (Finding(("robots", "placement"), fault.message) for fault in error.faults)
+        return
+    target = target_trajectory(scenario).position(0.0)
+    radius = scenario.mission.radius
+    need = scenario.target.radius + float(robots.radius.max())
+    if radius <= need:
+        yield Finding(
+            ("mission", "radius"),
+            f"found {radius:g} m, inside the target's body; expected more than {need:g} m",
+        )
+    for index, obstacle in enumerate(scenario.obstacles):
+        gap = (
+            float(np.linalg.norm(np.array(obstacle.position) - target))
+            - obstacle.radius
+            - scenario.target.radius
+        )
+        if gap < 0.0:
+            yield Finding(("obstacles", index), f"overlaps the target by {-gap:.3g} m at the start")
+    yield from _overlaps(scenario, robots, target)
+
+
+def _overlaps(scenario: Scenario, robots: Team, target: Array) -> Iterator[Finding]:
+    """Pairs of which one is a robot and which overlap at the start."""
+    obstacles = scenario.obstacles
+    position = np.concatenate(
+        [robots.position, *(np.array([obstacle.position]) for obstacle in obstacles), target[np.newaxis]]
+    )
+    radius = np.array([*robots.radius, *(obstacle.radius for obstacle in obstacles), scenario.target.radius])
+    reported = 0
+    for robot in range(len(robots.radius)):
+        distance = np.linalg.norm(position[robot + 1 :] - position[robot], axis=1)
+        gap = distance - radius[robot + 1 :] - radius[robot]
+        for other in np.flatnonzero(gap < 0.0) + robot + 1:
+            reported += 1
+            if reported > MOST_OVERLAPS:
+                return
+            mover, fixed = (other, robot) if other < len(robots.radius) else (robot, other)
+            yield Finding(
+                _position_path(scenario, int(mover)),
+                f"robot {mover + 1} overlaps {_body(scenario, int(fixed), len(robots.radius))} "
+                f"by {-gap[other - robot - 1]:.3g} m at the start",
+                related=(("obstacles", int(fixed) - len(robots.radius)),),
+            )
+
+
+def _body(scenario: Scenario, index: int, count: int) -> str:
+    if index < count:
+        return f"robot {index + 1}"
+    if index - count < len(scenario.obstacles):
+        return f"{scenario.obstacles[index - count].name or f'obstacle_{index - count + 1}'}"
+    return "the target"
+
+
+def _position_path(scenario: Scenario, robot: int) -> Path:
+    for index, override in enumerate(scenario.robots.overrides):
+        if override.robot == robot + 1 and (override.position or override.radius):
+            return ("robots", "overrides", index)
+    return ("robots", "positions", robot) if scenario.robots.positions else ("robots", "placement")

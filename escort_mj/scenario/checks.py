@@ -1,0 +1,168 @@
+"""What must hold between the keys of a scenario, beyond the type and bounds of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator
+
+from escort_mj.control.behaviors import AvoidObstacles, Chords
+from escort_mj.control.formation import chords_exist, spacing
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.check_motion import check_motion
+from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
+from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.placement import robot_count
+from escort_mj.scenario.schema import Scenario
+from escort_mj.signals import record_size
+
+MAX_STEPS = 1e9
+MAX_TRACE = 4 * 2**30  # bytes
+
+
+def check_recording(scenario: Scenario) -> Iterator[Finding]:
+    """Samples are a whole number of steps apart, and steps and samples are few enough to be taken."""
+    timestep, rate, duration = scenario.physics.timestep, scenario.recording.rate, scenario.duration
+    path: Path = ("recording", "rate")
+    if not 0.5 <= duration / timestep <= MAX_STEPS:
+        limit = f"from {timestep:g} to {MAX_STEPS * timestep:g} s" if duration >= timestep else "at least one"
+        yield Finding(
+            ("duration",),
+            f"found {duration / timestep:.3g} steps of {timestep:g} s; expected a duration {limit}",
+            related=(("physics", "timestep"),),
+        )
+    steps = 1.0 / (rate * timestep)
+    whole = max(round(steps), 1)
+    if not math.isclose(steps, whole, rel_tol=1e-6):
+        rates = sorted({1.0 / (k * timestep) for k in (max(math.floor(steps), 1), math.ceil(steps))})
+        yield Finding(
+            path,
+            f"found {rate:g} samples per second, {steps:.6g} steps of {timestep:g} s apart; expected a whole "
+            f"number of steps, as with {' or '.join(f'{near:.9g}' for near in rates)}",
+            related=(("physics", "timestep"),),
+        )
+    count, axes = robot_count(scenario), scenario.axes
+    coordinates = count * (7 if scenario.robots.kind == "rolling_sphere" else axes)
+    sizes = {"robot": count, "axis": axes, "obstacle": len(scenario.obstacles), "coordinate": coordinates}
+    size = 8.0 * record_size(sizes) * (duration * rate + 1.0)
+    if size > MAX_TRACE:
+        yield Finding(
+            path,
+            f"found a trace of {size / 2**30:.3g} GiB; expected at most {MAX_TRACE / 2**30:g}: "
+            "lower recording.rate or duration",
+            related=(("duration",), ("robots", "count"), ("robots",)),
+        )
+
+
+def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
+    """Each behavior at most once."""
+    seen: set[str] = set()
+    for index, behavior in enumerate(scenario.mission.behaviors):
+        if behavior.behavior in seen:
+            yield Finding(("mission", "behaviors", index), f"found {behavior.behavior} a second time")
+        seen.add(behavior.behavior)
+
+
+def check_formation(scenario: Scenario) -> Iterator[Finding]:
+    """The behaviors suit the number of robots and their size."""
+    count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
+    edge = spacing(count, axes, mission.radius)
+    behaviors = list(enumerate(mission.behaviors))
+    robot_radius = scenario.robots.radius
+    for index, chords in behaviors:
+        if not isinstance(chords, Chords):
+            continue
+        path: Path = ("mission", "behaviors", index)
+        if not chords_exist(count, axes):
+            needed = "at least 2" if axes == 2 else "6"
+            yield Finding(
+                path,
+                f"chords has no even formation of {count} robots in {axes} axes; expected {needed} robots, "
+                "or leave chords out of mission.behaviors",
+                related=(("robots", "count"), ("robots", "positions"), ("mission", "behaviors"), ("axes",)),
+            )
+        elif edge is not None and edge <= 2.0 * robot_radius:
+            yield Finding(
+                ("mission", "radius"),
+                f"found {mission.radius:g} m, which puts neighbors {edge:.3g} m apart; expected more than "
+                f"their diameter, {2.0 * robot_radius:g} m",
+                related=(("robots", "radius"), ("robots", "count")),
+            )
+        if chords.order is not None and sorted(chords.order) != list(range(1, count + 1)):
+            yield Finding(
+                (*path, "order"),
+                f"found {list(chords.order)[:20]}; expected each robot from 1 to {count} once",
+            )
+    has_chords = any(isinstance(behavior, Chords) for _, behavior in behaviors)
+    for index, avoid in behaviors:
+        if not isinstance(avoid, AvoidObstacles) or avoid.teammate_distance is None or not has_chords:
+            continue
+        reach = avoid.teammate_distance + (2.0 * robot_radius if avoid.measure == "surface" else 0.0)
+        if avoid.teammates and edge is not None and reach > edge:
+            yield Finding(
+                ("mission", "behaviors", index, "teammate_distance"),
+                f"found {avoid.teammate_distance:g} m, which reaches beyond the formation's neighbors at "
+                f"{edge:.4g} m: avoidance would never let them take their places",
+            )
+
+
+def check_expectations(scenario: Scenario) -> Iterator[Finding]:
+    """Each expectation has bounds that a value can meet and a window that the run reaches."""
+    for index, expectation in enumerate(scenario.expect):
+        path: Path = ("expect", index)
+        low, high = expectation.at_least, expectation.at_most
+        if low is None and high is None:
+            yield Finding(path, "has no bound; give at_most or at_least")
+        if low is not None and high is not None and low > high:
+            yield Finding(path, f"no value is at least {low:g} and at most {high:g}")
+        end = scenario.duration if expectation.before is None else expectation.before
+        if expectation.before is not None and expectation.before <= expectation.after:
+            yield Finding(path, f"its window is empty: after {expectation.after:g} s and before {end:g} s")
+        elif end > scenario.duration or expectation.after >= scenario.duration:
+            yield Finding(
+                (*path, "before" if end > scenario.duration else "after"),
+                f"found {max(end, expectation.after):g} s; the run ends at {scenario.duration:g} s",
+            )
+
+
+Check = Callable[[Scenario], Iterator[Finding]]
+
+# Which parts of a scenario each check looks at: a check waits until those are right by themselves.
+SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
+    (check_dimensions, ("axes", "target", "robots", "obstacles", "uncertainty")),
+    (check_team, ("axes", "robots")),
+    (check_motion, ("axes", "duration", "target", "uncertainty")),
+)
+RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
+    (check_recording, ("duration", "physics", "recording", "robots", "axes")),
+    (check_expectations, ("expect", "duration")),
+    (check_obstacle_names, ("obstacles",)),
+    (check_behaviors, ("mission",)),
+    (check_formation, ("axes", "robots", "mission")),
+    (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),
+)
+
+
+def findings(scenario: Scenario, wrong: Collection[str] = ()) -> list[Finding]:
+    """Everything wrong between the keys of a scenario.
+
+    Args:
+        scenario: Whose keys are right one by one, but for the parts in `wrong`.
+        wrong: Top-level keys that are known to be wrong and hold defaults; checks of them are left out.
+    """
+    found: list[Finding] = []
+    for checks in (SHAPES, RELATIONS):
+        parts = {*wrong, *(str(finding.path[0]) for finding in found)}
+        found += [
+            finding for check, needs in checks if parts.isdisjoint(needs) for finding in check(scenario)
+        ]
+    return found
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Checks a scenario that was built in Python; one that was loaded has been checked.
+
+    Raises:
+        ScenarioError: With everything wrong between its keys.
+    """
+    if found := findings(scenario):
+        raise ScenarioError([Fault(finding.message, key_path(finding.path)) for finding in found])

@@ -1,0 +1,81 @@
+"""Scenarios written out: as complete YAML that reads back the same, and the format's JSON Schema."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from escort_mj.scenario.document import plain_scalar
+from escort_mj.scenario.paths import TAGS
+from escort_mj.scenario.schema import Scenario
+
+_PLAIN_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """The whole scenario as YAML, defaults written out; `parse_scenario` reads the same scenario from it."""
+    return "\n".join(_table(scenario.model_dump(), "")) + "\n"
+
+
+def json_schema() -> dict[str, Any]:
+    """The JSON Schema of scenario files, by which editors complete and check them."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **Scenario.model_json_schema(),
+        "title": "escort_mj scenario, version 1",
+    }
+
+
+def flow(value: Any) -> str:
+    """A value in one line of YAML; floats are written so that they read back exactly."""
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, BaseModel):
+        value = value.model_dump()
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(value).replace("inf", ".inf").replace("nan", ".nan")
+    if isinstance(value, str):
+        return value if _PLAIN_WORD.match(value) and plain_scalar(value) == value else _quoted(value)
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_quoted(str(key))}: {flow(inner)}" for key, inner in value.items()) + "}"
+    return "[" + ", ".join(map(flow, value)) + "]"
+
+
+def _quoted(text: str) -> str:
+    """Double-quoted as in JSON; what does not print is escaped."""
+    return "".join(
+        char if char.isprintable() else f"\\U{ord(char):08x}" for char in json.dumps(text, ensure_ascii=False)
+    )
+
+
+def _table(table: dict[str, Any], indent: str) -> Iterator[str]:
+    for key, value in sorted(table.items(), key=lambda entry: entry[0] not in TAGS):
+        if isinstance(value, dict) and value:
+            yield f"{indent}{key}:"
+            yield from _table(value, indent + "  ")
+        elif isinstance(value, list | tuple) and any(isinstance(item, dict | list | tuple) for item in value):
+            yield f"{indent}{key}:"
+            for item in value:
+                yield from _item(item, indent + "  ")
+        else:
+            yield f"{indent}{key}: {flow(value)}"
+
+
+def _item(item: Any, indent: str) -> Iterator[str]:
+    if not isinstance(item, dict):
+        yield f"{indent}- {flow(item)}"
+        return
+    first, *rest = _table(item, indent + "  ")
+    yield f"{indent}- {first.lstrip()}"
+    yield from rest

@@ -1,0 +1,56 @@
+"""Functions of the time t, given as a number or as text such as `"3 + 0.1*t"`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from escort_mj.control.program import STACK_DEPTH
+from escort_mj.scenario.grammar import ExpressionError, parse
+from escort_mj.scenario.nodes import (
+    Array,
+    Dual,
+    Instruction,
+    Node,
+    constant,
+    evaluate,
+    instructions,
+    simplified,
+    stack_depth,
+)
+
+__all__ = ["Expression", "ExpressionError"]
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A function of time.
+
+    Attributes:
+        source: A number, or an expression in `t` (see `grammar`).
+
+    Raises:
+        ExpressionError: If the text is no expression.
+    """
+
+    source: float | str
+
+    def __post_init__(self) -> None:
+        depth = stack_depth(simplified(self._tree))
+        if depth > STACK_DEPTH:
+            raise ExpressionError(f"needs {depth} values at once; at most {STACK_DEPTH} are possible", 1)
+
+    @cached_property
+    def _tree(self) -> Node:
+        return parse(self.source) if isinstance(self.source, str) else constant(float(self.source))
+
+    def evaluate(self, t: float | Array) -> Dual:
+        """Value and exact time derivative at t [s], each of t's shape; not finite where undefined."""
+        with np.errstate(all="ignore"):
+            return evaluate(self._tree, np.asarray(t, dtype=np.float64))
+
+    def instructions(self) -> list[Instruction]:
+        """The program that `control.program` evaluates natively: opcode, a, b of each instruction."""
+        return list(instructions(simplified(self._tree)))

@@ -1,0 +1,79 @@
+"""What is wrong with a scenario, before it is known where in the file that stands; and words for it."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+Path = tuple[str | int, ...]
+
+
+class Finding(NamedTuple):
+    """One thing wrong with a scenario.
+
+    Attributes:
+        path: Keys and list indices that lead to it.
+        message: What was found and what is allowed.
+        at_key: Whether the key itself is wrong, not its value.
+        related: Other paths to point at where the file does not hold `path`.
+    """
+
+    path: Path
+    message: str
+    at_key: bool = False
+    related: tuple[Path, ...] = ()
+
+
+def key_path(path: Path) -> str:
+    """Writes a path as `robots.overrides[1].mass`."""
+    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)
+    return text.removeprefix(".")
+
+
+def parse_key_path(text: str) -> Path | None:
+    """Reads `obstacles[0].position` or `obstacles.0.position`; None if it is neither."""
+    parts = text.replace("[", ".[").split(".")
+    matches = [re.fullmatch(r"\[?([0-9]{1,9})\]?|([A-Za-z_][A-Za-z0-9_]*)", part) for part in parts]
+    if any(
+        match is None or (part[0] == "[") != (part[-1] == "]")
+        for part, match in zip(parts, matches, strict=True)
+    ):
+        return None
+    return tuple(int(match[1]) if match[1] else match[2] for match in matches if match)
+
+
+def nearest(word: str, names: Iterable[str]) -> str:
+    """`; did you mean "x"?` with the allowed name most like the word, or nothing if none is like it."""
+    by_lower = {name.lower(): name for name in names}
+    close = difflib.get_close_matches(word.lower()[:80], by_lower, n=1, cutoff=0.55)
+    return f'; did you mean "{by_lower[close[0]]}"?' if close else ""
+
+
+def listed(names: Sequence[str]) -> str:
+    """`a, b or c`."""
+    return " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+
+
+def shown(value: Any) -> str:
+    """A value as the reader wrote it, shortened."""
+    if value is None:
+        return "nothing (null)"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a table of keys"
+    if isinstance(value, list | tuple):
+        return "an empty list" if not value else f"a list of {len(value)}"
+    if isinstance(value, float) and value != value:
+        return "NaN (not a number)"
+    if isinstance(value, float) and value in (float("inf"), float("-inf")):
+        return "infinity"
+    if isinstance(value, str):
+        text = "".join(char if char.isprintable() else "?" for char in value[:60])
+        quote = "'" if '"' in text else '"'
+        return quote + text + quote + (" ..." if len(value) > 60 else "")
+    if isinstance(value, int) and abs(value) >= 10**20:
+        return "a whole number of more than 20 digits"
+    return repr(value)

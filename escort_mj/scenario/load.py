@@ -1,0 +1,134 @@
+"""Scenarios read from YAML: every fault of a file found at once, each with its place and what is allowed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import ValidationError
+
+from escort_mj.errors import Fault, ScenarioError, UsageError
+from escort_mj.scenario import checks, explain
+from escort_mj.scenario.document import Document, Place, line_and_column, read
+from escort_mj.scenario.findings import Finding, key_path, nearest, shown
+from escort_mj.scenario.overrides import Overrides, apply
+from escort_mj.scenario.schema import Scenario
+
+MAX_BYTES = 1_000_000
+MOST_FAULTS = 100
+
+
+def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:
+    """Reads and checks a scenario file.
+
+    Args:
+        path: A YAML file.
+        overrides: Texts `key.path=value` with values as YAML, or a mapping from key paths to values;
+            they are set in this order before anything is checked.
+
+    Raises:
+        UsageError: If there is no such file or it cannot be read.
+        ScenarioError: With every fault found.
+    """
+    source = os.fspath(path)
+    return parse_scenario(_decoded(_content(FilePath(source)), source), source, overrides)
+
+
+def parse_scenario(text: str, source: str = "<text>", overrides: Overrides = ()) -> Scenario:
+    """Reads and checks a scenario given as YAML text.
+
+    Args:
+        text: The YAML.
+        source: What to call it in messages.
+        overrides: As for `load_scenario`.
+
+    Raises:
+        ScenarioError: With every fault found.
+    """
+    document = read(text, source)
+    if not isinstance(document.data, dict):
+        found = "nothing" if document.data is None else shown(document.data)
+        place = document.place(()) if document.values else Place(source, 1, 1)
+        raise ScenarioError(
+            [_fault(f"found {found}; a scenario is a table of keys such as duration: 30", "", place)]
+        )
+    unset = apply(document, overrides)
+    scenario, findings = _checked(document.data)
+    faults = [
+        _fault(finding.message, key_path(finding.path), _place(document, finding))
+        for finding in sorted(findings, key=lambda finding: _order(document, finding, source))
+    ]
+    faults += unset
+    if len(faults) > MOST_FAULTS:
+        faults[MOST_FAULTS:] = [Fault(f"and {len(faults) - MOST_FAULTS} more faults", source=source)]
+    if faults or scenario is None:
+        raise ScenarioError(faults)
+    return scenario
+
+
+def _content(path: FilePath) -> bytes:
+    if not path.exists():
+        folder = path.parent
+        names = [entry.name for entry in folder.glob("*.y*ml")] if folder.is_dir() else []
+        raise UsageError(f"{path}: there is no such file{nearest(path.name, names)}")
+    if not path.is_file():
+        raise UsageError(f"{path}: this is not a file; expected a scenario in YAML")
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from None
+    return content
+
+
+def _decoded(content: bytes, source: str) -> str:
+    if len(content) > MAX_BYTES:
+        message = f"found more than {MAX_BYTES // 1000} kB; a scenario is smaller"
+        raise ScenarioError([Fault(message, source=source)])
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, column = line_and_column(content[: error.start].decode("utf-8", "replace"), error.start)
+        message = f"found the byte 0x{content[error.start]:02x}; a scenario is text in UTF-8"
+        raise ScenarioError([Fault(message, "", line, column, source)]) from None
+
+
+def _checked(data: dict[str, Any]) -> tuple[Scenario | None, list[Finding]]:
+    """The scenario in plain data, and everything wrong with it.
+
+    Parts that are wrong by themselves are left out, so that what is wrong between the others is found too.
+    """
+    try:
+        scenario = Scenario.model_validate(_tuples(data), strict=True)
+    except ValidationError as error:
+        found = explain.findings(error, data)
+    else:
+        return scenario, checks.findings(scenario)
+    if version := [finding for finding in found if finding.path == ("version",)]:
+        return None, version  # another version has other keys: nothing else can be said
+    wrong = {str(finding.path[0]) for finding in found}
+    rest = Scenario.model_validate(_tuples({k: v for k, v in data.items() if k not in wrong}), strict=True)
+    return None, found + checks.findings(rest, wrong)
+
+
+def _tuples(data: Any) -> Any:
+    """Lists as tuples: strict types, for which `true` is no number, take no lists for tuples."""
+    if isinstance(data, dict):
+        return {key: _tuples(value) for key, value in data.items()}
+    return tuple(map(_tuples, data)) if isinstance(data, list) else data
+
+
+def _place(document: Document, finding: Finding) -> Place:
+    paths = (finding.path, *finding.related)
+    written = next((path for path in paths if path in document.values), finding.path)
+    return document.place(written, finding.at_key)
+
+
+def _order(document: Document, finding: Finding, source: str) -> tuple[bool, int, int]:
+    place = _place(document, finding)
+    return place.source != source, place.line, place.column
+
+
+def _fault(message: str, key: str, place: Place) -> Fault:
+    return Fault(message, key, place.line, place.column, place.source)

@@ -1,0 +1,78 @@
+"""The schema followed along a key path: which table or value stands there, and what it is by default."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from escort_mj.scenario.findings import Path
+from escort_mj.scenario.schema import Scenario
+
+TAGS = ("behavior", "law")  # keys that tell apart the tables which may stand in one place
+
+
+class Location(NamedTuple):
+    """A place in the schema.
+
+    Attributes:
+        path: The key path, as it stands in a file.
+        annotation: Type of what stands there; None where the schema has nothing.
+        holder: The table around it.
+        field: The holder's field, if the path ends in one that the schema knows.
+    """
+
+    path: Path
+    annotation: Any
+    holder: type[BaseModel] | None
+    field: FieldInfo | None
+
+
+def locate(location: Path) -> Location:
+    """Follows a key path, or the location of a pydantic error, which names union members on its way."""
+    path: list[str | int] = []
+    annotation: Any = Scenario
+    holder: type[BaseModel] | None = None
+    field: FieldInfo | None = None
+    for key in location:
+        tables = models(annotation)
+        if len(tables) > 1 and (member := _member(tables, key)):
+            annotation = member
+            continue
+        path.append(key)
+        field = None
+        if isinstance(key, int):
+            annotation = _item(annotation)
+        elif tables:
+            holder = tables[0]
+            field = holder.model_fields.get(key)
+            annotation = field.annotation if field else None
+        else:
+            annotation = None
+    return Location(tuple(path), annotation, holder, field)
+
+
+def models(annotation: Any) -> list[type[BaseModel]]:
+    """The tables that may stand where an annotation says; none for a list of tables."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    if get_origin(annotation) is tuple:
+        return []
+    return [model for arg in get_args(annotation) for model in models(arg)]
+
+
+def tag_of(model: type[BaseModel]) -> tuple[str, str] | None:
+    """The key that says which of several tables this one is, and the name that it says."""
+    return next(((tag, model.model_fields[tag].default) for tag in TAGS if tag in model.model_fields), None)
+
+
+def _member(tables: list[type[BaseModel]], name: str | int) -> type[BaseModel] | None:
+    return next((table for table in tables if (tag := tag_of(table)) and tag[1] == name), None)
+
+
+def _item(annotation: Any) -> Any:
+    """What the items of a list are."""
+    if get_origin(annotation) is tuple:
+        return get_args(annotation)[0]
+    return next((item for arg in get_args(annotation) if (item := _item(arg)) is not None), None)

@@ -1,0 +1,118 @@
+"""The team as it starts: how many robots, what each is like, and where each stands."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.schema import RandomPlacement, Scenario
+from escort_mj.scenario.trajectory import target_trajectory
+
+Array = NDArray[np.float64]
+
+DEFAULT_COUNT = {2: 5, 3: 6}
+TRIES_PER_ROBOT = 2000
+TRIES_AT_ONCE = 4
+
+
+class Team(NamedTuple):
+    """The robots, one row each.
+
+    Attributes:
+        position: Where they start, shape (n, p) [m].
+        mass: Shape (n,) [kg].
+        radius: Shape (n,) [m].
+        force_limit: Largest force per axis, shape (n,) [N]; inf for none.
+    """
+
+    position: Array
+    mass: Array
+    radius: Array
+    force_limit: Array
+
+
+def robot_count(scenario: Scenario) -> int:
+    """Number of robots: as told, as many as have positions, or the paper's team for the axes."""
+    robots = scenario.robots
+    if robots.count is not None:
+        return robots.count
+    return DEFAULT_COUNT[scenario.axes] if robots.positions is None else len(robots.positions)
+
+
+def team(scenario: Scenario) -> Team:
+    """The robots of a scenario; random positions come from its seed, the same on every machine.
+
+    Raises:
+        ScenarioError: If random positions are asked for and there is no room for them.
+    """
+    robots, count = scenario.robots, robot_count(scenario)
+    mass = np.full(count, robots.mass)
+    radius = np.full(count, robots.radius)
+    force_limit = np.full(count, np.inf if robots.force_limit is None else robots.force_limit)
+    position = np.full((count, scenario.axes), np.nan)
+    if robots.positions is not None:
+        position[:] = robots.positions
+    for override in robots.overrides:
+        robot = override.robot - 1
+        mass[robot] = override.mass or mass[robot]
+        radius[robot] = override.radius or radius[robot]
+        force_limit[robot] = override.force_limit or force_limit[robot]
+        if override.position is not None:
+            position[robot] = override.position
+    if robots.positions is None:
+        _place(scenario, position, radius)
+    return Team(position, mass, radius, force_limit)
+
+
+def _place(scenario: Scenario, position: Array, radius: Array) -> None:
+    """Draws positions for the rows that are NaN, clear of one another and of everything else."""
+    placement = scenario.robots.placement or RandomPlacement(within=2.0 * scenario.mission.radius)
+    target = target_trajectory(scenario).position(0.0)
+    center = target if placement.center is None else np.array(placement.center)
+    random = np.random.Generator(np.random.Philox(scenario.seed))
+    free = np.isnan(position).any(axis=1)
+    taken = np.concatenate(
+        [
+            target[np.newaxis],
+            np.array([obstacle.position for obstacle in scenario.obstacles]).reshape(-1, scenario.axes),
+            position[~free],
+        ]
+    )
+    taken_radius = np.concatenate(
+        [[scenario.target.radius], [obstacle.radius for obstacle in scenario.obstacles], radius[~free]]
+    )
+    for robot in np.flatnonzero(free):
+        reach = taken_radius + radius[robot] + placement.least_gap
+        drawn = _draw(random, center, placement.within, taken, reach)
+        if drawn is None:
+            raise ScenarioError([Fault(_no_room(placement, int(robot), len(radius)), "robots.placement")])
+        position[robot] = drawn
+        taken = np.concatenate([taken, drawn[np.newaxis]])
+        taken_radius = np.append(taken_radius, radius[robot])
+
+
+def _draw(
+    random: np.random.Generator, center: Array, within: float, taken: Array, reach: Array
+) -> Array | None:
+    """A point uniform in the ball and at least `reach` from what is taken; None after many tries.
+
+    Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits everywhere.
+    """
+    for _ in range(TRIES_PER_ROBOT // TRIES_AT_ONCE):
+        offsets = 2.0 * random.random((TRIES_AT_ONCE, len(center))) - 1.0
+        points = center + within * offsets[(offsets * offsets).sum(axis=1) <= 1.0]
+        apart = points[:, np.newaxis] - taken
+        clear = ((apart * apart).sum(axis=2) >= reach * reach).all(axis=1)
+        if clear.any():
+            return np.asarray(points[np.argmax(clear)])
+    return None
+
+
+def _no_room(placement: RandomPlacement, robot: int, count: int) -> str:
+    return (
+        f"found no free place for robot {robot + 1} of {count} within {placement.within:g} m at gaps of "
+        f"{placement.least_gap:g} m; give a larger within, a smaller least_gap or fewer robots"
+    )
