@@ -14,7 +14,9 @@ from typing import Any, TypeVar
 import numba
 import numpy as np
 import platformdirs
+from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
 from numba.np.arrayobj import make_array, populate_array
 from numpy.typing import NDArray
@@ -115,6 +117,21 @@ def _view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     data = builder.inttoptr(address, context.get_data_type(types.float64).as_pointer())
     populate_array(array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None)
     return array._getvalue()
+
+
+STACK_DOUBLES = 128
+
+
+@intrinsic
+def stack_memory(context: Any) -> Any:
+    """Address of STACK_DOUBLES doubles on the machine's stack: scratch that nothing else can alias."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        size = ir.IntType(64)(STACK_DOUBLES)
+        memory = cgutils.alloca_once(builder, ir.DoubleType(), size=size)
+        return builder.ptrtoint(memory, context.get_value_type(types.intp))
+
+    return types.intp(), generate
 
 
 def _loader(kind: types.Type) -> Any:

@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors.avoid_obstacles import avoidance
 from escort_mj.control.behaviors.chords import chord
 from escort_mj.control.behaviors.surface import surface
-from escort_mj.control.laws.sliding import is_winding_up, switching
+from escort_mj.control.laws.sliding import is_winding_up, smooth_signs
 from escort_mj.control.noise import POSITION_CHANNEL, VELOCITY_CHANNEL, add_ball_noise
 from escort_mj.control.nsb import add_within_limit, compose, project
-from escort_mj.control.plan import AVOID_OBSTACLES, CHORDS, LAST_TIME, STARTED, Plan, State
+from escort_mj.control.plan import AVOID_OBSTACLES, CHORDS, LAST_TIME, MAX_CYCLES, MAX_LEVELS, STARTED, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
-from escort_mj.kernels import inlined, kernel
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 
 Array = NDArray[np.float64]
 
 
-@kernel
+@inlined
 def evaluate(plan: Plan, state: State) -> None:
     """One evaluation of the law: reads `time`, `q`, `v` of the state, writes all its control signals.
 
@@ -39,8 +39,7 @@ def evaluate(plan: Plan, state: State) -> None:
             state.e[i, k] = state.q_d[i, k] - state.q_measured[i, k]
     for i in range(n):
         outer_loop(i, plan, state)
-    for i in range(n):
-        inner_loop(i, plan, state)
+    inner_loop(plan, state)
 
 
 @inlined
@@ -107,25 +106,28 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
     v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order.
     """
     p = state.q.shape[1]
-    q, v = state.q_measured, state.v_measured
-    parts, directions, speeds = state.parts, state.directions, state.speeds
-    feedforward, relative, total = state.vectors[0], state.vectors[1], state.vectors[2]
-    for k in range(p):
-        feedforward[k] = state.target_velocity[k] if plan.target_feedforward else 0.0
+    memory = stack_memory()
+    directions = matrix_at(memory, MAX_CYCLES, p)
+    speeds = vector_at(memory + DOUBLE * MAX_CYCLES * p, MAX_CYCLES)
+    feedforward = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 1), p)
+    relative = vector_at(memory + DOUBLE * (MAX_CYCLES * (p + 1) + p), p)
+    parts = matrix_at(memory + DOUBLE * (MAX_CYCLES * (p + 1) + 2 * p), MAX_LEVELS, p)
     levels = plan.ladder.shape[0]
     highest_escort = levels
-    state.avoidance_active[i] = 0.0
+    avoiding = False
+    for k in range(p):
+        feedforward[k] = state.target_velocity[k] if plan.target_feedforward else 0.0
 
     for level in range(levels - 1, -1, -1):
         row = plan.ladder[level]
         if row[0] == AVOID_OBSTACLES:
-            active, speed = avoidance(
-                i, q, v, state.e, plan.obstacle_position, plan.obstacle_radius, plan.robot_radius,
+            active, speeds[0] = avoidance(
+                i, state.q_measured, state.v_measured, state.e,
+                plan.obstacle_position, plan.obstacle_radius, plan.robot_radius,
                 row, plan.slope, directions[0],
             )  # fmt: skip
             if active:
-                state.avoidance_active[i] = 1.0
-                speeds[0] = speed
+                avoiding = True
                 compose(level, levels, 1, directions, speeds, parts)
                 project(1, directions, feedforward)
             else:
@@ -138,17 +140,21 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
             cycles = plan.predecessors.shape[0]
             for c in range(cycles):
                 other = int(plan.predecessors[c, i])
-                speeds[c] = chord(i, other, q, plan.chord_length, row[1], directions[c])
+                speeds[c] = chord(i, other, state.q_measured, plan.chord_length, row[1], directions[c])
         else:
-            speeds[0] = surface(i, q, state.target_position, plan.radius, row[1], directions[0])
+            speeds[0] = surface(
+                i, state.q_measured, state.target_position, plan.radius, row[1], directions[0]
+            )
         compose(level, levels, cycles, directions, speeds, parts)
-        if plan.target_feedforward:
+        if avoiding:  # an avoidance below has bent the feed-forward: only its remainder is projected
             for k in range(p):
-                relative[k] = feedforward[k] - state.target_velocity[k]
+                relative[k] = feedforward[k] - state.target_velocity[k] * plan.target_feedforward
             project(cycles, directions, relative)
             for k in range(p):
-                feedforward[k] = state.target_velocity[k] + relative[k]
+                feedforward[k] = state.target_velocity[k] * plan.target_feedforward + relative[k]
 
+    state.avoidance_active[i] = 1.0 if avoiding else 0.0
+    total = state.v_d[i]
     for k in range(p):
         total[k] = 0.0
     for level in range(levels):
@@ -157,29 +163,32 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
         add_within_limit(total, parts[level], plan.max_speed)
     if highest_escort == levels:
         add_within_limit(total, feedforward, plan.max_speed)
-    for k in range(p):
-        state.v_d[i, k] = total[k]
 
 
 @inlined
-def inner_loop(i: int, plan: Plan, state: State) -> None:
-    """Force demanded of one robot and the rates of its state (eqs. 7, 9, 10, 17)."""
-    for k in range(state.q.shape[1]):
-        e = state.e[i, k]
-        e_dot = state.v_d[i, k] - state.v_measured[i, k]
-        s = e_dot + plan.slope * e
-        tau = (
-            state.rho_hat[i, k]
-            + plan.kp * e
-            + plan.kd * e_dot
-            + plan.k * switching(s / plan.boundary_layer, plan.smoothing)
-        )
-        state.e_dot[i, k] = e_dot
-        state.s[i, k] = s
-        state.tau[i, k] = tau
-        if plan.anti_windup and is_winding_up(tau, s, plan.force_limit[i]):
-            state.rho_hat_rate[i, k] = 0.0
-            state.q_d_rate[i, k] = state.v_measured[i, k]
-        else:
-            state.rho_hat_rate[i, k] = plan.mu * s
-            state.q_d_rate[i, k] = state.v_d[i, k]
+def inner_loop(plan: Plan, state: State) -> None:
+    """Forces demanded of all robots and the rates of their state (eqs. 7, 9, 10, 17)."""
+    n, p = state.q.shape
+    switching = state.switching
+    for i in range(n):
+        for k in range(p):
+            e_dot = state.v_d[i, k] - state.v_measured[i, k]
+            s = e_dot + plan.slope * state.e[i, k]
+            state.e_dot[i, k] = e_dot
+            state.s[i, k] = s
+            switching[i * p + k] = s / plan.boundary_layer
+    smooth_signs(switching, plan.smoothing)
+    for i in range(n):
+        limit = plan.force_limit[i]
+        for k in range(p):
+            s = state.s[i, k]
+            tau = (
+                state.rho_hat[i, k]
+                + plan.kp * state.e[i, k]
+                + plan.kd * state.e_dot[i, k]
+                + plan.k * switching[i * p + k]
+            )
+            held = plan.anti_windup and is_winding_up(tau, s, limit)
+            state.tau[i, k] = tau
+            state.rho_hat_rate[i, k] = 0.0 if held else plan.mu * s
+            state.q_d_rate[i, k] = state.v_measured[i, k] if held else state.v_d[i, k]

@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 
 from escort_mj.kernels import inlined
 
+
 Array = NDArray[np.float64]
+
+UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 
 
 @inlined
@@ -68,11 +71,11 @@ def add_within_limit(total: Array, part: Array, max_speed: float) -> None:
     Args:
         total: Velocity spent by higher priorities, shape (p,) [m/s]; changed in place.
         part: Velocity wanted by this priority, shape (p,) [m/s].
-        max_speed: Limit [m/s]; inf for none.
+        max_speed: Limit [m/s]; `UNLIMITED` for none.
     """
     axes = total.shape[0]
     alpha = 1.0
-    if max_speed < math.inf:
+    if max_speed < UNLIMITED:
         a = b = c = 0.0
         for k in range(axes):
             a += part[k] * part[k]

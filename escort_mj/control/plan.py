@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Chords
 from escort_mj.control.laws.sliding import SMOOTHINGS
+from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.setup import Setup
 from escort_mj.kernels import DOUBLE, matrix_at, shared, vector_at
@@ -26,6 +27,7 @@ SCALARS = 32
 LEVEL_SIZE = 6
 AVOID_OBSTACLES, CHORDS, SURFACE = 0.0, 1.0, 2.0
 MAX_CYCLES = 2
+MAX_LEVELS = 8
 CLOCK_SIZE = 8
 
 
@@ -98,11 +100,8 @@ class State(NamedTuple):
     rho_hat_rate: Array  # (n, p)
     force_before: Array  # (n, p): force of the step before, for its variation
     clock: Array  # (CLOCK_SIZE,): see the constants below
-    parts: Array  # (levels, p): scratch
-    directions: Array  # (MAX_CYCLES, p): scratch
-    speeds: Array  # (MAX_CYCLES,): scratch
-    vectors: Array  # (3, p): scratch
-    stack: Array  # scratch of `program.evaluate`
+    switching: Array  # (n * p,): scratch, the smoothed sign of s
+    stack: Array  # (2 * STACK_DEPTH,): scratch of `program.evaluate`
 
 
 # Places in State.clock
@@ -154,8 +153,7 @@ def pack(setup: Setup, stride: int, coordinates: int) -> Array:
         code,
         pieces,
     )
-    # XML has no infinity: the largest finite number stands for "no limit".
-    return np.nan_to_num(np.concatenate([np.ravel(block).astype(float) for block in blocks]))
+    return np.minimum(np.concatenate([np.ravel(block).astype(float) for block in blocks]), UNLIMITED)
 
 
 def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
@@ -174,16 +172,27 @@ def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
 
 
 @shared
+def axes_of(address: int) -> int:
+    """Dimension of the space of the packed plan at an address."""
+    return int(vector_at(address, SCALARS)[2])
+
+
+@shared
 def _take(at: int, rows: int, columns: int) -> tuple[int, Array]:
     """The block of memory at an address as a matrix, and the address of the block after it."""
     return at + DOUBLE * rows * columns, matrix_at(at, rows, columns)
 
 
 @shared
-def unpack_plan(address: int) -> Plan:
-    """Views the packed plan at an address; nothing is copied, nothing owned."""
+def unpack_plan(address: int, axes: int) -> Plan:
+    """Views the packed plan at an address; nothing is copied, nothing owned.
+
+    Args:
+        address: Where the plan is.
+        axes: p; kernels pass a literal here, so that the compiler knows it and unrolls all loops over axes.
+    """
     x = vector_at(address, SCALARS)
-    n, p, m = int(x[1]), int(x[2]), int(x[3])
+    n, p, m = int(x[1]), axes, int(x[3])
     levels, cycles, instructions, pieces = int(x[5]), int(x[6]), int(x[7]), int(x[8])
     at, ladder = _take(address + DOUBLE * SCALARS, levels, LEVEL_SIZE)
     at, predecessors = _take(at, cycles, n)
@@ -206,10 +215,10 @@ def unpack_plan(address: int) -> Plan:
 
 
 @shared
-def unpack_state(plan_address: int, address: int) -> State:
-    """Views the state at an address, given the address of its plan; nothing is copied, nothing owned."""
+def unpack_state(plan_address: int, address: int, axes: int) -> State:
+    """Views the state at an address, given the address of its plan and p; nothing is copied or owned."""
     x = vector_at(plan_address, SCALARS)
-    n, p, m, nq, levels = int(x[1]), int(x[2]), int(x[3]), int(x[4]), int(x[5])
+    n, p, m, nq = int(x[1]), axes, int(x[3]), int(x[4])
     at, time = _take(address, 1, 1)
     at, q = _take(at, n, p)
     at, v = _take(at, n, p)
@@ -243,10 +252,7 @@ def unpack_state(plan_address: int, address: int) -> State:
     at, rho_hat_rate = _take(at, n, p)
     at, force_before = _take(at, n, p)
     at, clock = _take(at, 1, CLOCK_SIZE)
-    at, parts = _take(at, levels, p)
-    at, directions = _take(at, MAX_CYCLES, p)
-    at, speeds = _take(at, 1, MAX_CYCLES)
-    at, vectors = _take(at, 3, p)
+    at, switching = _take(at, 1, n * p)
     at, stack = _take(at, 1, 2 * STACK_DEPTH)
     return State(
         time[0], q, v, q_measured, v_measured, q_d, v_d, e, e_dot, s, tau, rho_hat, disturbance,
@@ -254,13 +260,12 @@ def unpack_state(plan_address: int, address: int) -> State:
         robot_distance_min[0], obstacle_clearance_worst[0], robot_clearance_worst[0],
         contacts[0], contact_force[0], contact_onsets[0],
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
-        q_d_rate, rho_hat_rate, force_before, clock[0], parts, directions, speeds[0], vectors,
-        stack[0],
+        q_d_rate, rho_hat_rate, force_before, clock[0], switching[0], stack[0],
     )  # fmt: skip
 
 
 def state_size(plan: Array) -> int:
     """Length of the state vector that belongs to a packed plan."""
-    n, p, m, nq, levels = (int(size) for size in plan[1:6])
+    n, p, m, nq = (int(size) for size in plan[1:5])
     record = record_size({"robot": n, "axis": p, "obstacle": m, "coordinate": nq})
-    return record + 3 * n * p + CLOCK_SIZE + (levels + MAX_CYCLES + 3) * p + MAX_CYCLES + 2 * STACK_DEPTH
+    return record + 4 * n * p + CLOCK_SIZE + 2 * STACK_DEPTH

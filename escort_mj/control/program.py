@@ -25,7 +25,7 @@ STACK_DEPTH = 32
 class Op(IntEnum):
     """Instructions; `a`, `b` are their operands, x is the top of the stack, w the value below it."""
 
-    CONSTANT = 0  # push a
+    CONSTANT = 0  # push a (b is 0)
     AFFINE = 1  # push a + b t
     PIECEWISE = 2  # push the cubic of rows a .. a + b - 1 of the table that holds at t
     ADD = 3  # w + x
@@ -113,9 +113,9 @@ def _piecewise(table: Array, first: int, count: int, t: float) -> tuple[float, f
     return table[low, 1] + h * (c1 + h * (c2 + h * c3)), c1 + h * (2.0 * c2 + h * 3.0 * c3)
 
 
-@kernel
+@inlined
 def evaluate(code: Array, first: int, count: int, table: Array, t: float, stack: Array) -> tuple[float, float]:
-    """Runs one program.
+    """Runs one program; constants and straight lines, the most frequent ones, without its machine.
 
     Args:
         code: Instructions of all programs, shape (instructions, 3).
@@ -128,6 +128,16 @@ def evaluate(code: Array, first: int, count: int, table: Array, t: float, stack:
     Returns:
         The value and its derivative by time.
     """
+    if count == 0:
+        return 0.0, 0.0
+    if count == 1 and int(code[first, 0]) <= Op.AFFINE:
+        return code[first, 1] + code[first, 2] * t, code[first, 2]
+    return run(code, first, count, table, t, stack)
+
+
+@kernel
+def run(code: Array, first: int, count: int, table: Array, t: float, stack: Array) -> tuple[float, float]:
+    """Runs one program on the stack machine; as `evaluate`."""
     top = -2
     for row in range(first, first + count):
         op, a, b = int(code[row, 0]), code[row, 1], code[row, 2]
@@ -148,6 +158,4 @@ def evaluate(code: Array, first: int, count: int, table: Array, t: float, stack:
             x, dx = stack[top], stack[top + 1]
             y, slope = _unary(op, a, x)
             stack[top], stack[top + 1] = y, slope * dx
-    if top < 0:
-        return 0.0, 0.0
     return stack[0], stack[1]

@@ -148,10 +148,10 @@ def escape_gain(avoid: AvoidObstacles, depth: Array, speed: Array, error: Array,
         slope: gamma of the sliding surface [1/s].
     """
     g = slope * error
-    a = depth**2
-    b = 2.0 * depth * (speed - (2.0 * g if avoid.gain == "printed" else g))
-    c = g**2 + 2.0 * g * speed - speed**2
-    return (b + np.sqrt(np.maximum(b**2 + 4.0 * a * c, 0.0))) / (2.0 * a) + avoid.gain_margin
+    a, b = depth**2, 2.0 * depth * (speed - (2.0 * g if avoid.gain == "printed" else g))
+    # b^2 + 4ac with c = g^2 + 2g|v| - |v|^2, multiplied out: where g << |v| it cancels to rounding noise.
+    discriminant = 4.0 * a * (5.0 * g**2 - 2.0 * g * speed if avoid.gain == "printed" else 2.0 * g**2)
+    return (b + np.sqrt(np.maximum(discriminant, 0.0))) / (2.0 * a) + avoid.gain_margin
 
 
 def avoidance(avoid: AvoidObstacles, q: Array, v: Array, e: Array, setup: Setup) -> tuple[Array, Array, Mask]:
@@ -178,14 +178,15 @@ def spend(contributions: Array, max_speed: float) -> Array:
         max_speed: Largest speed [m/s].
     """
     total: Array = np.zeros(contributions.shape[1])
-    room = max_speed**2  # left of it: max_speed^2 - |total|^2
     for part in contributions:
         square, along = float(part @ part), float(total @ part)
+        room = max_speed**2 - float(total @ total)
+        room *= room > 1e-12 * max_speed**2  # the root below would make 1e-8 of what is only rounding
         if square + 2.0 * along <= room:
-            total, room = total + part, room - (square + 2.0 * along)
+            total = total + part
         else:  # cut where |total + alpha part| = max_speed
-            alpha = (math.sqrt(along**2 + square * room) - along) / square
-            total, room = total + alpha * part, 0.0
+            root = math.sqrt(along**2 + square * room)
+            total = total + (room / (root + along) if along > 0.0 else (root - along) / square) * part
     return total
 
 

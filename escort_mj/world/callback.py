@@ -22,8 +22,8 @@ import numba
 from numba import types
 
 from escort_mj.control.controller import evaluate
-from escort_mj.control.plan import MAGIC, unpack_plan, unpack_state
-from escort_mj.kernels import DOUBLE, OPTIONS, double_at, int_at, kernel, pointer_at, vector_at
+from escort_mj.control.plan import MAGIC, axes_of, unpack_plan, unpack_state
+from escort_mj.kernels import DOUBLE, OPTIONS, double_at, inlined, int_at, pointer_at, vector_at
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.watch import watch
 from escort_mj.world.wiring import unpack_wiring
@@ -51,25 +51,23 @@ def callbacks() -> tuple[Any, Any]:
     pyramidal = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
     acceleration_stage = int(mujoco.mjtStage.mjSTAGE_ACC)
 
-    @kernel
+    @inlined
     def is_ours(m: int) -> bool:
         """Whether a model carries a plan of ours."""
         return int_at(m + m_numbers) > 0 and double_at(pointer_at(m + m_numeric)) == MAGIC
 
-    @kernel
+    @inlined
     def wiring_of(m: int) -> Any:
         """The wiring that a model carries beside its plan."""
         second = int_at(pointer_at(m + m_numeric_address) + INT)
         return unpack_wiring(pointer_at(m + m_numeric) + DOUBLE * second)
 
-    @kernel
-    def control(m: int, d: int) -> None:
+    @inlined
+    def control(m: int, d: int, axes: int) -> None:
         """Evaluates the law for the present state and applies its forces."""
-        if not is_ours(m):
-            return
         numbers = pointer_at(m + m_numeric)
-        plan = unpack_plan(numbers)
-        state = unpack_state(numbers, pointer_at(d + d_userdata))
+        plan = unpack_plan(numbers, axes)
+        state = unpack_state(numbers, pointer_at(d + d_userdata), axes)
         wiring = wiring_of(m)
         n, p = state.q.shape
         nq = state.qpos.shape[0]
@@ -93,14 +91,12 @@ def callbacks() -> tuple[Any, Any]:
         for k in range(p):  # where it will be when MuJoCo next looks
             target[k] = state.target_position[k] + plan.timestep * state.target_velocity[k]
 
-    @kernel
-    def look(m: int, d: int) -> None:
+    @inlined
+    def look(m: int, d: int, axes: int) -> None:
         """Records what the solved step brought."""
-        if not is_ours(m):
-            return
         numbers = pointer_at(m + m_numeric)
-        plan = unpack_plan(numbers)
-        state = unpack_state(numbers, pointer_at(d + d_userdata))
+        plan = unpack_plan(numbers, axes)
+        state = unpack_state(numbers, pointer_at(d + d_userdata), axes)
         n, p = state.q.shape
         applied = vector_at(pointer_at(d + d_force), n * p)
         for i in range(n):
@@ -127,16 +123,23 @@ def callbacks() -> tuple[Any, Any]:
                 largest = max(largest, normal)
         watch(plan, state, touching, largest)
 
-    options = {key: value for key, value in OPTIONS.items() if key not in ("nogil", "_nrt")}
+    options = {key: value for key, value in OPTIONS.items() if key != "nogil"}
 
     @numba.cfunc(types.void(types.intp, types.intp), cache=True, **options)
     def control_callback(m, d):  # type: ignore[no-untyped-def]
-        control(m, d)
+        if is_ours(m):  # literal axes: the compiler makes one version for each
+            if axes_of(pointer_at(m + m_numeric)) == 2:
+                control(m, d, 2)
+            else:
+                control(m, d, 3)
 
     @numba.cfunc(types.void(types.intp, types.intp, types.int32), cache=True, **options)
     def sensor_callback(m, d, stage):  # type: ignore[no-untyped-def]
-        if stage == acceleration_stage:
-            look(m, d)
+        if stage == acceleration_stage and is_ours(m):
+            if axes_of(pointer_at(m + m_numeric)) == 2:
+                look(m, d, 2)
+            else:
+                look(m, d, 3)
 
     return control_callback, sensor_callback
 

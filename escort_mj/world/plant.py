@@ -38,7 +38,8 @@ class Plant:
     @property
     def state(self) -> State:
         """Views of the controller's whole state."""
-        return unpack_state(self.world.model.numeric_data.ctypes.data, self.data.userdata.ctypes.data)
+        plan, memory = self.world.model.numeric_data, self.data.userdata
+        return unpack_state(plan.ctypes.data, memory.ctypes.data, self.world.setup.axes)
 
     def warnings(self) -> dict[str, int]:
         """How often MuJoCo warned so far, by the warning's name."""

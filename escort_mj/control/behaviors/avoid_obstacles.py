@@ -73,20 +73,22 @@ def avoidance(
         for k in range(axes):
             x = q[robot, k] - obstacle_position[j, k]
             square += x * x
-        length = math.sqrt(square)
-        intrusion = safe - (length - to_surface * (robot_radius[robot] + obstacle_radius[j]))
-        if intrusion > worst:
-            worst, distance, intruder = intrusion, length, j
+        reach = safe + to_surface * (robot_radius[robot] + obstacle_radius[j])
+        if square < reach * reach:
+            length = math.sqrt(square)
+            if reach - length > worst:
+                worst, distance, intruder = reach - length, length, j
     if teammate_safe > 0.0:
         for j in range(q.shape[0]):
             square = 0.0
             for k in range(axes):
                 x = q[robot, k] - q[j, k]
                 square += x * x
-            length = math.sqrt(square)
-            intrusion = teammate_safe - (length - to_surface * (robot_radius[robot] + robot_radius[j]))
-            if intrusion > worst and j != robot:
-                worst, distance, intruder = intrusion, length, obstacle_position.shape[0] + j
+            reach = teammate_safe + to_surface * (robot_radius[robot] + robot_radius[j])
+            if square < reach * reach and j != robot:
+                length = math.sqrt(square)
+                if reach - length > worst:
+                    worst, distance, intruder = reach - length, length, obstacle_position.shape[0] + j
     if intruder < 0:
         return False, 0.0
 

@@ -45,9 +45,9 @@ def chord(robot: int, predecessor: int, q: Array, length: float, gain: float, di
     for k in range(axes):
         direction[k] = q[robot, k] - q[predecessor, k]
         square += direction[k] * direction[k]
-    distance = math.sqrt(square)
-    if distance == 0.0:
+    if square == 0.0:
         return 0.0
+    inverse = 1.0 / math.sqrt(square)
     for k in range(axes):
-        direction[k] /= distance
-    return gain * 0.5 * (length * length - square) / distance
+        direction[k] *= inverse
+    return gain * 0.5 * (length * length - square) * inverse

@@ -43,9 +43,9 @@ def surface(robot: int, q: Array, center: Array, radius: float, gain: float, dir
     for k in range(axes):
         direction[k] = q[robot, k] - center[k]
         square += direction[k] * direction[k]
-    distance = math.sqrt(square)
-    if distance == 0.0:
+    if square == 0.0:
         return 0.0
+    inverse = 1.0 / math.sqrt(square)
     for k in range(axes):
-        direction[k] /= distance
-    return gain * 0.5 * (radius * radius - square) / distance
+        direction[k] *= inverse
+    return gain * 0.5 * (radius * radius - square) * inverse

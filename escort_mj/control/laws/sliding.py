@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
+from escort_mj.control.elementary import tanh
 from escort_mj.control.parameters import Parameters
 from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
 
 SMOOTHINGS = ("tanh", "saturation", "sign")
 
@@ -41,13 +44,17 @@ class SlidingModeLaw(Parameters):
 
 
 @inlined
-def switching(x: float, smoothing: int) -> float:
-    """Stands for sgn(x): a tanh (0), a clipped line (1), or the sign itself (2)."""
+def smooth_signs(x: Array, smoothing: int) -> None:
+    """Replaces every x by what stands for sgn(x): a tanh (0), a clipped line (1), or the sign itself (2)."""
     if smoothing == 0:
-        return math.tanh(x)
-    if smoothing == 1:
-        return min(max(x, -1.0), 1.0)
-    return float(np.sign(x))
+        for j in range(x.shape[0]):
+            x[j] = tanh(x[j])
+    elif smoothing == 1:
+        for j in range(x.shape[0]):
+            x[j] = min(max(x[j], -1.0), 1.0)
+    else:
+        for j in range(x.shape[0]):
+            x[j] = float(np.sign(x[j]))
 
 
 @inlined
