@@ -1,0 +1,306 @@
+"""The compiled controller against its NumPy twin, which shares no code with it: random missions."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.control.controller import evaluate
+from escort_mj.control.formation import arrange, chords_exist
+from escort_mj.control.laws import ApdSmc, Asmc, PdSmc
+from escort_mj.control.plan import State, pack, state_size, unpack_plan, unpack_state
+from escort_mj.control.program import Op
+from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.setup import Setup
+from escort_mj.kernels import kernel
+
+TOLERANCE = 1e-10
+# Where a part meets a speed limit that is spent already, and where e = 0 under the printed gain, the kernels
+# take the root of a rounding error (1e-16 -> 1e-8). To be TOLERANCE again once they do not.
+ROOT_OF_ROUNDING = 1e-6
+
+AVOID, CHORDS, SURFACE = AvoidObstacles(safe_distance=2.5), Chords(), Surface()
+LADDERS = (
+    (AVOID, CHORDS, SURFACE),
+    (AVOID, SURFACE, CHORDS),
+    (CHORDS, SURFACE, AVOID),
+    (SURFACE, AVOID, CHORDS),
+    (CHORDS, AVOID, SURFACE),
+    (CHORDS, SURFACE),
+    (SURFACE, CHORDS),
+    (AVOID, SURFACE),
+    (AVOID,),
+    (CHORDS,),
+    (SURFACE,),
+)
+
+
+class Wave:
+    """A vector a + b t + d sin(w t), for NumPy and as a program for the kernel."""
+
+    def __init__(self, rng: np.random.Generator, axes: int) -> None:
+        self.a, self.b, self.d, self.w = rng.normal(size=(4, axes))
+
+    def position(self, t: float) -> np.ndarray:
+        return self.a + self.b * t + self.d * np.sin(self.w * t)
+
+    def velocity(self, t: float) -> np.ndarray:
+        return self.b + self.d * self.w * np.cos(self.w * t)
+
+    def programs(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        code = [
+            row
+            for a, b, d, w in zip(self.a, self.b, self.d, self.w, strict=True)
+            for row in (
+                (Op.AFFINE, 0, w),
+                (Op.SIN, 0, 0),
+                (Op.SCALE, d, 0),
+                (Op.AFFINE, a, b),
+                (Op.ADD, 0, 0),
+            )
+        ]
+        spans = np.array([(5 * k, 5) for k in range(len(self.a))], dtype=np.int64)
+        return np.array(code, dtype=float), spans, np.zeros((0, 5))
+
+
+@kernel
+def step(plan: int, state: int, axes: int) -> None:
+    """Evaluates the law on packed memory; literal axes, as in the physics callback."""
+    if axes == 2:
+        evaluate(unpack_plan(plan, 2), unpack_state(plan, state, 2))
+    else:
+        evaluate(unpack_plan(plan, 3), unpack_state(plan, state, 3))
+
+
+class Kernel:
+    """The compiled controller with its own memory, evaluated like `ReferenceController`."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.axes = setup.axes
+        self.packed = pack(setup, stride=1, coordinates=setup.count * setup.axes)
+        self.memory = np.zeros(state_size(self.packed))
+        self.state: State = unpack_state(self.packed.ctypes.data, self.memory.ctypes.data, setup.axes)
+
+    def evaluate(self, t: float, q: np.ndarray, v: np.ndarray) -> State:
+        self.state.time[0], self.state.q[:], self.state.v[:] = t, q, v
+        step(self.packed.ctypes.data, self.memory.ctypes.data, self.axes)
+        return self.state
+
+
+def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[Setup, np.ndarray, np.ndarray]:
+    """A random mission in a crowd of obstacles, with default options; initial q and v."""
+    rng = np.random.default_rng([axes, seed])
+    q, v = rng.normal(scale=4.0, size=(count, axes)), rng.normal(size=(count, axes))
+    order = tuple(int(robot) + 1 for robot in rng.permutation(count))
+    setup = Setup(
+        timestep=0.002,
+        seed=int(rng.integers(2**53)),
+        behaviors=LADDERS[0],
+        law=ApdSmc(),
+        radius=5.0,
+        target_feedforward=True,
+        max_speed=math.inf,
+        arrangement=arrange(q, np.zeros(axes), 5.0, order) if chords_exist(count, axes) else None,
+        obstacle_position=rng.normal(scale=3.0, size=(obstacles, axes)),
+        obstacle_radius=rng.uniform(0.1, 0.5, obstacles),
+        robot_radius=rng.uniform(0.1, 0.3, count),
+        force_limit=rng.choice([10.0, 50.0, 200.0, math.inf], count),
+        noise_position=0.02,
+        noise_velocity=0.01,
+        target=Wave(rng, axes),
+        disturbance=Wave(rng, axes),
+    )
+    return setup, q, v
+
+
+def assert_same(kernel: State, twin: ReferenceSignals, tolerance: float) -> None:
+    """Every signal of both agrees, relative to the signal's own size."""
+    for name, expected in twin._asdict().items():
+        atol = tolerance * max(1.0, float(np.abs(expected).max()))
+        np.testing.assert_allclose(getattr(kernel, name), expected, rtol=0.0, atol=atol, err_msg=name)
+
+
+def compare(setup: Setup, q: np.ndarray, v: np.ndarray, seed: int = 0, steps: int = 4) -> np.ndarray:
+    """Walks both through random states, each evaluated twice; how often avoidance was active, (steps, n)."""
+    rng = np.random.default_rng(seed)
+    kernel, twin = Kernel(setup), ReferenceController(setup)
+    twin.reset(q)
+    printed = any(isinstance(b, AvoidObstacles) and b.gain == "printed" for b in setup.behaviors)
+    still = setup.noise_position == 0.0 and printed
+    tolerance = ROOT_OF_ROUNDING if still or math.isfinite(setup.max_speed) else TOLERANCE
+    active = []
+    for count in range(steps):
+        t = count * setup.timestep
+        for _ in range(2):
+            signals = twin.evaluate(t, q, v)
+            assert_same(kernel.evaluate(t, q, v), signals, tolerance)
+        active.append(signals.avoidance_active)
+        q, v = q + rng.normal(scale=0.05, size=q.shape), v + rng.normal(scale=0.5, size=v.shape)
+    return np.array(active)
+
+
+def with_avoidance(setup: Setup, **changes: object) -> Setup:
+    """The setup with other parameters of avoid_obstacles."""
+    return replace(
+        setup,
+        behaviors=tuple(
+            b.model_copy(update=changes) if isinstance(b, AvoidObstacles) else b for b in setup.behaviors
+        ),
+    )
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("max_speed", [math.inf, 1.5])
+@pytest.mark.parametrize("feedforward", [True, False])
+@pytest.mark.parametrize("ladder", LADDERS, ids=lambda ladder: "-".join(b.behavior for b in ladder))
+def test_every_ladder(ladder, feedforward: bool, max_speed: float, axes: int) -> None:
+    setup, q, v = mission(axes, seed=1)
+    setup = replace(setup, behaviors=ladder, target_feedforward=feedforward, max_speed=max_speed)
+    active = compare(setup, q, v)
+    if AVOID in ladder:
+        assert active.any() and not active.all()
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("anti_windup", [True, False])
+@pytest.mark.parametrize("smoothing", ["tanh", "saturation", "sign"])
+@pytest.mark.parametrize("law", [ApdSmc, Asmc, PdSmc])
+def test_every_law(law, smoothing: str, anti_windup: bool, axes: int) -> None:
+    setup, q, v = mission(axes, seed=2)
+    chosen = law(
+        smoothing=smoothing, anti_windup=anti_windup, boundary_layer=0.7, slope=13.0, switching_gain=30.0
+    )
+    setup = replace(setup, law=chosen)
+    twin = ReferenceController(setup)
+    twin.reset(q)
+    tau = twin.evaluate(0.0, q, v).tau
+    saturated = np.abs(tau) > setup.force_limit[:, None]
+    assert saturated.any() and not saturated.all()
+    compare(setup, q, v)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("measure", ["center", "surface"])
+@pytest.mark.parametrize("teammates", [True, False])
+@pytest.mark.parametrize("gain", ["consistent", "printed"])
+def test_every_avoidance(gain: str, teammates: bool, measure: str, axes: int) -> None:
+    setup, q, v = mission(axes, seed=3)
+    setup = with_avoidance(setup, gain=gain, teammates=teammates, measure=measure, teammate_distance=4.0)
+    active = compare(setup, q, v)
+    assert active.any() and not active.all()
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize(("position", "velocity"), [(0.0, 0.0), (0.02, 0.0), (0.0, 0.01), (0.5, 0.5)])
+def test_every_noise(position: float, velocity: float, axes: int) -> None:
+    setup, q, v = mission(axes, seed=4)
+    setup = replace(setup, noise_position=position, noise_velocity=velocity)
+    kernel, twin = Kernel(setup), ReferenceController(setup)
+    twin.reset(q)
+    for t in (0.0, 0.002, 1.0, 12345.678):
+        signals, state = twin.evaluate(t, q, v), kernel.evaluate(t, q, v)
+        np.testing.assert_allclose(state.q_measured, signals.q_measured, rtol=1e-15, atol=1e-15)
+        np.testing.assert_allclose(state.v_measured, signals.v_measured, rtol=1e-15, atol=1e-15)
+    compare(setup, q, v)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_random_missions(seed: int) -> None:
+    rng = np.random.default_rng([99, seed])
+    axes = int(rng.integers(2, 4))
+    count = int(rng.integers(2, 9)) if axes == 2 else 6
+    setup, q, v = mission(axes, seed, count, obstacles=int(rng.integers(0, 7)))
+    law = (ApdSmc, Asmc, PdSmc)[rng.integers(3)]
+    avoid = {
+        "gain": str(rng.choice(["consistent", "printed"])),
+        "measure": str(rng.choice(["center", "surface"])),
+        "teammates": bool(rng.integers(2)),
+        "safe_distance": float(rng.uniform(0.5, 4.0)),
+        "gain_margin": float(rng.uniform(0.0, 1.0)),
+    }
+    setup = replace(
+        setup,
+        behaviors=LADDERS[rng.integers(len(LADDERS))],
+        law=law(smoothing=str(rng.choice(["tanh", "saturation", "sign"])), anti_windup=bool(rng.integers(2))),
+        radius=float(rng.uniform(1.0, 8.0)),
+        target_feedforward=bool(rng.integers(2)),
+        max_speed=float(rng.choice([0.5, 3.0, math.inf])),
+        disturbance=None if rng.integers(2) else setup.disturbance,
+    )
+    compare(with_avoidance(setup, **avoid), q, v, seed)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_robots_in_impossible_places(axes: int) -> None:
+    """On an obstacle, on its teammate and predecessor, and on the target, without noise to part them."""
+    setup, q, v = mission(axes, seed=5)
+    setup = replace(setup, noise_position=0.0, noise_velocity=0.0)
+    q[0] = setup.obstacle_position[2]
+    q[1] = q[setup.arrangement.predecessors[0, 1]]
+    q[3] = setup.target.position(0.0)
+    for ladder in LADDERS:
+        for max_speed in (math.inf, 1.0):
+            compare(replace(setup, behaviors=ladder, max_speed=max_speed), q, v, steps=2)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("gain", ["consistent", "printed"])
+def test_gain_without_tracking_error(gain: str, axes: int) -> None:
+    """At e = 0, the first step of every run without noise, eq. 24 has a double root."""
+    for seed in range(5):
+        setup, q, v = mission(axes, seed)
+        setup = replace(setup, noise_position=0.0, noise_velocity=0.0)
+        compare(with_avoidance(setup, gain=gain), q, v, steps=2)
+
+
+def test_two_obstacles_equally_near() -> None:
+    """The first rules, and an obstacle comes before a teammate."""
+    setup, q, v = mission(2, seed=6, count=2, obstacles=3)
+    setup = replace(
+        setup,
+        behaviors=(AvoidObstacles(measure="center", teammate_distance=2.0),),
+        obstacle_position=np.array([[3.0, 0.0], [1.0, 0.0], [-1.0, 0.0]]),
+        noise_position=0.0,
+        noise_velocity=0.0,
+        target_feedforward=False,
+    )
+    q = np.array([[0.0, 0.0], [0.0, 1.0]])
+    assert compare(setup, q, v, steps=1)[0, 0]
+    state = Kernel(setup).evaluate(0.0, q, v)
+    assert state.v_d[0, 0] < 0.0 and state.v_d[0, 1] == 0.0
+
+
+def test_a_lone_robot_in_free_space() -> None:
+    setup, q, v = mission(3, seed=7, count=1, obstacles=0)
+    for ladder in ((AVOID, SURFACE), (AVOID,), (SURFACE,)):
+        assert not compare(replace(setup, behaviors=ladder), q, v).any()
+
+
+def test_teammates_that_do_not_count_may_overlap() -> None:
+    setup, q, v = mission(2, seed=8, obstacles=0)
+    setup = with_avoidance(replace(setup, robot_radius=np.full(6, 3.0)), teammates=False)
+    assert not compare(setup, q, v).any()
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_long_run_stays_together(axes: int) -> None:
+    """Each controller drives robots of its own, of unit mass, for 5000 steps past obstacles."""
+    setup, q, _ = mission(axes, seed=9)
+    setup = replace(setup, force_limit=np.full(6, 10.0), max_speed=2.0, radius=4.0)
+    kernel, twin = Kernel(setup), ReferenceController(setup)
+    twin.reset(q)
+    states = {"kernel": (q, np.zeros_like(q)), "twin": (q, np.zeros_like(q))}
+    avoided = False
+    for count in range(5000):
+        t = count * setup.timestep
+        signals = twin.evaluate(t, *states["twin"])
+        taus = {"kernel": kernel.evaluate(t, *states["kernel"]).tau, "twin": signals.tau}
+        avoided |= bool(signals.avoidance_active.any())
+        for name, tau in taus.items():
+            q, v = states[name]
+            v = v + setup.timestep * (np.clip(tau, -10.0, 10.0) + signals.disturbance)
+            states[name] = q + setup.timestep * v, v
+    assert avoided
+    np.testing.assert_allclose(states["kernel"], states["twin"], rtol=0.0, atol=1e-6)
