@@ -71,20 +71,8 @@ def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_clearance(scenario: Scenario) -> Iterator[Finding]:
-    """Nothing overlaps at the start, and there is room for the team around the target."""
-    try:
-        robots = team(scenario)
-    except ScenarioError as error:
-        yield from (Finding(("robots", "placement"), fault.message) for fault in error.faults)
-        return
+    """Nothing overlaps at the start, and there is room for robots that are placed at random."""
     target = target_trajectory(scenario).position(0.0)
-    radius = scenario.mission.radius
-    need = scenario.target.radius + float(robots.radius.max())
-    if radius <= need:
-        yield Finding(
-            ("mission", "radius"),
-            f"found {radius:g} m, inside the target's body; expected more than {need:g} m",
-        )
     for index, obstacle in enumerate(scenario.obstacles):
         gap = (
             float(np.linalg.norm(np.array(obstacle.position) - target))
@@ -92,7 +80,14 @@ def check_clearance(scenario: Scenario) -> Iterator[Finding]:
             - scenario.target.radius
         )
         if gap < 0.0:
-            yield Finding(("obstacles", index), f"overlaps the target by {-gap:.3g} m at the start")
+            yield Finding(
+                ("obstacles", index, "position"), f"overlaps the target by {-gap:.3g} m at the start"
+            )
+    try:
+        robots = team(scenario)
+    except ScenarioError as error:
+        yield from (Finding(("robots", "placement"), fault.message) for fault in error.faults)
+        return
     yield from _overlaps(scenario, robots, target)
 
 
@@ -116,7 +111,7 @@ def _overlaps(scenario: Scenario, robots: Team, target: Array) -> Iterator[Findi
                 _position_path(scenario, int(mover)),
                 f"robot {mover + 1} overlaps {_body(scenario, int(fixed), len(robots.radius))} "
                 f"by {-gap[other - robot - 1]:.3g} m at the start",
-                related=(("obstacles", int(fixed) - len(robots.radius)),),
+                related=(("obstacles", int(fixed) - len(robots.radius), "position"),),
             )
 
 

@@ -67,7 +67,14 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
     count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
     edge = spacing(count, axes, mission.radius)
     behaviors = list(enumerate(mission.behaviors))
-    robot_radius = scenario.robots.radius
+    robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
+    body = scenario.target.radius + robot_radius
+    if mission.radius <= body:
+        yield Finding(
+            ("mission", "radius"),
+            f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",
+            related=(("target", "radius"), ("robots", "radius")),
+        )
     for index, chords in behaviors:
         if not isinstance(chords, Chords):
             continue
@@ -137,7 +144,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_expectations, ("expect", "duration")),
     (check_obstacle_names, ("obstacles",)),
     (check_behaviors, ("mission",)),
-    (check_formation, ("axes", "robots", "mission")),
+    (check_formation, ("axes", "target", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),
 )
 

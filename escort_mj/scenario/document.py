@@ -171,7 +171,10 @@ class _Reader:
                 self.value(next(events), events, here)
                 continue
             self.document.keys[here] = self.place(event)
-            table[key] = self.value(next(events), events, here)
+            value = next(events)
+            table[key] = self.value(value, events, here)
+            if table[key] is None and value.start_mark.index == value.end_mark.index:
+                self.document.values[here] = self.document.keys[here]  # nothing was written after the key
         return table
 
     def refuse(self, event: Any, path: Path) -> None:

@@ -15,7 +15,12 @@ from escort_mj.scenario.paths import Location, locate, tag_of
 
 def findings(error: ValidationError, data: Any) -> list[Finding]:
     """What pydantic found wrong with a scenario's plain data."""
-    return [_finding(details, data) for details in error.errors(include_url=False)]
+    return [_finding(details, data) for details in error.errors(include_url=False) if not _is_echo(details)]
+
+
+def _is_echo(details: ErrorDetails) -> bool:
+    """Whether a list is called too short only because its items are wrong, which is reported by itself."""
+    return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
 def _finding(details: ErrorDetails, data: Any) -> Finding:

@@ -1,0 +1,115 @@
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario.document import plain_scalar, read
+
+
+def faults(text: str) -> list[str]:
+    with pytest.raises(ScenarioError) as caught:
+        read(text, "s.yaml")
+    return [str(fault) for fault in caught.value.faults]
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1e-3", 0.001),
+        ("-.5", -0.5),
+        ("1.", 1.0),
+        ("+3", 3),
+        ("012", 12),
+        ("0x1F", 31),
+        ("0o17", 15),
+        ("no", "no"),
+        ("yes", "yes"),
+        ("12:30:00", "12:30:00"),
+        ("2020-01-01", "2020-01-01"),
+        ("1_000", "1_000"),
+        ("true", True),
+        ("False", False),
+        ("~", None),
+        ("", None),
+        ("null", None),
+        ("-.inf", -math.inf),
+        ("<<", "<<"),
+        ("3 + 0.1*t", "3 + 0.1*t"),
+        ("9" * 5000, "9" * 5000),
+    ],
+)
+def test_plain_words_mean_what_yaml_1_2_says(text: str, value: object):
+    found = plain_scalar(text)
+    assert found == value
+    assert type(found) is type(value)
+
+
+def test_nan():
+    assert math.isnan(plain_scalar(".nan"))
+
+
+json_values = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-(10**18), 10**18)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(st.characters(max_codepoint=0xFFFF, exclude_categories=("Cs",)), max_size=20),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text("abcxyz_", max_size=8), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+
+
+@given(st.dictionaries(st.text("abcxyz_", max_size=8), json_values, max_size=4))
+def test_json_reads_as_itself(data: dict):
+    assert read(json.dumps(data), "json").data == data
+
+
+def test_places():
+    document = read("a: 1\nb:\n  - {c: x}\n  - 2\n", "s.yaml")
+    assert document.data == {"a": 1, "b": [{"c": "x"}, 2]}
+    assert document.place(("a",)) == ("s.yaml", 1, 4)
+    assert document.place(("a",), at_key=True) == ("s.yaml", 1, 1)
+    assert document.place(("b", 0, "c")) == ("s.yaml", 3, 9)
+    assert document.place(("b", 0, "c"), at_key=True) == ("s.yaml", 3, 6)
+    assert document.place(("b", 1)) == ("s.yaml", 4, 5)
+    assert document.place(("b", 0, "missing")) == ("s.yaml", 3, 5)
+    assert document.place(("nowhere", "at", "all")) == ("s.yaml", 1, 1)
+
+
+def test_every_fault_at_once():
+    assert faults("a: 1\na: 2\nb: !!set {x}\nc: &k 3\nb: 4\n") == [
+        's.yaml:2:1: a: found the key "a" twice; it stands in line 1 already',
+        's.yaml:3:4: b: found the tag "!!set"; tags are not allowed, leave it out',
+        "s.yaml:4:4: c: found the anchor &k; write each value out",
+        's.yaml:5:1: b: found the key "b" twice; it stands in line 3 already',
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 50_000, "- " * 300, "{a: " * 300, "a:\n" + "".join(" " * k + "a:\n" for k in range(1, 300))],
+)
+def test_deep_nesting_is_refused(text: str):
+    (fault,) = faults(text)
+    assert "levels of nesting" in fault
+
+
+@given(st.text(max_size=120))
+def test_any_text_is_data_or_an_error(text: str):
+    try:
+        read(text, "text")
+    except ScenarioError:
+        pass
+
+
+@given(st.text("ab01:-[]{},&*!|>'\"#%@`?\n \t", max_size=60))
+def test_any_punctuation_is_data_or_an_error(text: str):
+    try:
+        read(text, "text")
+    except ScenarioError:
+        pass

@@ -1,0 +1,164 @@
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.scenario import Scenario, load_scenario, parse_scenario
+
+GOOD = """\
+name: good
+duration: 20
+axes: 2
+target:
+  position: ["3 + 0.1*t", 0]
+robots:
+  positions: [[8, 0], [-2, 0], [3, 5]]
+obstacles:
+  - {position: [15, 6], radius: 0.3}
+mission:
+  behaviors: [avoid_obstacles, {behavior: chords, gain: 0.5}, surface]
+controller:
+  law: apd_smc
+expect:
+  - {metric: contacts, at_most: 0}
+"""
+
+
+def faults(text: str, **kwargs) -> list[str]:
+    """The faults of a text, each as line:column: key: message."""
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(text, "s", **kwargs)
+    assert caught.value.exit_code == 2
+    return [str(fault).removeprefix("s:") for fault in caught.value.faults]
+
+
+def test_good_scenario():
+    scenario = parse_scenario(GOOD)
+    assert scenario.name == "good"
+    assert scenario.robots.positions == ((8.0, 0.0), (-2.0, 0.0), (3.0, 5.0))
+    assert scenario.target.position == ("3 + 0.1*t", 0.0)
+    assert [behavior.behavior for behavior in scenario.mission.behaviors] == [
+        "avoid_obstacles",
+        "chords",
+        "surface",
+    ]
+
+
+def test_short_scenarios_are_valid():
+    assert parse_scenario("name: five") == Scenario(name="five")
+    assert parse_scenario("controller: asmc").controller.law == "asmc"
+    assert parse_scenario("controller: {slope: 10}").controller.law == "apd_smc"
+
+
+def test_everything_wrong_at_once_in_the_order_of_the_file():
+    found = faults(
+        "axes: 3\nvideo: {witdh: 3}\nrobots: {mass: -1, kind: 3}\nrecording: {rate: 60}\n"
+        "expect: [{metric: contacts}]\ntarget: {position: [1, 2]}\n"
+    )
+    assert [fault.split(": ")[:2] for fault in found] == [
+        ["2:9", "video.witdh"],
+        ["3:16", "robots.mass"],
+        ["3:26", "robots.kind"],
+        ["5:10", "expect[0]"],
+    ]
+    # The dimension of target.position and the size of the trace are known once robots are.
+    found = faults("axes: 3\nvideo: {witdh: 3}\nrecording: {rate: 60}\ntarget: {position: [1, 2]}\n")
+    assert [fault.split(": ")[1] for fault in found] == ["video.witdh", "recording.rate", "target.position"]
+
+
+def test_a_thousand_faults_are_cut_short():
+    found = faults("robots: {positions: [" + "[x, 0], " * 999 + "]}")
+    assert len(found) == 101
+    assert found[-1].endswith("and 899 more faults")
+
+
+class TestFiles:
+    def test_file(self, tmp_path: Path):
+        path = tmp_path / "good.yaml"
+        path.write_text("\ufeff" + GOOD)
+        assert load_scenario(path) == load_scenario(str(path)) == parse_scenario(GOOD)
+
+    def test_faults_name_the_file(self, tmp_path: Path):
+        path = tmp_path / "bad.yaml"
+        path.write_text("name: x\nduration: -1\n")
+        with pytest.raises(ScenarioError) as caught:
+            load_scenario(path)
+        assert str(caught.value) == f"{path}:2:11: duration: found -1; expected more than 0"
+
+    def test_missing_file(self, tmp_path: Path):
+        (tmp_path / "main.yaml").write_text(GOOD)
+        with pytest.raises(UsageError, match='no such file; did you mean "main.yaml"'):
+            load_scenario(tmp_path / "mian.yaml")
+        with pytest.raises(UsageError, match="no such file"):
+            load_scenario(tmp_path / "no" / "folder.yaml")
+
+    def test_folder_and_device(self, tmp_path: Path):
+        with pytest.raises(UsageError, match="not a file"):
+            load_scenario(tmp_path)
+        with pytest.raises(UsageError, match="not a file"):
+            load_scenario("/dev/zero")
+
+    @pytest.mark.parametrize(
+        ("content", "words"),
+        [
+            (b"name: x\nseed: \xff\xfe\x00\n", r":2:7: found the byte 0xff; a scenario is text in UTF-8"),
+            (bytes(range(256)) * 4, "this is not YAML|UTF-8"),
+            (b"\x89PNG\r\n\x1a\n" + bytes(100), "UTF-8"),
+            ("name: x\n".encode("utf-16"), "UTF-8"),
+            (b"\x00" * 50, "this is not YAML"),
+            (b"#" * 1_000_001, "more than 1000 kB"),
+        ],
+    )
+    def test_binary(self, tmp_path: Path, content: bytes, words: str):
+        path = tmp_path / "binary.yaml"
+        path.write_bytes(content)
+        with pytest.raises(ScenarioError, match=words) as caught:
+            load_scenario(path)
+        assert len(caught.value.faults) == 1
+
+
+edits = st.lists(
+    st.tuples(
+        st.integers(0, len(GOOD)),
+        st.integers(0, 12),
+        st.sampled_from(
+            [*"{}[]:,-?&*!|>'\"#%@ \n\t0", "null", ".nan", "1e999", "true", "t", "\n  ", "é", "\x00", "<<"]
+        ),
+    ),
+    min_size=1,
+    max_size=4,
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(edits)
+def test_mutated_scenarios_are_scenarios_or_errors(changes: list[tuple[int, int, str]]):
+    text = GOOD
+    for start, length, new in changes:
+        text = text[:start] + new + text[start + length :]
+    try:
+        parse_scenario(text)
+    except ScenarioError as error:
+        assert error.faults
+        assert all(fault.message and fault.source == "<text>" for fault in error.faults)
+
+
+words = st.sampled_from(
+    [*Scenario.model_fields, "position", "count", "law", "asmc", "time", "gain", "chords", "x"]
+)
+wild = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | words,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(words, inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from(list(Scenario.model_fields)), wild)
+def test_any_value_anywhere_is_a_scenario_or_an_error(key: str, value: object):
+    try:
+        parse_scenario("duration: 5", overrides={key: value})
+    except ScenarioError as error:
+        assert error.faults
