@@ -15,7 +15,16 @@ from escort_mj.control.behaviors.surface import surface
 from escort_mj.control.laws.sliding import is_winding_up, smooth_signs
 from escort_mj.control.noise import POSITION_CHANNEL, VELOCITY_CHANNEL, add_ball_noise
 from escort_mj.control.nsb import add_within_limit, compose, project
-from escort_mj.control.plan import AVOID_OBSTACLES, CHORDS, LAST_TIME, MAX_CYCLES, MAX_LEVELS, STARTED, Plan, State
+from escort_mj.control.plan import (
+    AVOID_OBSTACLES,
+    CHORDS,
+    LAST_TIME,
+    MAX_CYCLES,
+    MAX_LEVELS,
+    STARTED,
+    Plan,
+    State,
+)
 from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 
@@ -71,7 +80,12 @@ def follow_time(plan: Plan, state: State) -> None:
             plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
         )
         push, _ = evaluate_program(
-            plan.code, int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1]), plan.pieces, time, state.stack
+            plan.code,
+            int(plan.disturbance[k, 0]),
+            int(plan.disturbance[k, 1]),
+            plan.pieces,
+            time,
+            state.stack,
         )
         for i in range(n):
             state.disturbance[i, k] = push

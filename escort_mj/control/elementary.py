@@ -31,7 +31,7 @@ def _power_of_two(context: Any, shifted: Any) -> Any:
 
 @inlined
 def tanh(x: float) -> float:
-    """tanh x = -q / (q + 2) with q = exp(-2|x|) - 1, by its series after taking out powers of two."""
+    """Tanh x = -q / (q + 2) with q = exp(-2|x|) - 1, by its series after taking out powers of two."""
     y = -2.0 * min(abs(x), _SATURATED)
     shifted = y * _LOG2_E + _ROUND
     n = shifted - _ROUND

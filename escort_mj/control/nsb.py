@@ -17,16 +17,14 @@ from numpy.typing import NDArray
 
 from escort_mj.kernels import inlined
 
-
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-12
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 
 
 @inlined
-def compose(
-    level: int, levels: int, cycles: int, directions: Array, speeds: Array, parts: Array
-) -> None:
+def compose(level: int, levels: int, cycles: int, directions: Array, speeds: Array, parts: Array) -> None:
     """Puts a behavior above those below it: sets its own part and projects the lower parts.
 
     Args:
@@ -49,7 +47,7 @@ def compose(
 
 @inlined
 def project(cycles: int, directions: Array, part: Array) -> None:
-    """part <- sum_c (I - x_c x_c^T) part, in place; shape (p,)."""
+    """Part <- sum_c (I - x_c x_c^T) part, in place; shape (p,)."""
     axes = part.shape[0]
     removed0 = removed1 = 0.0
     for k in range(axes):
@@ -81,8 +79,11 @@ def add_within_limit(total: Array, part: Array, max_speed: float) -> None:
             a += part[k] * part[k]
             b += part[k] * total[k]
             c += total[k] * total[k]
-        room = max(max_speed * max_speed - c, 0.0)
+        room = max_speed * max_speed - c
+        if room < ROUNDING * max_speed * max_speed:  # all is spent: what is left is rounding
+            room = 0.0
         if a + 2.0 * b > room:
-            alpha = min(max((math.sqrt(b * b + a * room) - b) / a, 0.0), 1.0)
+            root = math.sqrt(b * b + a * room)
+            alpha = min(room / (root + b) if b > 0.0 else (root - b) / a, 1.0)
     for k in range(axes):
         total[k] += alpha * part[k]

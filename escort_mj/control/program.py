@@ -114,7 +114,9 @@ def _piecewise(table: Array, first: int, count: int, t: float) -> tuple[float, f
 
 
 @inlined
-def evaluate(code: Array, first: int, count: int, table: Array, t: float, stack: Array) -> tuple[float, float]:
+def evaluate(
+    code: Array, first: int, count: int, table: Array, t: float, stack: Array
+) -> tuple[float, float]:
     """Runs one program; constants and straight lines, the most frequent ones, without its machine.
 
     Args:

@@ -89,4 +89,5 @@ class Setup:
             return avoid.teammate_distance
         if self.arrangement is None:
             return avoid.safe_distance
-        return min(avoid.safe_distance, 0.5 * self.arrangement.length)
+        bodies = 2.0 * float(self.robot_radius.max()) if avoid.measure == "surface" else 0.0
+        return min(avoid.safe_distance, max(0.5 * (self.arrangement.length - bodies), 0.0))

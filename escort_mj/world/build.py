@@ -73,7 +73,9 @@ def build(scenario: Scenario) -> World:
     start = _in_space(setup.target.position(0.0), height)
     target = graft(load_part("target").find("body", "target"), root.worldbody, "target")
     target.pos = start
-    target.find("geom", "target_body").set_attributes(size=[scenario.target.radius], rgba=[*palette.TARGET, 1.0])
+    target.find("geom", "target_body").set_attributes(
+        size=[scenario.target.radius], rgba=[*palette.TARGET, 1.0]
+    )
     add_cameras(root, target, scenario, *_extent(scenario, setup, robots, height))
 
     plan = pack(setup, stride, coordinates)
@@ -142,7 +144,9 @@ def _add_obstacles(root: Any, scenario: Scenario, height: float) -> None:
     for name, obstacle in zip(obstacle_names(scenario), scenario.obstacles, strict=True):
         body = graft(part, root.worldbody, name)
         body.pos = _in_space(np.array(obstacle.position), height)
-        body.find("geom", f"{name}_body").set_attributes(size=[obstacle.radius], rgba=[*palette.OBSTACLE, 1.0])
+        body.find("geom", f"{name}_body").set_attributes(
+            size=[obstacle.radius], rgba=[*palette.OBSTACLE, 1.0]
+        )
 
 
 def _extent(

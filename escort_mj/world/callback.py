@@ -148,7 +148,9 @@ def callbacks() -> tuple[Any, Any]:
 def _library() -> ctypes.CDLL:
     """The MuJoCo library that the bindings have loaded."""
     folder = Path(mujoco.__file__).parent
-    (path,) = [*folder.glob("libmujoco.so*"), *folder.glob("libmujoco*.dylib"), *folder.glob("mujoco.dll")][:1]
+    (path,) = [*folder.glob("libmujoco.so*"), *folder.glob("libmujoco*.dylib"), *folder.glob("mujoco.dll")][
+        :1
+    ]
     return ctypes.CDLL(str(path))
 
 

@@ -30,7 +30,9 @@ def add_cameras(root: Any, target: Any, scenario: Scenario, low: NDArray[Any], h
     root.statistic.center = center
     root.statistic.extent = float(np.linalg.norm(half))
     overview = _distance(half, ELEVATION, aspect)
-    root.worldbody.add("camera", name="overview", pos=center + overview * _back(ELEVATION), xyaxes=_axes(ELEVATION))
+    root.worldbody.add(
+        "camera", name="overview", pos=center + overview * _back(ELEVATION), xyaxes=_axes(ELEVATION)
+    )
     top = _distance(half, math.pi / 2, aspect)
     root.worldbody.add("camera", name="top", pos=center + [0.0, 0.0, top], xyaxes=_axes(math.pi / 2))
     around = np.full(3, 1.6 * scenario.mission.radius)

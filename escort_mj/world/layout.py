@@ -75,7 +75,9 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         base = data._address if struct == "mjData" else model._address
         found = ctypes.c_void_p.from_address(base + offset(struct, field)).value
         if found != expected:
-            raise RuntimeError(f"mujoco {mujoco.__version__}: {struct}.{field} is not where it is declared to be")
+            raise RuntimeError(
+                f"mujoco {mujoco.__version__}: {struct}.{field} is not where it is declared to be"
+            )
     time = ctypes.c_double.from_address(data._address + offset("mjData", "time")).value
     if time != data.time:
         raise RuntimeError(f"mujoco {mujoco.__version__}: mjData.time is not where it is declared to be")

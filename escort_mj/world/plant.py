@@ -49,3 +49,8 @@ class Plant:
             if kind.name != "mjNWARNING"
         }
         return {name: count for name, count in counts.items() if count}
+
+
+def mujoco_version() -> str:
+    """Version of the MuJoCo that simulates."""
+    return str(mujoco.__version__)

@@ -67,6 +67,4 @@ def unpack_wiring(address: int) -> Wiring:
     sizes = vector_at(address, 2)
     n, geoms = int(sizes[0]), int(sizes[1])
     at = address + 2 * DOUBLE
-    return Wiring(
-        vector_at(at, n), vector_at(at + DOUBLE * n, n), vector_at(at + DOUBLE * 2 * n, geoms)
-    )
+    return Wiring(vector_at(at, n), vector_at(at + DOUBLE * n, n), vector_at(at + DOUBLE * 2 * n, geoms))

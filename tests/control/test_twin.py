@@ -17,9 +17,6 @@ from escort_mj.control.setup import Setup
 from escort_mj.kernels import kernel
 
 TOLERANCE = 1e-10
-# Where a part meets a speed limit that is spent already, and where e = 0 under the printed gain, the kernels
-# take the root of a rounding error (1e-16 -> 1e-8). To be TOLERANCE again once they do not.
-ROOT_OF_ROUNDING = 1e-6
 
 AVOID, CHORDS, SURFACE = AvoidObstacles(safe_distance=2.5), Chords(), Surface()
 LADDERS = (
@@ -129,7 +126,7 @@ def compare(setup: Setup, q: np.ndarray, v: np.ndarray, seed: int = 0, steps: in
     twin.reset(q)
     printed = any(isinstance(b, AvoidObstacles) and b.gain == "printed" for b in setup.behaviors)
     still = setup.noise_position == 0.0 and printed
-    tolerance = ROOT_OF_ROUNDING if still or math.isfinite(setup.max_speed) else TOLERANCE
+    tolerance = TOLERANCE
     active = []
     for count in range(steps):
         t = count * setup.timestep

@@ -104,10 +104,8 @@ def avoidance(
         e_square += e[robot, k] * e[robot, k]
     speed, error = math.sqrt(v_square), slope * math.sqrt(e_square)
     if printed:
-        b = 2.0 * worst * (speed - 2.0 * error)
-        c = error * error + 2.0 * error * speed - v_square
-        a = worst * worst
-        pull = (b + math.sqrt(max(b * b + 4.0 * a * c, 0.0))) / (2.0 * a) * worst
+        # (b + sqrt(b^2 + 4ac)) / 2a with the printed b, multiplied out so that nothing cancels
+        pull = speed - 2.0 * error + math.sqrt(max(error * (5.0 * error - 2.0 * speed), 0.0))
     else:
         pull = speed + (math.sqrt(2.0) - 1.0) * error
     return True, pull + margin * worst

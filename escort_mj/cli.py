@@ -1,0 +1,186 @@
+"""The command line: thin; each command calls one function of the package and prints what came of it."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from escort_mj.errors import EscortError
+
+if TYPE_CHECKING:
+    from escort_mj.mission import Run
+
+app = typer.Typer(
+    name="escort-mj",
+    help="Multi-robot escort missions on real physics: one YAML in, a run with verdicts, figures and a video out.",
+    epilog="Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 the run diverged or broke.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
+
+ScenarioArgument = Annotated[
+    str, typer.Argument(help="A scenario file, or the name of a shipped one, such as main.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY.PATH=VALUE", help="Overrides one value; may be given many times."),
+]
+
+
+@app.command()
+def run(
+    scenario: ScenarioArgument,
+    overrides: SetOption = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder to write [default: renders/NAME].")] = None,
+    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to draw the video.")] = True,
+    figures: Annotated[
+        bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
+    ] = True,
+) -> None:
+    """Run one scenario and write its run folder.
+
+    Example: escort-mj run main --set controller.law=asmc --set duration=20 --no-video
+    """
+    from escort_mj import api
+    from escort_mj.record.folder import RunFolder
+
+    mission = api.load_scenario(scenario, overrides or ())
+    folder = RunFolder.create(out if out is not None else Path("renders") / mission.name)
+    with _progress("simulating", " s") as progress:
+        result = api.fly(mission, folder, progress)
+    _report(result)
+    written = ["scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
+    if figures:
+        from escort_mj.report.figures import draw_figures
+
+        written.append(f"figures/ ({len(draw_figures(folder.path))})")
+    if video and _draw_video(folder.path):
+        written.append("video.mp4")
+    typer.echo(f"wrote {_shown(folder.path)}: {' '.join(written)}")
+    raise typer.Exit(_exit_code(result))
+
+
+@app.command()
+def render(
+    run_folder: Annotated[Path, typer.Argument(help="A run folder.", exists=True, file_okay=False)],
+) -> None:
+    """Draw the figures and the video of a run folder anew."""
+    from escort_mj.report.figures import draw_figures
+
+    for path in draw_figures(run_folder):
+        typer.echo(_shown(path))
+    if _draw_video(run_folder):
+        typer.echo(_shown(run_folder / "video.mp4"))
+
+
+@app.command()
+def show(
+    run_folder: Annotated[Path, typer.Argument(help="A run folder.", exists=True, file_okay=False)],
+) -> None:
+    """Say what a run folder holds; recovers the trace of a run that was killed."""
+    from escort_mj.record.folder import open_run
+
+    stored = open_run(run_folder)
+    typer.echo(f"{_shown(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}")
+    typer.echo(f"trace: {stored.trace.sizes['time']} samples of {stored.trace.sizes['robot']} robots")
+    for verdict in stored.verdicts:
+        typer.echo(f"  {'pass' if verdict['passed'] else 'FAIL'}  {verdict['message']}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scenarios, for editors that complete and check them."""
+    from escort_mj.scenario import json_schema
+
+    typer.echo(json.dumps(json_schema(), indent=2))
+
+
+def _report(result: Run) -> None:
+    """Prints the outcome and the verdicts."""
+    from escort_mj.expect.verdicts import verdict_lines
+
+    summary = result.metrics["run"]
+    speed = summary["real_time_factor"]
+    typer.echo(
+        f"{result.scenario.name}: {result.outcome.value}: {result.message}"
+        f" ({summary['wall_time']:.2f} s of wall time{f', {speed:.0f} times real time' if speed else ''})"
+    )
+    for line in verdict_lines(result.verdicts):
+        typer.echo(line)
+
+
+def _exit_code(result: Run) -> int:
+    """What a run means to a shell or a CI job."""
+    if not result.outcome.good:
+        return BROKEN
+    return GOOD if result.passed else VERDICT_FAILED
+
+
+def _draw_video(folder: Path) -> bool:
+    """Draws the video; without GL it says what is missing and leaves the rest of the run as it is."""
+    from escort_mj.errors import RenderError
+    from escort_mj.report.video import render_video
+
+    try:
+        with _progress("drawing the video", " frames") as progress:
+            render_video(folder, progress=progress)
+    except RenderError as error:
+        typer.echo(f"no video: {error}", err=True)
+        return False
+    return True
+
+
+@contextmanager
+def _progress(label: str, unit: str) -> Iterator[Callable[[float, float], None] | None]:
+    """A progress bar with rate and time left on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}" + unit),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=1.0, rate="")
+
+        def update(done: float, total: float) -> None:
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, total=total, rate=f"{speed:.1f}{unit}/s" if speed else "")
+
+        yield update
+
+
+def _shown(path: Path) -> str:
+    """A path as short as it can be typed from here."""
+    relative = os.path.relpath(path)
+    return str(path) if relative.startswith("..") else relative
+
+
+def main() -> None:
+    """Entry point: runs a command; errors that the user can cause become one message and an exit code."""
+    try:
+        app()
+    except EscortError as error:
+        typer.echo(f"escort-mj: {error}" if "\n" not in str(error) else str(error), err=True)
+        sys.exit(error.exit_code)
+
+
+if __name__ == "__main__":
+    main()

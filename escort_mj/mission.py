@@ -1,0 +1,215 @@
+"""One run on one page: build the world, step it natively, record, end with an outcome, judge."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import platform
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors import AvoidObstacles
+from escort_mj.expect.verdicts import Verdict, judge
+from escort_mj.record.metrics import summarize
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.trace import build_trace
+from escort_mj.scenario import dump_scenario
+from escort_mj.scenario.schema import Scenario
+from escort_mj.signals import record_size
+from escort_mj.world.build import World, build, obstacle_names
+from escort_mj.world.callback import callbacks, native_loop
+from escort_mj.world.plant import Plant, mujoco_version
+
+if TYPE_CHECKING:
+    import xarray
+
+    from escort_mj.record.folder import RunFolder
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, float], None]
+"""Called with the simulated time reached and the time to reach [s]."""
+
+BLOCK = 256  # samples between two looks at the state's health
+DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
+
+
+@dataclass
+class Run:
+    """What came of a scenario.
+
+    Attributes:
+        scenario: What was run.
+        outcome: How it ended.
+        message: The same in one sentence, with the moment.
+        trace: Every recorded signal, labelled; see `signals.py`.
+        metrics: Numbers that sum the run up, with units.
+        verdicts: What was expected, and whether it held.
+    """
+
+    scenario: Scenario
+    outcome: Outcome
+    message: str
+    trace: xarray.Dataset = field(repr=False)
+    metrics: dict[str, Any] = field(repr=False)
+    verdicts: list[Verdict]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every verdict holds, the outcome itself among them."""
+        return all(verdict.passed for verdict in self.verdicts)
+
+
+def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress | None = None) -> Run:
+    """Runs a scenario to its end, or to where it broke.
+
+    Args:
+        scenario: A checked scenario.
+        folder: Where to write what came of it, sample by sample; None keeps everything in memory.
+        progress: Called now and then.
+    """
+    world = build(scenario)
+    callbacks()  # compiled or read from the cache now, so that the clock below times the run alone
+    if folder is not None:
+        folder.begin(dump_scenario(scenario), world.xml, world.sizes, _labels(scenario, world))
+    clock = time.perf_counter()
+    samples, outcome, message = _simulate(scenario, world, folder, progress)
+    wall = time.perf_counter() - clock
+
+    trace = build_trace(samples, world.sizes, _labels(scenario, world))
+    steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
+    metrics = summarize(trace, outcome, steps=steps, wall_time=wall)
+    verdicts = judge(scenario.expect, trace, outcome)
+    if folder is not None:
+        folder.finish(outcome, message, trace, metrics, verdicts)
+    return Run(scenario, outcome, message, trace, metrics, verdicts)
+
+
+def _simulate(
+    scenario: Scenario, world: World, folder: RunFolder | None, progress: Progress | None
+) -> tuple[Array, Outcome, str]:
+    """Steps the world in blocks of samples, and looks after each block whether to go on.
+
+    Returns:
+        The samples worth keeping, shape (k, record_size); how it ended; and that in words.
+    """
+    plant = Plant(world)
+    total = int(np.floor(scenario.duration / (world.stride * scenario.physics.timestep) + 1e-9)) + 1
+    samples = np.empty((total, record_size(world.sizes)))
+    bound = _bound(scenario, world)
+    done = 0
+    with native_loop(), _interruptible() as interrupted:
+        while done < total:
+            start, done = done, min(done + BLOCK, total)
+            for row in range(start, done):
+                plant.step(world.stride if row else 1)  # the first sample is the evaluation at t = 0
+                samples[row] = plant.record
+            healthy, outcome, message = _examine(samples[start:done], plant, bound, scenario)
+            if folder is not None:
+                folder.append(samples[start : start + healthy])
+            if outcome is not Outcome.COMPLETED:
+                return samples[: start + healthy], outcome, message
+            reached = float(samples[done - 1, 0])
+            if interrupted:
+                return samples[:done], Outcome.INTERRUPTED, f"{interrupted[0]} at {reached:.2f} s"
+            if progress is not None:
+                progress(reached, scenario.duration)
+    return samples, Outcome.COMPLETED, f"completed {scenario.duration:g} s"
+
+
+def _bound(scenario: Scenario, world: World) -> float:
+    """Distance to the target beyond which the mission has diverged [m]."""
+    start = np.linalg.norm(world.team.position - world.setup.target.position(0.0), axis=1).max()
+    return DIVERGED_BEYOND * max(scenario.mission.radius, float(start))
+
+
+def _examine(block: Array, plant: Plant, bound: float, scenario: Scenario) -> tuple[int, Outcome, str]:
+    """Looks at a block of samples.
+
+    Returns:
+        How many of its samples to keep, and how things stand.
+    """
+    world = plant.world
+    n, p = world.sizes["robot"], world.sizes["axis"]
+    # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
+    finite = ~np.isnan(block).any(axis=1) & np.isfinite(block[:, 1 : 1 + 12 * n * p]).all(axis=1)
+    keep = len(block) if finite.all() else int(np.argmin(finite))
+    place = 1 + 12 * n * p
+    target = block[:keep, place : place + p]
+    distance = np.linalg.norm(block[:keep, 1 : 1 + n * p].reshape(-1, n, p) - target[:, None], axis=2)
+    far = distance.max(axis=1) > bound
+    if far.any():
+        first = int(np.argmax(far))
+        robot = int(np.argmax(distance[first])) + 1
+        words = (
+            f"robot {robot} is {distance[first, robot - 1]:.0f} m from the target at {block[first, 0]:.2f} s"
+        )
+        return first + 1, Outcome.DIVERGED, words
+    if keep < len(block):
+        moment = f" after {block[keep - 1, 0]:.2f} s" if keep else ""
+        return keep, Outcome.DIVERGED, f"the state is no longer a number{moment}"
+    if warnings := plant.warnings():
+        words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
+        return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
+    return keep, Outcome.COMPLETED, ""
+
+
+@contextlib.contextmanager
+def _interruptible() -> Iterator[list[str]]:
+    """Turns Ctrl-C and a polite kill into a note, so that the run can end in order; a second one ends it at once."""
+    notes: list[str] = []
+
+    def note(number: int, frame: Any) -> None:
+        if notes:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+        notes.append(f"interrupted by {signal.Signals(number).name}")
+
+    if threading.current_thread() is not threading.main_thread():
+        yield notes
+        return
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield notes
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
+    """What the trace says of the mission beside its signals."""
+    setup = world.setup
+    arrangement = setup.arrangement
+    avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
+    return {
+        "obstacles": obstacle_names(scenario),
+        "robot_radius": setup.robot_radius.tolist(),
+        "obstacle_radius": setup.obstacle_radius.tolist(),
+        "obstacle_position": setup.obstacle_position.tolist(),
+        "force_limit": setup.force_limit.tolist(),
+        "neighbors": (arrangement.pairs + 1).tolist() if arrangement else [],
+        "attributes": {
+            "title": scenario.name,
+            "description": scenario.description,
+            "law": scenario.controller.law,
+            "seed": scenario.seed,
+            "timestep": scenario.physics.timestep,
+            "mission_radius": scenario.mission.radius,
+            "spacing": arrangement.length if arrangement else 0.0,
+            "safe_distance": avoid.safe_distance if avoid else 0.0,
+            "safe_distance_measure": avoid.measure if avoid else "none",
+            "target_radius": scenario.target.radius,
+            "version_escort_mj": version("escort-mj"),
+            "version_mujoco": mujoco_version(),
+            "version_numpy": np.__version__,
+            "version_python": platform.python_version(),
+            "version_platform": platform.platform(),
+        },
+    }

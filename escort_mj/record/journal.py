@@ -1,0 +1,65 @@
+"""A run's samples on disk while it runs: appended block by block, readable after a kill at any moment."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.record.files import read_json, write_json
+
+Array = NDArray[np.float64]
+
+SAMPLES, HEADER = "samples.f64", "header.json"
+
+
+class Journal:
+    """Appends samples as raw doubles beside a header that says what they are.
+
+    Attributes:
+        folder: Folder of the journal.
+    """
+
+    def __init__(self, folder: Path, header: dict[str, Any]) -> None:
+        """Starts a journal.
+
+        Args:
+            folder: Made anew.
+            header: `sizes` of the record's dimensions, `labels` for the trace, and whatever else helps.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder = folder
+        write_json(folder / HEADER, header)
+        self._file = (folder / SAMPLES).open("wb", buffering=0)
+
+    def append(self, block: Array) -> None:
+        """Writes samples, shape (k, record_size), through to the operating system."""
+        self._file.write(np.ascontiguousarray(block, dtype="<f8").tobytes())
+
+    def close(self) -> None:
+        """Ends writing; the files stay."""
+        self._file.close()
+
+
+def read_journal(folder: Path) -> tuple[Array, dict[str, Any]]:
+    """Reads what a journal holds, without a last sample that was torn.
+
+    Returns:
+        Samples, shape (k, record_size), and the header.
+    """
+    header = read_json(folder / HEADER)
+    width = int(header["record_size"])
+    values = np.fromfile(folder / SAMPLES, dtype="<f8")
+    rows = len(values) // width
+    return values[: rows * width].reshape(rows, width), header
+
+
+def journal_of(folder: Path) -> Path | None:
+    """The journal that a run folder still holds, if any."""
+    journal = folder / "journal"
+    return journal if (journal / HEADER).is_file() and (journal / SAMPLES).is_file() else None
+
+
+__all__ = ["Journal", "journal_of", "read_journal"]
