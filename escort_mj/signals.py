@@ -56,8 +56,12 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("target_velocity", ("axis",), "m/s", "velocity of the target"),
     Signal("avoidance_active", ("robot",), "1", "1 while obstacle avoidance rules the robot, else 0"),
     Signal("force", RA, "N", "force that MuJoCo's motors applied, after the force limit"),
-    Signal("obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"),
-    Signal("robot_distance_min", ("robot",), "m", "true distance to the nearest other robot, center to center"),
+    Signal(
+        "obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"
+    ),
+    Signal(
+        "robot_distance_min", ("robot",), "m", "true distance to the nearest other robot, center to center"
+    ),
     Signal(
         "obstacle_clearance_worst",
         ("robot",),
@@ -76,7 +80,9 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("saturated_time", ("robot",), "s", "time so far in which a motor was at its limit"),
     Signal("effort", ("robot",), "N^2 s", "integral so far of the squared force"),
     Signal("work", ("robot",), "J", "integral so far of |force . velocity|"),
-    Signal("force_variation", ("robot",), "N", "sum so far of the force's absolute change, all axes (chattering)"),
+    Signal(
+        "force_variation", ("robot",), "N", "sum so far of the force's absolute change, all axes (chattering)"
+    ),
     Signal("qpos", ("coordinate",), "m or 1", "MuJoCo's generalized positions, for replay"),
 )
 
@@ -113,7 +119,9 @@ METRICS: tuple[Metric, ...] = (
     Metric("radius_error_max", "m", "largest | |q - c| - radius |", tail=True),
     Metric("settling_time", "s", "time after which every robot stays within 5 % of the radius"),
     Metric("spacing_error_mean", "m", "mean absolute deviation of neighbors' distances from even", tail=True),
-    Metric("spacing_error_max", "m", "largest absolute deviation of a neighbors' distance from even", tail=True),
+    Metric(
+        "spacing_error_max", "m", "largest absolute deviation of a neighbors' distance from even", tail=True
+    ),
     Metric("tracking_error_rms", "m", "root mean square of |e|", tail=True),
     Metric("velocity_error_rms", "m/s", "root mean square of |e_dot|", tail=True),
     Metric("force_rms", "N", "root mean square of a robot's force, at every physics step", tail=True),
@@ -123,7 +131,9 @@ METRICS: tuple[Metric, ...] = (
     Metric("obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface"),
     Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
     Metric("robot_clearance_min", "m", "least distance between two robots, surface to surface"),
-    Metric("saturated_share", "1", "share of time in which a robot's motor was at its limit, mean over robots"),
+    Metric(
+        "saturated_share", "1", "share of time in which a robot's motor was at its limit, mean over robots"
+    ),
     Metric("contacts", "1", "touches begun between robots, obstacles and target"),
     Metric("contact_force_max", "N", "largest normal contact force"),
 )

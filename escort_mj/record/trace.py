@@ -44,7 +44,7 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
     time, place = np.zeros(0), 0
     for signal in SIGNALS:
         size = signal.size(sizes)
-        values = samples[:, place : place + size].reshape(-1, *(sizes[dim] for dim in signal.dims))
+        values = samples[:, place : place + size].reshape(len(samples), *(sizes[dim] for dim in signal.dims))
         place += size
         if signal.name == "time":
             time = values.copy()
