@@ -69,6 +69,13 @@ def choose_backend() -> tuple[str | None, str]:
     return None, fault
 
 
+def make_import_safe() -> None:
+    """Disables rendering in this process unless the user set a MUJOCO_GL that works; before `import mujoco`."""
+    asked = os.environ.get("MUJOCO_GL", "").lower()
+    if not asked or (asked in _PROBES and probe(asked)):
+        os.environ["MUJOCO_GL"] = "disable"
+
+
 def install() -> bool:
     """Installs Mesa's software EGL where no one need be asked: by apt, as root or with password-free sudo.
 

@@ -100,6 +100,17 @@ def test_choose_backend(monkeypatch, faults, asked, broken, backend, reason):
     assert gl.choose_backend() == (backend, reason)
 
 
+@pytest.mark.parametrize(
+    ("asked", "broken", "settled"),
+    [("", [], "disable"), ("egl", [], "egl"), ("egl", ["egl"], "disable"), ("glfw", ["egl"], "glfw")],
+)
+def test_make_import_safe(monkeypatch, faults, asked, broken, settled):
+    monkeypatch.setenv("MUJOCO_GL", asked)
+    faults.update(dict.fromkeys(broken, FAULT))
+    gl.make_import_safe()
+    assert os.environ["MUJOCO_GL"] == settled
+
+
 def test_install_as_root(faults, apt):
     assert gl.install()
     assert apt.commands == [f"env DEBIAN_FRONTEND=noninteractive {gl.INSTALL_COMMAND.removeprefix('sudo ')}"]
