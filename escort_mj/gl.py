@@ -70,7 +70,7 @@ def choose_backend() -> tuple[str | None, str]:
 
 
 def make_import_safe() -> None:
-    """Disables rendering in this process unless the user set a MUJOCO_GL that works; before `import mujoco`."""
+    """Disables rendering here unless a MUJOCO_GL that works is set. To be called before `import mujoco`."""
     asked = os.environ.get("MUJOCO_GL", "").lower()
     if not asked or (asked in _PROBES and probe(asked)):
         os.environ["MUJOCO_GL"] = "disable"
