@@ -1,0 +1,147 @@
+"""Curves over time that stay readable: thinned without losing a peak, averaged where noise hides them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
+from numpy.typing import NDArray
+
+from escort_mj import palette
+
+Array = NDArray[np.float64]
+
+BINS = 1200  # points across a panel; more cannot be seen
+AVERAGED = 1.0  # window of a running average [s]; less in a short run
+BOUND: Any = (0, (4, 2))
+FAINT = 0.5  # width of a line that stands behind its own average
+LEAST, MOST = 1e-7, 1e9  # what a plot shows of a quantity that goes to zero or diverges
+
+
+def draw_curves(
+    axes: Axes,
+    time: Array,
+    values: Array,
+    colors: Sequence[Any],
+    average: Callable[[Array, Array], Array] | None = None,
+    lowest: bool = False,
+) -> None:
+    """One curve per column.
+
+    Args:
+        axes: Where to draw.
+        time: Shape (T,) [s].
+        values: Shape (T, curves).
+        colors: A color per curve, or a pair of colors, the second dashed over the first.
+        average: Draw the curve faintly, and this running average of it (over time, values) boldly.
+        lowest: Keep the lowest of each bin only, for quantities of which only the worst matters.
+    """
+    many = values.shape[1] > palette.MOST_DISTINCT
+    width = 0.6 if many else 1.1
+    values = np.clip(values, -MOST, MOST)
+    for column, color in enumerate(colors):
+        curve = values[:, column]
+        first, *second = color if isinstance(color[0], tuple) else (color,)
+        style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(time) == 1 else {}
+        if average is not None:
+            if not many:
+                axes.plot(*thin(time, curve), color=first, linewidth=FAINT, alpha=0.3)
+            curve = average(time, curve)
+        x, y = thin(time, curve, lowest)
+        axes.plot(x, y, color=first, linewidth=width, **style)
+        for other in second:
+            axes.plot(x, y, color=other, linewidth=width, linestyle=(0, (4, 4)), **style)
+
+
+def thin(time: Array, values: Array, lowest: bool = False) -> tuple[Array, Array]:
+    """A curve with at most two points per bin: the least and the largest, so that no peak is lost.
+
+    Args:
+        time: Shape (T,).
+        values: Shape (T,).
+        lowest: Keep the least of each bin only.
+    """
+    size = len(time) // BINS
+    if size < 3:
+        return time, values
+    rows = len(time) // size
+    blocks = values[: rows * size].reshape(rows, size)
+    picks = np.argmin(blocks, axis=1)[:, None]
+    if not lowest:
+        picks = np.sort(np.hstack([picks, np.argmax(blocks, axis=1)[:, None]]), axis=1)
+    kept = (np.arange(rows)[:, None] * size + picks).ravel()
+    kept = np.unique(np.append(kept, [0, len(time) - 1]))
+    return time[kept], values[kept]
+
+
+def running_rms(time: Array, values: Array) -> Array:
+    """Root mean square over a window around each sample, shape (T,)."""
+    return np.sqrt(np.maximum(running_mean(time, np.square(values)), 0.0))
+
+
+def running_mean(time: Array, values: Array) -> Array:
+    """Mean over a window around each sample, shape (T,)."""
+    if len(time) < 3:
+        return values
+    window = min(AVERAGED, (time[-1] - time[0]) / 60)
+    half = max(round(window / 2 / max(time[1] - time[0], 1e-9)), 1)
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    index = np.arange(len(values))
+    low, high = np.maximum(index - half, 0), np.minimum(index + half + 1, len(values))
+    return (total[high] - total[low]) / (high - low)
+
+
+def average_handles(words: str) -> list[Line2D]:
+    """Legend entries of curves drawn with their average."""
+    grey = "#777777"
+    return [
+        Line2D([], [], color=grey, linewidth=FAINT, alpha=0.6, label="recorded"),
+        Line2D([], [], color=grey, linewidth=1.3, label=words),
+    ]
+
+
+def limit_line(axes: Axes, value: float, words: str, color: palette.Color = palette.LIMIT) -> None:
+    """A bound, named outside of the panel, where nothing is hidden by it."""
+    axes.axhline(value, color=color, linestyle=BOUND, linewidth=1.0, zorder=2.6)
+    axes.annotate(
+        words,
+        (1.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(3, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=7.5,
+        color=color,
+        annotation_clip=True,
+    )
+
+
+def log_scale(axes: Axes) -> None:
+    """A logarithmic scale over what the bold curves span, at least a decade, at most nine."""
+    bold = [np.asarray(line.get_ydata(), float) for line in axes.lines if line.get_linewidth() > FAINT]
+    values = np.concatenate([*bold, np.zeros(0)])
+    values = values[np.isfinite(values) & (values > 0.0)]
+    high = float(np.clip(values.max(initial=LEAST), 10 * LEAST, MOST))
+    low = float(np.percentile(values, 1.0)) / 2 if len(values) else LEAST
+    low = float(np.clip(low, max(LEAST, high * 1e-9), high / 10))
+    axes.set_yscale("log")
+    axes.set_ylim(low, high * 1.8)
+    axes.yaxis.set_major_locator(LogLocator(numticks=6))
+    if high / low < 100:
+        axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, 0.5)))
+        axes.tick_params(axis="y", which="minor", labelsize=6.5)
+    else:
+        axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def timeline(grid: Iterable[Axes], time: Array) -> None:
+    """The same span of time for every panel; the last one names it."""
+    panels = list(grid)
+    end = float(time[-1])
+    for axes in panels:
+        axes.set_xlim(float(time[0]), end if end > time[0] else float(time[0]) + 1.0)
+    panels[-1].set_xlabel("time [s]")

@@ -1,0 +1,80 @@
+"""Frames to a file, one by one: h264 as every browser plays it."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from types import TracebackType
+
+import imageio_ffmpeg
+import mediapy
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import RenderError
+
+FAULTS = (OSError, RuntimeError)  # a broken pipe to the encoder, or the encoder's own words
+LEAST_SPACE = 4 << 20  # bytes; with less the disk counts as full
+ENCODER = ("-preset", "veryfast", "-movflags", "+faststart")
+
+
+class VideoFile:
+    """A video that frames are appended to, as a context.
+
+    Attributes:
+        path: The video; it goes if anything fails.
+    """
+
+    def __init__(self, path: Path, size: tuple[int, int], rate: int) -> None:
+        """Prepares a video.
+
+        Args:
+            path: Where to write; the suffix chooses the container.
+            size: Width and height, both even [pixel].
+            rate: Frames per second.
+        """
+        mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+        self.path = path
+        self._writer = mediapy.VideoWriter(
+            path, size[::-1], fps=rate, crf=23, encoded_format="yuv420p", ffmpeg_args=ENCODER
+        )
+
+    def __enter__(self) -> VideoFile:
+        try:
+            self._writer.__enter__()
+        except FAULTS as fault:
+            raise self._error(fault) from fault
+        return self
+
+    def add(self, frame: NDArray[np.uint8]) -> None:
+        """Appends one frame, shape (height, width, 3).
+
+        Raises:
+            RenderError: If it cannot be written.
+        """
+        try:
+            self._writer.add_image(frame)
+        except FAULTS as fault:
+            raise self._error(fault) from fault
+
+    def __exit__(
+        self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self._writer.close()
+        except FAULTS as failed:
+            if fault is None:
+                fault = failed
+                raise self._error(failed) from failed
+        finally:
+            if fault is not None:
+                self.path.unlink(missing_ok=True)
+
+    def _error(self, fault: Exception) -> RenderError:
+        """The fault in a sentence; a broken pipe does not say why the encoder went."""
+        folder = self.path.parent
+        if folder.is_dir() and shutil.disk_usage(folder).free < LEAST_SPACE:
+            reason = "the disk is full"
+        else:
+            reason = (str(fault).strip() or type(fault).__name__).splitlines()[-1]
+        return RenderError(f"{self.path} cannot be written: {reason}")

@@ -1,0 +1,108 @@
+"""Draws the figures of a run folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from matplotlib.figure import Figure
+
+from escort_mj.errors import RenderError
+from escort_mj.palette import MOST_DISTINCT
+from escort_mj.record.folder import FIGURES, StoredRun, open_run
+from escort_mj.report import paths, timelines
+from escort_mj.report.style import figure
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Plot(NamedTuple):
+    """One figure of a run.
+
+    Attributes:
+        name: File name without suffix.
+        title: What it shows.
+        height: In inches, for this trace.
+        draw: Draws it.
+        applies: Whether this trace has something to show.
+    """
+
+    name: str
+    title: str
+    height: Callable[[xarray.Dataset], float]
+    draw: Callable[[Figure, xarray.Dataset], None]
+    applies: Callable[[xarray.Dataset], bool] = lambda trace: True
+
+
+def _rows(trace: xarray.Dataset, rows: int) -> float:
+    """Height of a figure of this many panels over lanes for the robots."""
+    count = trace.sizes["robot"]
+    return 1.4 + 1.5 * rows + (0.11 * count if count <= MOST_DISTINCT else 1.0)
+
+
+def _obstacle_rows(trace: xarray.Dataset) -> int:
+    return trace.sizes["obstacle"] if trace.sizes["obstacle"] <= timelines.MOST_PANELS else 1
+
+
+PLOTS: tuple[Plot, ...] = (
+    Plot("panels", "distances and tracking errors", lambda trace: 6.4, timelines.panels),
+    Plot("paths", "paths", paths.plan_height, paths.plan_view, lambda trace: trace.sizes["axis"] == 2),
+    Plot("paths", "paths", lambda trace: 5.2, paths.space_view, lambda trace: trace.sizes["axis"] == 3),
+    Plot(
+        "obstacle_distances",
+        "distances to obstacles",
+        lambda trace: _rows(trace, _obstacle_rows(trace)),
+        timelines.obstacle_distances,
+        lambda trace: trace.sizes["obstacle"] > 0,
+    ),
+    Plot(
+        "clearances",
+        "clearances and contacts",
+        lambda trace: _rows(trace, 2),
+        timelines.clearances,
+        lambda trace: "robot_clearance_worst" in trace or "obstacle_clearance_worst" in trace,
+    ),
+    Plot("forces", "forces of the motors", lambda trace: 1.0 + 1.7 * trace.sizes["axis"], timelines.forces),
+)
+
+
+def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png",)) -> list[Path]:
+    """Draws every figure that a run folder has data for, into its `figures/`.
+
+    Args:
+        folder: A run folder.
+        formats: File formats: `png`, `pdf`, `svg`.
+
+    Returns:
+        The files written.
+
+    Raises:
+        RunFolderError: If the folder cannot be read.
+        RenderError: If there is no sample to draw, or the files cannot be written.
+    """
+    run = open_run(folder)
+    if run.trace.sizes["time"] == 0:
+        raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
+    written = []
+    for plot in PLOTS:
+        if not plot.applies(run.trace):
+            continue
+        for suffix in formats:
+            path = run.path / FIGURES / f"{plot.name}.{suffix}"
+            title = f"{run.trace.attrs['title']}: {plot.title}"
+            try:
+                with figure(path, plot.height(run.trace), title, _note(run)) as canvas:
+                    plot.draw(canvas, run.trace)
+            except OSError as fault:
+                raise RenderError(f"{path} cannot be written: {fault.strerror or fault}") from fault
+            written.append(path)
+    return written
+
+
+def _note(run: StoredRun) -> str:
+    """What a reader must know of a run that did not end well."""
+    words = str(run.outcome["outcome"])
+    return "" if words == "completed" else f"{words}: {run.outcome['message']}"

@@ -1,0 +1,120 @@
+"""Renders the frames of a run, one after another. Runs in a process of its own, where MuJoCo may draw."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from escort_mj.errors import RenderError
+from escort_mj.palette import MOST_DISTINCT
+from escort_mj.report.camera import View
+from escort_mj.report.encode import VideoFile
+from escort_mj.report.overlay import Overlay
+from escort_mj.report.replay import Moment, Replay
+from escort_mj.report.scene import Scenery
+from escort_mj.report.shots import plan_shot
+from escort_mj.scenario.schema import Video
+
+ENDING = 1.5  # how long the last frame stays, with how the run ended [s of the video]
+GLOW = 0.5  # how long a short event stays visible [s of the video]
+CALM = 2.0  # how slowly a gliding camera answers [s of the video]
+MOST_MARKS = 20000
+
+
+def frame_times(start: float, end: float, video: Video) -> np.ndarray:
+    """Simulated times of the frames: evenly spaced from the first sample to the last [s]."""
+    step = video.speed / video.rate
+    return np.append(np.arange(start, end - 0.5 * step, step), end)
+
+
+def film(
+    replay: Replay,
+    model_path: Path,
+    path: Path,
+    video: Video,
+    title: str,
+    ending: tuple[str, bool],
+    on_frame: Callable[[int, int], None],
+) -> None:
+    """Renders a run into a video file.
+
+    Args:
+        replay: The run.
+        model_path: Its model.xml.
+        path: The video to write.
+        video: Size, rate, speed and camera.
+        title: Name of the scenario.
+        ending: How the run ended, in words, and whether that is well.
+        on_frame: Told the number of frames done and of all, after each.
+
+    Raises:
+        RenderError: If the model does not fit the record, or the video cannot be written.
+    """
+    model = _model(model_path, replay, video)
+    data = mujoco.MjData(model)
+    size = video.width, video.height
+    shot = plan_shot(replay, video.camera, model.vis.global_.fovy, size[0] / size[1], CALM * video.speed)
+    scenery = Scenery(replay, video.speed, video.width)
+    overlay = Overlay(title, video.speed, replay.count, size)
+    target = model.body("target").mocapid[0]
+    times = frame_times(replay.time[0], replay.end, video)
+    held = math.ceil(ENDING * video.rate)
+    total = len(times) + held
+    frame = np.empty((video.height, video.width, 3), dtype=np.uint8)
+    with (
+        mujoco.Renderer(model, video.height, video.width, MOST_MARKS) as renderer,
+        VideoFile(path, size, video.rate) as file,
+    ):
+        for done, time in enumerate(times, 1):
+            moment = replay.at(float(time))
+            _pose(model, data, moment, target)
+            view = shot.view(moment.time)
+            model.stat.extent = view.distance  # near and far limits of the view are given in it
+            renderer.update_scene(data, _camera(view))
+            avoiding = replay.lately(replay.avoiding, moment, GLOW * video.speed)
+            touching = replay.lately(replay.touching, moment, GLOW * video.speed)
+            scenery.draw(renderer.scene, moment, avoiding, touching)
+            renderer.render(out=frame)
+            overlay.write(frame, moment.time, avoiding, touching, ending if done == len(times) else None)
+            file.add(frame)
+            on_frame(done, total)
+        for done in range(len(times) + 1, total + 1):
+            file.add(frame)
+            on_frame(done, total)
+
+
+def _model(path: Path, replay: Replay, video: Video) -> mujoco.MjModel:
+    """The run's model, set up for drawing only."""
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError as fault:
+        raise RenderError(f"{path} cannot be loaded: {str(fault).splitlines()[0]}") from fault
+    if model.nq != replay.qpos.shape[1]:
+        raise RenderError(f"{path} has {model.nq} coordinates, the trace has {replay.qpos.shape[1]}")
+    model.vis.global_.offwidth, model.vis.global_.offheight = video.width, video.height
+    model.light_castshadow[:] = False  # half of a frame's cost; the scenery lays soft discs instead
+    fine = replay.count <= MOST_DISTINCT
+    model.vis.quality.numslices, model.vis.quality.numstacks = (48, 24) if fine else (20, 10)
+    return model
+
+
+def _pose(model: mujoco.MjModel, data: mujoco.MjData, moment: Moment, target: int) -> None:
+    """Puts every body where it was."""
+    data.qpos[:] = moment.qpos
+    mujoco.mj_normalizeQuat(model, data.qpos)
+    data.mocap_pos[target] = moment.target
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_camlight(model, data)
+
+
+def _camera(view: View) -> mujoco.MjvCamera:
+    """A view as MuJoCo takes it."""
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+    camera.lookat[:] = view.look_at
+    camera.distance, camera.azimuth, camera.elevation = view.distance, view.azimuth, view.elevation
+    return camera

@@ -1,0 +1,243 @@
+"""Where everyone went: a plan view of a planar mission, a view in space of one in space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch
+from matplotlib.patheffects import Normal, Stroke
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+from numpy.typing import NDArray
+
+from escort_mj import palette
+from escort_mj.palette import MOST_DISTINCT
+from escort_mj.report.curves import BOUND
+from escort_mj.report.replay import safe_radius
+from escort_mj.report.style import WIDTH, name_robots
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+MOMENTS = 5  # at which the formation is drawn
+POINTS = 4000  # of a path at most
+ESCORT = (0.45, 0.50, 0.56)
+RANGE = 1e7  # [m]; a run that diverged farther is cut there
+
+
+def bounds(trace: xarray.Dataset) -> tuple[Array, Array]:
+    """Lower and upper corner of everything that happens, shape (axes,) each [m]."""
+    axes = trace.sizes["axis"]
+    target, radius = trace["target_position"].values, float(trace.attrs["mission_radius"])
+    parts = [target - radius, target + radius, trace["q"].values.reshape(-1, axes)]
+    if trace.sizes["obstacle"]:
+        reach = np.maximum(safe_radius(trace).max(axis=0), trace["obstacle_radius"].values)[:, None]
+        parts += [trace["obstacle_position"].values - reach, trace["obstacle_position"].values + reach]
+    every = np.clip(np.concatenate(parts), -RANGE, RANGE)
+    return every.min(axis=0), every.max(axis=0)
+
+
+def plan_height(trace: xarray.Dataset) -> float:
+    """Height of a figure whose plan view fills its width [inches]."""
+    low, high = bounds(trace)
+    shape = (high[1] - low[1]) / max(high[0] - low[0], 1e-9)
+    wide = WIDTH - (0.6 if trace.sizes["robot"] <= MOST_DISTINCT else 1.4)
+    return float(np.clip(wide * shape, 1.2, 6.8)) + 1.4
+
+
+def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
+    """Paths on the plane: equal axes, obstacles to scale, the formation at a few moments."""
+    axes = figure.subplots()
+    low, high = bounds(trace)
+    margin = 0.03 * float((high - low).max())
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+
+    safe = safe_radius(trace).max(axis=0, initial=0.0)
+    for center, radius, clear in zip(
+        trace["obstacle_position"].values, trace["obstacle_radius"].values, safe, strict=True
+    ):
+        axes.add_patch(Circle(center, radius, color=palette.OBSTACLE, linewidth=0, zorder=2))
+        if clear > 0:
+            axes.add_patch(Circle(center, clear, color=palette.CONTACT, alpha=0.06, linewidth=0, zorder=0.9))
+            rim: dict[str, Any] = {
+                "fill": False,
+                "color": palette.CONTACT,
+                "linestyle": BOUND,
+                "linewidth": 0.9,
+            }
+            axes.add_patch(Circle(center, clear, **rim, zorder=1.0))
+
+    q, target = trace["q"].values, trace["target_position"].values
+    moments = _moments(trace)
+    for moment in moments:
+        rim = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
+        axes.add_patch(Circle(target[moment], float(trace.attrs["mission_radius"]), **rim, zorder=1.2))
+    _formations(axes, trace, moments)
+    rows = _rows(len(q))
+    axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    count = q.shape[1]
+    for index, color in enumerate(palette.robot_colors(count)):
+        axes.plot(*np.clip(q[rows, index], -RANGE, RANGE).T, color=color, linewidth=_width(count), zorder=3.5)
+    _ends(axes, trace)
+    _words(axes, trace, moments)
+    name_robots(figure, [axes], count, _keys(trace))
+
+
+def space_view(figure: Figure, trace: xarray.Dataset) -> None:
+    """Paths in space, seen from the side of the target's way, with their shadows below."""
+    axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    low, high = bounds(trace)
+    middle, half = (low + high) / 2, np.maximum((high - low) / 2 * 1.03, 1e-3)
+    for name, center, size in zip("xyz", middle, half, strict=True):
+        getattr(axes, f"set_{name}lim")(center - size, center + size)
+        getattr(axes, f"set_{name}label")(f"{name} [m]")
+        getattr(axes, f"{name}axis").set_pane_color((0.97, 0.975, 0.98, 1.0))
+        ticks = int(np.clip(round(7 * size / half.max()), 2, 7))
+        getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(ticks))
+    axes.set_box_aspect(half, zoom=1.22)
+    axes.view_init(elev=22, azim=-62)
+    floor = middle[2] - half[2]
+
+    q, target = trace["q"].values, trace["target_position"].values
+    rows, count = _rows(len(q)), q.shape[1]
+    colors = palette.robot_colors(count)
+    for index, color in enumerate(colors):
+        x, y, _ = np.clip(q[rows, index], -RANGE, RANGE).T
+        axes.plot(x, y, floor, color=color, linewidth=0.5, alpha=0.25, zorder=1)
+    safe = safe_radius(trace).max(axis=0, initial=0.0)
+    for center, radius, clear in zip(
+        trace["obstacle_position"].values, trace["obstacle_radius"].values, safe, strict=True
+    ):
+        if clear > 0:
+            _ball(axes, center, clear, palette.CONTACT, 0.08, 2.0)
+        _ball(axes, center, radius, palette.OBSTACLE, 1.0, 2.1)
+    moments = _moments(trace)[1::2] or _moments(trace)
+    for moment in (moments[0], moments[-1]):
+        _globe(axes, target[moment], float(trace.attrs["mission_radius"]))
+    _formations(axes, trace, moments)
+    axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    for index, color in enumerate(colors):
+        path = np.clip(q[rows, index], -RANGE, RANGE)
+        axes.plot(*path.T, color=color, linewidth=_width(count), zorder=3.5)
+    _ends(axes, trace)
+    name_robots(figure, [axes], count, _keys(trace))
+
+
+def _width(count: int) -> float:
+    return 1.3 if count <= MOST_DISTINCT else 0.7
+
+
+def _rows(samples: int) -> NDArray[np.int64]:
+    return np.unique(np.linspace(0, samples - 1, min(samples, POINTS)).astype(np.int64))
+
+
+def _moments(trace: xarray.Dataset) -> list[int]:
+    """Samples at which to draw the formation: fewer where the circles would lie on each other."""
+    target = trace["target_position"].values
+    traveled = float(np.linalg.norm(np.diff(target, axis=0), axis=1).sum())
+    count = int(np.clip(1 + traveled // (0.8 * float(trace.attrs["mission_radius"])), 1, MOMENTS))
+    return np.linspace(0, len(target) - 1, count + 1).astype(int)[1:].tolist()
+
+
+def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
+    """Links between neighbors and the robots' places at a few moments."""
+    q, ends = np.clip(trace["q"].values, -RANGE, RANGE), trace["neighbors"].values.astype(int) - 1
+    for moment in moments:
+        for i, j in ends:
+            axes.plot(*q[moment, [i, j]].T, color=ESCORT, linewidth=0.7, alpha=0.7, zorder=2.5)
+        if moment == moments[-1] or q.shape[1] > MOST_DISTINCT:
+            continue
+        for index, color in enumerate(palette.robot_colors(q.shape[1])):
+            axes.plot(*q[moment, index][:, None], "o", color=color, markersize=3.0, zorder=3.6)
+
+
+def _ends(axes: Axes, trace: xarray.Dataset) -> None:
+    """Start and end of every path."""
+    q, target = np.clip(trace["q"].values, -RANGE, RANGE), trace["target_position"].values
+    size = 6.5 if q.shape[1] <= MOST_DISTINCT else 3.5
+    for path, color, scale in [
+        (target, palette.TARGET, 1.1),
+        *((q[:, index], color, 1.0) for index, color in enumerate(palette.robot_colors(q.shape[1]))),
+    ]:
+        start, end = path[0][:, None], path[-1][:, None]
+        axes.plot(
+            *start, "o", color="white", markeredgecolor=color, markersize=0.75 * size * scale, zorder=3.8
+        )
+        axes.plot(*end, "o", color=color, markersize=size * scale, zorder=4.0)
+
+
+def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
+    """The time of each formation, beside its target."""
+    for moment in moments:
+        axes.annotate(
+            f"{float(trace['time'][moment]):.4g} s",
+            trace["target_position"].values[moment],
+            xytext=(0, 6),
+            textcoords="offset points",
+            ha="center",
+            fontsize=7.0,
+            color="#333333",
+            zorder=5,
+            path_effects=[Stroke(linewidth=2.0, foreground="white"), Normal()],
+        )
+
+
+def _keys(trace: xarray.Dataset) -> list[Line2D | Patch]:
+    """Legend entries of what is no robot."""
+    grey: dict[str, Any] = {"color": "#555555", "linestyle": "none", "marker": "o"}
+    keys: list[Line2D | Patch] = [
+        Line2D([], [], color=palette.TARGET, label="target"),
+        Line2D([], [], **grey, markerfacecolor="white", markersize=5, label="start"),
+        Line2D([], [], **grey, markersize=6.5, label="end"),
+        Line2D([], [], color=ESCORT, linestyle=(0, (1, 2)), label="escort radius"),
+    ]
+    if trace.sizes["obstacle"]:
+        looks: dict[str, Any] = {
+            "color": palette.OBSTACLE,
+            "linestyle": "none",
+            "marker": "o",
+            "markersize": 7,
+        }
+        keys.append(Line2D([], [], **looks, label="obstacle"))
+        if float(trace.attrs["safe_distance"]) > 0:
+            if trace.sizes["axis"] == 2:
+                keys.append(Line2D([], [], color=palette.CONTACT, linestyle=BOUND, label="safe distance"))
+            else:
+                keys.append(Patch(color=palette.CONTACT, alpha=0.15, linewidth=0, label="safe distance"))
+    return keys
+
+
+def _sphere(center: Array, radius: float, fine: int) -> tuple[Array, Array, Array]:
+    around, down = np.meshgrid(np.linspace(0, 2 * np.pi, 2 * fine + 1), np.linspace(0, np.pi, fine + 1))
+    unit = np.sin(down) * np.cos(around), np.sin(down) * np.sin(around), np.cos(down)
+    x, y, z = (c + radius * u for c, u in zip(center, unit, strict=True))
+    return x, y, z
+
+
+def _ball(
+    axes: Axes3D, center: Array, radius: float, color: palette.Color, alpha: float, zorder: float
+) -> None:
+    looks: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0, "zorder": zorder, "shade": False}
+    axes.plot_surface(*_sphere(center, radius, 16), **looks, rstride=1, cstride=1)
+
+
+def _globe(axes: Axes3D, center: Array, radius: float) -> None:
+    """The escort sphere as three great circles."""
+    angle = np.linspace(0, 2 * np.pi, 91)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle])
+    for order in ([0, 1, 2], [0, 2, 1], [2, 0, 1]):
+        x, y, z = center[:, None] + radius * ring[order]
+        axes.plot(x, y, z, color=ESCORT, linewidth=0.8, linestyle=(0, (1, 2)), zorder=1.5)
+
+
+__all__ = ["bounds", "plan_height", "plan_view", "space_view"]

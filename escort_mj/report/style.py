@@ -1,0 +1,117 @@
+"""One style for every figure: figures as objects, never matplotlib's global state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from escort_mj import palette
+
+WIDTH = 7.2  # inches: two columns of a journal page
+DPI = 200
+TITLE = 10.0
+FAILED = palette.from_hex("B00020")
+
+_STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "#E3E5E8",
+    "grid.linewidth": 0.6,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "xtick.labelcolor": "#222222",
+    "ytick.labelcolor": "#222222",
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "lines.linewidth": 1.1,
+    "lines.solid_capstyle": "round",
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.4,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "figure.constrained_layout.use": True,
+    "agg.path.chunksize": 20000,
+}
+
+
+@contextmanager
+def figure(path: Path, height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Figure]:
+    """A figure in this project's style, saved when the block ends.
+
+    Args:
+        path: Where to save it; the suffix chooses the format.
+        height: In inches.
+        title: Name of the scenario and what is shown.
+        note: What a reader must know of the run, such as that it diverged; drawn in red.
+        width: In inches.
+    """
+    with matplotlib.rc_context(_STYLE):
+        canvas = Figure(figsize=(width, height), dpi=DPI)
+        FigureCanvasAgg(canvas)
+        lines = title + "\n" * bool(note)
+        canvas.suptitle(lines, x=0.01, y=0.99, ha="left", va="top", fontsize=TITLE, fontweight="bold")
+        if note:
+            below = 0.99 - 1.35 * TITLE / 72 / height
+            canvas.text(0.01, below, note, ha="left", va="top", fontsize=8.5, color=FAILED, fontweight="bold")
+        yield canvas
+        path.parent.mkdir(parents=True, exist_ok=True)
+        canvas.savefig(path, dpi=DPI)
+
+
+def robot_handles(count: int, **looks: Any) -> list[Line2D]:
+    """One legend entry per robot."""
+    colors = palette.robot_colors(count)
+    return [
+        Line2D([], [], color=color, label=f"robot {i}", **{"linewidth": 2.0, **looks})
+        for i, color in enumerate(colors, 1)
+    ]
+
+
+def name_robots(figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Any] = ()) -> None:
+    """Says which color is which robot, outside of every panel: entries, or a color bar for a large team.
+
+    Args:
+        figure: The figure.
+        axes: Its panels, beside which a color bar may stand.
+        count: Number of robots.
+        others: Further legend entries.
+    """
+    handles = list(others)
+    if count <= palette.MOST_DISTINCT:
+        handles = robot_handles(count) + handles
+    else:
+        ramp = ListedColormap(palette.robot_colors(count))
+        bar = figure.colorbar(
+            ScalarMappable(Normalize(0.5, count + 0.5), ramp),
+            ax=list(axes),
+            fraction=0.025,
+            pad=0.01,
+            aspect=40,
+        )
+        bar.set_label("robot")
+        bar.outline.set_visible(False)
+    if handles:
+        columns = min(len(handles), 8)
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns, columnspacing=1.3)

@@ -1,0 +1,191 @@
+"""The video of a run: drawn by a child process, because only there may MuJoCo be loaded with GL.
+
+The child is this same module, run as `python -m escort_mj.report.video FOLDER`. It says on its output how
+far it is, one line per frame, and ends with an exit code; what went wrong is the last line of its errors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import queue
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO
+
+from escort_mj.errors import EscortError, RenderError
+from escort_mj.gl import INSTALL_COMMAND, choose_backend
+from escort_mj.record.folder import MODEL, VIDEO, StoredRun, open_run
+from escort_mj.scenario import parse_scenario
+from escort_mj.scenario.schema import Video
+
+Progress = Callable[[float, float], None]
+"""Called with the number of frames done and of all."""
+
+PARTIAL = ".video.partial.mp4"  # until the video is complete
+STALL = 180.0  # without a sign of life for so long, the child is given up [s]
+_FRAME = re.compile(r"frame (\d+) of (\d+)")
+_FAULT = "error: "
+
+
+def render_video(
+    folder: str | os.PathLike[str], video: Video | None = None, progress: Progress | None = None
+) -> Path:
+    """Renders the video of a run folder.
+
+    Args:
+        folder: A run folder.
+        video: Size, rate, speed and camera; None takes the scenario's.
+        progress: Called after each frame.
+
+    Returns:
+        The video, complete; until it is, an earlier one stays in place.
+
+    Raises:
+        RenderError: If nothing can be drawn on this machine, or drawing failed.
+        RunFolderError: If the folder cannot be read.
+    """
+    run = open_run(folder)
+    if run.trace.sizes["time"] == 0:
+        raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
+    backend, reason = choose_backend()
+    if backend is None:
+        raise RenderError(
+            f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
+        )
+    command = [sys.executable, "-m", "escort_mj.report.video", str(run.path)]
+    if video is not None:
+        command += ["--video", video.model_dump_json()]
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
+        child = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=errors,
+            text=True,
+            env=_environment(backend),
+        )
+        try:
+            _watch(child, progress)
+        finally:
+            if child.poll() is None:
+                child.kill()
+            child.wait()
+            (run.path / PARTIAL).unlink(missing_ok=True)
+        if child.returncode != 0:
+            errors.seek(0)
+            raise RenderError(_reason(child.returncode, errors, run.path))
+    return run.path / VIDEO
+
+
+def _environment(backend: str) -> dict[str, str]:
+    """The child's environment: this one, with the back end, and with this package where it was found."""
+    package = str(Path(__file__).resolve().parents[2])
+    paths = [package, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
+    return os.environ | {"MUJOCO_GL": backend, "PYTHONPATH": os.pathsep.join(paths)}
+
+
+def _watch(child: subprocess.Popen[str], progress: Progress | None) -> None:
+    """Reads what the child says until it has nothing more to say.
+
+    Raises:
+        RenderError: If it says nothing for too long.
+    """
+    lines: queue.Queue[str | None] = queue.Queue()
+
+    def read(output: IO[str]) -> None:
+        for line in output:
+            lines.put(line)
+        lines.put(None)
+
+    assert child.stdout is not None
+    reader = threading.Thread(target=read, args=(child.stdout,), daemon=True)
+    reader.start()
+    while True:
+        try:
+            line = lines.get(timeout=STALL)
+        except queue.Empty:
+            raise RenderError(f"the renderer gave no sign of life for {STALL:g} s, and was stopped") from None
+        if line is None:
+            return
+        if progress is not None and (match := _FRAME.match(line)):
+            progress(int(match[1]), int(match[2]))
+
+
+def _reason(code: int, errors: IO[str], folder: Path) -> str:
+    """Why the child failed, in a sentence."""
+    said = [line for line in errors.read().splitlines() if line.strip()]
+    for line in reversed(said):
+        if line.startswith(_FAULT):
+            return line.removeprefix(_FAULT)
+    if code < 0:
+        reason = f"the renderer was killed by {signal.Signals(-code).name}"
+    else:
+        reason = f"the renderer failed with exit code {code}"
+    if shutil.disk_usage(folder).free < (1 << 20):
+        reason += ", and the disk is full"
+    return f"{reason}: {said[-1]}" if said else reason
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Renders one folder in this process. MUJOCO_GL must name a back end that works.
+
+    Returns:
+        The exit code.
+    """
+    parser = argparse.ArgumentParser(prog="python -m escort_mj.report.video", description=main.__doc__)
+    parser.add_argument("folder", help="a run folder")
+    parser.add_argument("--video", help="size, rate, speed and camera as JSON; the scenario's where left out")
+    options = parser.parse_args(arguments)
+    try:
+        run = open_run(options.folder)
+        video = Video.model_validate_json(options.video) if options.video else scenario_video(run)
+        _film(run, video)
+    except EscortError as fault:
+        print(f"{_FAULT}{fault}".replace("\n", " "), file=sys.stderr)
+        return 1
+    return 0
+
+
+def scenario_video(run: StoredRun) -> Video:
+    """What the run's own scenario says of its video."""
+    return parse_scenario(run.scenario_yaml, str(run.path / "scenario.yaml")).video
+
+
+def ending(run: StoredRun) -> tuple[str, bool]:
+    """How a run ended, in words for its last frame, and whether that is well."""
+    outcome, message = str(run.outcome["outcome"]), str(run.outcome["message"])
+    held, all_of_them = sum(bool(verdict["passed"]) for verdict in run.verdicts), len(run.verdicts)
+    if outcome != "completed":
+        return f"{outcome}: {message}", False
+    if held < all_of_them:
+        return f"{message}, but {all_of_them - held} of {all_of_them} expectations failed", False
+    return f"{message}, all {all_of_them} expectations met" if all_of_them else message, True
+
+
+def _film(run: StoredRun, video: Video) -> None:
+    """Renders a run that was opened."""
+    from escort_mj.report.film import film
+    from escort_mj.report.replay import replay_of
+
+    def say(done: int, total: int) -> None:
+        print(f"frame {done} of {total}", flush=True)
+
+    title = str(run.trace.attrs["title"])
+    partial = run.path / PARTIAL
+    film(replay_of(run.trace), run.path / MODEL, partial, video, title, ending(run), say)
+    try:
+        partial.replace(run.path / VIDEO)
+    except OSError as fault:
+        raise RenderError(f"{run.path / VIDEO} cannot be written: {fault.strerror or fault}") from fault
+
+
+if __name__ == "__main__":
+    sys.exit(main())
