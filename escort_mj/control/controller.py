@@ -122,10 +122,11 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
     p = state.q.shape[1]
     memory = stack_memory()
     directions = matrix_at(memory, MAX_CYCLES, p)
-    speeds = vector_at(memory + DOUBLE * MAX_CYCLES * p, MAX_CYCLES)
-    feedforward = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 1), p)
-    relative = vector_at(memory + DOUBLE * (MAX_CYCLES * (p + 1) + p), p)
-    parts = matrix_at(memory + DOUBLE * (MAX_CYCLES * (p + 1) + 2 * p), MAX_LEVELS, p)
+    weights = vector_at(memory + DOUBLE * MAX_CYCLES * p, MAX_CYCLES)
+    speeds = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 1), MAX_CYCLES)
+    feedforward = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 2), p)
+    relative = vector_at(memory + DOUBLE * (MAX_CYCLES * (p + 2) + p), p)
+    parts = matrix_at(memory + DOUBLE * (MAX_CYCLES * (p + 2) + 2 * p), MAX_LEVELS, p)
     levels = plan.ladder.shape[0]
     highest_escort = levels
     avoiding = False
@@ -142,8 +143,9 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
             )  # fmt: skip
             if active:
                 avoiding = True
-                compose(level, levels, 1, directions, speeds, parts)
-                project(1, directions, feedforward)
+                weights[0] = 1.0
+                compose(level, levels, 1, directions, weights, speeds, parts)
+                project(1, directions, weights, feedforward)
             else:
                 for k in range(p):
                     parts[level, k] = 0.0
@@ -154,16 +156,18 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
             cycles = plan.predecessors.shape[0]
             for c in range(cycles):
                 other = int(plan.predecessors[c, i])
-                speeds[c] = chord(i, other, state.q_measured, plan.chord_length, row[1], directions[c])
+                weights[c], speeds[c] = chord(
+                    i, other, state.q_measured, plan.chord_length, row[1], directions[c]
+                )
         else:
-            speeds[0] = surface(
+            weights[0], speeds[0] = surface(
                 i, state.q_measured, state.target_position, plan.radius, row[1], directions[0]
             )
-        compose(level, levels, cycles, directions, speeds, parts)
+        compose(level, levels, cycles, directions, weights, speeds, parts)
         if avoiding:  # an avoidance below has bent the feed-forward: only its remainder is projected
             for k in range(p):
                 relative[k] = feedforward[k] - state.target_velocity[k] * plan.target_feedforward
-            project(cycles, directions, relative)
+            project(cycles, directions, weights, relative)
             for k in range(p):
                 feedforward[k] = state.target_velocity[k] * plan.target_feedforward + relative[k]
 

@@ -1,7 +1,7 @@
 """Null-space-based composition of behaviors (paper eq. 2), robot by robot, and the speed limit.
 
-Every task of a robot has a Jacobian of one row with a unit direction x, so its pseudoinverse is x and its
-null-space projector is I - x x^T: the composition needs dot products only. Chords in space has several
+Every task of a robot has a Jacobian of one row x, so its pseudoinverse is x / |x|^2 and its null-space
+projector I - x x^T / |x|^2: the composition needs dot products only. Chords in space has several
 such rows (cycles) and sums over them: w' = sum_c [v_c + N_c w].
 
 The part of each behavior is kept apart (`parts`, one row per level of the ladder), already projected by
@@ -24,15 +24,18 @@ UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 
 
 @inlined
-def compose(level: int, levels: int, cycles: int, directions: Array, speeds: Array, parts: Array) -> None:
+def compose(
+    level: int, levels: int, cycles: int, directions: Array, weights: Array, speeds: Array, parts: Array
+) -> None:
     """Puts a behavior above those below it: sets its own part and projects the lower parts.
 
     Args:
         level: Row of the behavior.
         levels: Number of rows that hold parts.
         cycles: Number of the behavior's directions.
-        directions: Unit vectors, shape (>= cycles, p).
-        speeds: Task velocity along each direction, shape (>= cycles,) [m/s].
+        directions: Jacobians x, shape (>= cycles, p).
+        weights: 1 / |x|^2, shape (>= cycles,).
+        speeds: Task velocities in terms of x, shape (>= cycles,).
         parts: Parts by level, shape (>= levels, p) [m/s]; changed in place.
     """
     axes = parts.shape[1]
@@ -42,19 +45,21 @@ def compose(level: int, levels: int, cycles: int, directions: Array, speeds: Arr
             total += speeds[c] * directions[c, k]
         parts[level, k] = total
     for lower in range(level + 1, levels):
-        project(cycles, directions, parts[lower])
+        project(cycles, directions, weights, parts[lower])
 
 
 @inlined
-def project(cycles: int, directions: Array, part: Array) -> None:
-    """Part <- sum_c (I - x_c x_c^T) part, in place; shape (p,)."""
+def project(cycles: int, directions: Array, weights: Array, part: Array) -> None:
+    """part <- sum_c (I - x_c x_c^T / |x_c|^2) part, in place; shape (p,)."""
     axes = part.shape[0]
     removed0 = removed1 = 0.0
     for k in range(axes):
         removed0 += directions[0, k] * part[k]
+    removed0 *= weights[0]
     if cycles == 2:
         for k in range(axes):
             removed1 += directions[1, k] * part[k]
+        removed1 *= weights[1]
         for k in range(axes):
             part[k] = 2.0 * part[k] - directions[0, k] * removed0 - directions[1, k] * removed1
     else:

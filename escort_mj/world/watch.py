@@ -34,7 +34,7 @@ def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None
         for i in range(state.q.shape[0]):
             state.obstacle_clearance_worst[i] = math.inf
             state.robot_clearance_worst[i] = math.inf
-    _watch_distances(plan, state)
+    _watch_distances(plan, state, (int(step) - 1) % plan.stride == 0)
     state.contacts[0] = max(state.contacts[0], contacts)
     state.contact_force[0] = max(state.contact_force[0], contact_force)
     if not again:
@@ -44,33 +44,48 @@ def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None
 
 
 @inlined
-def _watch_distances(plan: Plan, state: State) -> None:
-    """Present distances center to center, and the worst clearances surface to surface."""
+def _watch_distances(plan: Plan, state: State, sampled: bool) -> None:
+    """The worst clearances surface to surface; in a step that is sampled also all distances center to center.
+
+    A root is taken only of a distance that may be a new worst one: few are.
+    """
     q, radius = state.q, plan.robot_radius
+    obstacle_worst, robot_worst = state.obstacle_clearance_worst, state.robot_clearance_worst
     n, p = q.shape
-    for i in range(n):
-        state.robot_distance_min[i] = math.inf
     for i in range(n):
         for j in range(plan.obstacle_radius.shape[0]):
             square = 0.0
             for k in range(p):
                 x = q[i, k] - plan.obstacle_position[j, k]
                 square += x * x
-            distance = math.sqrt(square)
-            state.obstacle_distance[i, j] = distance
-            clearance = distance - radius[i] - plan.obstacle_radius[j]
-            state.obstacle_clearance_worst[i] = min(state.obstacle_clearance_worst[i], clearance)
+            bodies = radius[i] + plan.obstacle_radius[j]
+            reach = obstacle_worst[i] + bodies
+            if square < reach * reach:
+                obstacle_worst[i] = min(obstacle_worst[i], math.sqrt(square) - bodies)
+            if sampled:
+                state.obstacle_distance[i, j] = math.sqrt(square)
         for j in range(i):
             square = 0.0
             for k in range(p):
                 x = q[i, k] - q[j, k]
                 square += x * x
-            distance = math.sqrt(square)
-            clearance = distance - radius[i] - radius[j]
-            state.robot_distance_min[i] = min(state.robot_distance_min[i], distance)
-            state.robot_distance_min[j] = min(state.robot_distance_min[j], distance)
-            state.robot_clearance_worst[i] = min(state.robot_clearance_worst[i], clearance)
-            state.robot_clearance_worst[j] = min(state.robot_clearance_worst[j], clearance)
+            bodies = radius[i] + radius[j]
+            reach = max(robot_worst[i], robot_worst[j]) + bodies
+            if square < reach * reach:
+                clearance = math.sqrt(square) - bodies
+                robot_worst[i] = min(robot_worst[i], clearance)
+                robot_worst[j] = min(robot_worst[j], clearance)
+    if sampled:
+        for i in range(n):
+            nearest = math.inf
+            for j in range(n):
+                square = 0.0
+                for k in range(p):
+                    x = q[i, k] - q[j, k]
+                    square += x * x
+                if j != i:
+                    nearest = min(nearest, square)
+            state.robot_distance_min[i] = math.sqrt(nearest)
 
 
 @inlined

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 import numpy as np
@@ -26,7 +25,9 @@ class Chords(Parameters):
 
 
 @inlined
-def chord(robot: int, predecessor: int, q: Array, length: float, gain: float, direction: Array) -> float:
+def chord(
+    robot: int, predecessor: int, q: Array, length: float, gain: float, direction: Array
+) -> tuple[float, float]:
     """Velocity of one chord task (paper eq. 4): sigma~ = (l^2 - |x|^2) / 2, x = q_i - q_predecessor.
 
     Args:
@@ -35,10 +36,10 @@ def chord(robot: int, predecessor: int, q: Array, length: float, gain: float, di
         q: Measured positions, shape (n, p) [m].
         length: Edge length l to keep [m].
         gain: Lambda_2 [1/s].
-        direction: Result, shape (p,): unit vector of the task's Jacobian; zero where x is zero.
+        direction: Result, shape (p,): the task's Jacobian x [m].
 
     Returns:
-        Speed along `direction` [m/s].
+        1 / |x|^2 [1/m^2], and the task's velocity in terms of x [1/s]; both 0 where x is 0.
     """
     axes = q.shape[1]
     square = 0.0
@@ -46,8 +47,6 @@ def chord(robot: int, predecessor: int, q: Array, length: float, gain: float, di
         direction[k] = q[robot, k] - q[predecessor, k]
         square += direction[k] * direction[k]
     if square == 0.0:
-        return 0.0
-    inverse = 1.0 / math.sqrt(square)
-    for k in range(axes):
-        direction[k] *= inverse
-    return gain * 0.5 * (length * length - square) * inverse
+        return 0.0, 0.0
+    inverse = 1.0 / square
+    return inverse, gain * 0.5 * (length * length - square) * inverse

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 import numpy as np
@@ -24,7 +23,9 @@ class Surface(Parameters):
 
 
 @inlined
-def surface(robot: int, q: Array, center: Array, radius: float, gain: float, direction: Array) -> float:
+def surface(
+    robot: int, q: Array, center: Array, radius: float, gain: float, direction: Array
+) -> tuple[float, float]:
     """Velocity of the surface task (paper eq. 5): sigma~ = (R^2 - |x|^2) / 2, x = q_i - c.
 
     Args:
@@ -33,10 +34,10 @@ def surface(robot: int, q: Array, center: Array, radius: float, gain: float, dir
         center: Position c of the target, shape (p,) [m].
         radius: Distance R to keep [m].
         gain: Lambda_3 [1/s].
-        direction: Result, shape (p,): unit vector of the task's Jacobian; zero where x is zero.
+        direction: Result, shape (p,): the task's Jacobian x [m].
 
     Returns:
-        Speed along `direction` [m/s].
+        1 / |x|^2 [1/m^2], and the task's velocity in terms of x [1/s]; both 0 where x is 0.
     """
     axes = q.shape[1]
     square = 0.0
@@ -44,8 +45,6 @@ def surface(robot: int, q: Array, center: Array, radius: float, gain: float, dir
         direction[k] = q[robot, k] - center[k]
         square += direction[k] * direction[k]
     if square == 0.0:
-        return 0.0
-    inverse = 1.0 / math.sqrt(square)
-    for k in range(axes):
-        direction[k] *= inverse
-    return gain * 0.5 * (radius * radius - square) * inverse
+        return 0.0, 0.0
+    inverse = 1.0 / square
+    return inverse, gain * 0.5 * (radius * radius - square) * inverse
