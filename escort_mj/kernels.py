@@ -84,7 +84,7 @@ def matrix_at(address: int, rows: int, columns: int) -> NDArray[np.float64]:
     if rows * columns == 0:
         return np.zeros((rows, columns))
     memory = (ctypes.c_double * (rows * columns)).from_address(address)
-    return np.frombuffer(memory).reshape(rows, columns)
+    return np.ctypeslib.as_array(memory).reshape(rows, columns)
 
 
 def vector_at(address: int, size: int) -> NDArray[np.float64]:

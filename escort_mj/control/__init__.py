@@ -1,0 +1,1 @@
+"""The controller, in pure numbers: behaviors, laws, their composition; knows no simulator."""

@@ -53,7 +53,7 @@ def evaluate(plan: Plan, state: State) -> None:
 
 @inlined
 def advance(plan: Plan, state: State) -> None:
-    """Integrates the reference position and the estimate over the step since the last evaluation (eqs. 8, 10)."""
+    """Integrates reference position and estimate over the step since the last evaluation (eqs. 8, 10)."""
     n, p = state.q.shape
     time, clock = state.time[0], state.clock
     if clock[STARTED] == 0.0:

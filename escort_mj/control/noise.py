@@ -42,7 +42,7 @@ def _high_product(context: Any, a: Any, b: Any) -> Any:
 
 
 @inlined
-def philox(seed: int, block: int, channel: int, robot: int, step: int) -> tuple[int, int, int, int]:
+def philox(seed: int, block: int, channel: int, robot: int, step: int) -> tuple[Any, Any, Any, Any]:
     """The four words of one block of the stream (channel, robot, step)."""
     c0, c1, c2, c3 = np.uint64(block), np.uint64(channel), np.uint64(robot), np.uint64(step)
     k0, k1 = np.uint64(seed), TAG
@@ -71,7 +71,10 @@ def add_ball_noise(
         step: Physics step.
     """
     axes = true.shape[1]
-    w0 = w1 = w2 = w3 = np.uint64(0)
+    w0: Any = np.uint64(0)
+    w1: Any = np.uint64(0)
+    w2: Any = np.uint64(0)
+    w3: Any = np.uint64(0)
     block, used = 0, 4
     square = 2.0
     while square > 1.0:

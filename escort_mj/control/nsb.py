@@ -50,7 +50,7 @@ def compose(
 
 @inlined
 def project(cycles: int, directions: Array, weights: Array, part: Array) -> None:
-    """part <- sum_c (I - x_c x_c^T / |x_c|^2) part, in place; shape (p,)."""
+    """Does part <- sum_c (I - x_c x_c^T / |x_c|^2) part, in place; shape (p,)."""
     axes = part.shape[0]
     removed0 = removed1 = 0.0
     for k in range(axes):
@@ -69,7 +69,7 @@ def project(cycles: int, directions: Array, weights: Array, part: Array) -> None
 
 @inlined
 def add_within_limit(total: Array, part: Array, max_speed: float) -> None:
-    """Adds as much of a part as the speed limit leaves: the largest alpha in [0, 1] with |total + alpha part| <= max.
+    """Adds as much of a part as the speed limit leaves: total + alpha part, alpha in [0, 1] at its largest.
 
     Args:
         total: Velocity spent by higher priorities, shape (p,) [m/s]; changed in place.

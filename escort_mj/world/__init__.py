@@ -2,5 +2,5 @@
 
 import os
 
-# Simulation needs no GL; with a broken or missing one even `import mujoco` can fail. Rendering has its own process.
+# Simulation needs no GL; with a missing one even `import mujoco` can fail. Rendering has its own process.
 os.environ.setdefault("MUJOCO_GL", "disable")

@@ -126,7 +126,7 @@ def callbacks() -> tuple[Any, Any]:
     options = {key: value for key, value in OPTIONS.items() if key != "nogil"}
 
     @numba.cfunc(types.void(types.intp, types.intp), cache=True, **options)
-    def control_callback(m, d):  # type: ignore[no-untyped-def]
+    def control_callback(m, d):
         if is_ours(m):  # literal axes: the compiler makes one version for each
             if axes_of(pointer_at(m + m_numeric)) == 2:
                 control(m, d, 2)
@@ -134,7 +134,7 @@ def callbacks() -> tuple[Any, Any]:
                 control(m, d, 3)
 
     @numba.cfunc(types.void(types.intp, types.intp, types.int32), cache=True, **options)
-    def sensor_callback(m, d, stage):  # type: ignore[no-untyped-def]
+    def sensor_callback(m, d, stage):
         if stage == acceleration_stage and is_ours(m):
             if axes_of(pointer_at(m + m_numeric)) == 2:
                 look(m, d, 2)
@@ -156,7 +156,7 @@ def _library() -> ctypes.CDLL:
 
 @cache
 def _silence() -> Any:
-    """A warning handler that prints and writes nothing; MuJoCo still counts the warning in `MjData.warning`."""
+    """A warning handler that prints and writes nothing; MuJoCo still counts warnings in `MjData`."""
     return ctypes.CFUNCTYPE(None, ctypes.c_char_p)(lambda message: None)
 
 

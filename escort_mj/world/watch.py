@@ -19,7 +19,7 @@ def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None
 
     Args:
         plan: Gives radii, limits, timestep and the sampling stride.
-        state: `q`, `v`, `tau`, `force` of this step are read; the record's worst and total values are written.
+        state: `q`, `v`, `tau`, `force` of this step are read; the record's worst and totals are written.
         contacts: Pairs of bodies that touch in this step.
         contact_force: Their largest normal force [N].
     """

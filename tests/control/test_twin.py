@@ -124,15 +124,12 @@ def compare(setup: Setup, q: np.ndarray, v: np.ndarray, seed: int = 0, steps: in
     rng = np.random.default_rng(seed)
     kernel, twin = Kernel(setup), ReferenceController(setup)
     twin.reset(q)
-    printed = any(isinstance(b, AvoidObstacles) and b.gain == "printed" for b in setup.behaviors)
-    still = setup.noise_position == 0.0 and printed
-    tolerance = TOLERANCE
     active = []
     for count in range(steps):
         t = count * setup.timestep
         for _ in range(2):
             signals = twin.evaluate(t, q, v)
-            assert_same(kernel.evaluate(t, q, v), signals, tolerance)
+            assert_same(kernel.evaluate(t, q, v), signals, TOLERANCE)
         active.append(signals.avoidance_active)
         q, v = q + rng.normal(scale=0.05, size=q.shape), v + rng.normal(scale=0.5, size=v.shape)
     return np.array(active)
