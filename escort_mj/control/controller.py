@@ -13,7 +13,7 @@ from escort_mj.control.behaviors.avoid_obstacles import avoidance
 from escort_mj.control.behaviors.chords import chord
 from escort_mj.control.behaviors.surface import surface
 from escort_mj.control.laws.sliding import is_winding_up, smooth_signs
-from escort_mj.control.noise import POSITION_CHANNEL, VELOCITY_CHANNEL, add_ball_noise
+from escort_mj.control.noise import measure_with_noise
 from escort_mj.control.nsb import add_within_limit, compose, project
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
@@ -100,16 +100,12 @@ def measure(plan: Plan, state: State) -> None:
         for k in range(p):
             state.q_measured[i, k] = state.q[i, k]
             state.v_measured[i, k] = state.v[i, k]
-    if plan.noise_position > 0.0:
+    if plan.noise_position > 0.0 or plan.noise_velocity > 0.0:
         for i in range(n):
-            add_ball_noise(
-                state.q, state.q_measured, i, plan.noise_position, plan.seed, POSITION_CHANNEL, step
-            )
-    if plan.noise_velocity > 0.0:
-        for i in range(n):
-            add_ball_noise(
-                state.v, state.v_measured, i, plan.noise_velocity, plan.seed, VELOCITY_CHANNEL, step
-            )
+            measure_with_noise(
+                i, state.q, state.v, state.q_measured, state.v_measured,
+                plan.noise_position, plan.noise_velocity, plan.seed, step,
+            )  # fmt: skip
 
 
 @inlined

@@ -1,8 +1,9 @@
 """Measurement noise from a counter-based generator: the same bits in any order, on any number of threads.
 
 Philox4x64-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011), keyed by the seed
-and counted by (block, channel, robot, step). Points are drawn uniformly from a ball by rejection, which
-needs no transcendental function and so gives the same bits on every machine.
+and counted by (block, 0, robot, step). Points are drawn uniformly from a ball by rejection, which needs
+no transcendental function and so gives the same bits on every machine: first the position's, then the
+velocity's, from one stream of coordinates, two to each word.
 """
 
 from __future__ import annotations
@@ -15,17 +16,16 @@ from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from escort_mj.kernels import inlined
+from escort_mj.kernels import inlined, stack_memory, vector_at
 
 Array = NDArray[np.float64]
 
-POSITION_CHANNEL = 0
-VELOCITY_CHANNEL = 1
 TAG = np.uint64(0x6573636F72745F6D)  # second word of the key: "escort_m" in ASCII
 
 _M0, _M1 = np.uint64(0xD2E7470EE14C6C93), np.uint64(0xCA5A826395121157)
 _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)
-_SHIFT = np.uint64(11)
+_HALF, _LOWER = np.uint64(32), np.uint64(0xFFFFFFFF)
+_PER_BLOCK = 8  # coordinates
 _ROUNDS = 10
 
 
@@ -42,9 +42,9 @@ def _high_product(context: Any, a: Any, b: Any) -> Any:
 
 
 @inlined
-def philox(seed: int, block: int, channel: int, robot: int, step: int) -> tuple[Any, Any, Any, Any]:
-    """The four words of one block of the stream (channel, robot, step)."""
-    c0, c1, c2, c3 = np.uint64(block), np.uint64(channel), np.uint64(robot), np.uint64(step)
+def philox(seed: int, block: int, robot: int, step: int) -> tuple[Any, Any, Any, Any]:
+    """The four words of one block of a robot's stream at a step."""
+    c0, c1, c2, c3 = np.uint64(block), np.uint64(0), np.uint64(robot), np.uint64(step)
     k0, k1 = np.uint64(seed), TAG
     for _ in range(_ROUNDS):
         high0, low0 = _high_product(_M0, c0), _M0 * c0
@@ -56,37 +56,57 @@ def philox(seed: int, block: int, channel: int, robot: int, step: int) -> tuple[
 
 
 @inlined
-def add_ball_noise(
-    true: Array, measured: Array, robot: int, radius: float, seed: int, channel: int, step: int
-) -> None:
-    """Sets one robot's row of `measured` to the true row plus a point drawn uniformly from a ball.
+def _fill(coordinates: Array, seed: int, block: int, robot: int, step: int) -> None:
+    """The next coordinates of a stream, each uniform in (-1, 1): the lower half of each word, then the upper."""
+    w0, w1, w2, w3 = philox(seed, block, robot, step)
+    coordinates[0], coordinates[1] = _coordinate(w0 & _LOWER), _coordinate(w0 >> _HALF)
+    coordinates[2], coordinates[3] = _coordinate(w1 & _LOWER), _coordinate(w1 >> _HALF)
+    coordinates[4], coordinates[5] = _coordinate(w2 & _LOWER), _coordinate(w2 >> _HALF)
+    coordinates[6], coordinates[7] = _coordinate(w3 & _LOWER), _coordinate(w3 >> _HALF)
+
+
+@inlined
+def _coordinate(half: Any) -> float:
+    """Middle of one of 2^32 equal parts of (-1, 1)."""
+    return (float(np.int64(half)) + 0.5) * 2.0**-31 - 1.0
+
+
+@inlined
+def measure_with_noise(
+    robot: int, q: Array, v: Array, q_measured: Array, v_measured: Array,
+    radius_q: float, radius_v: float, seed: int, step: int,
+) -> None:  # fmt: skip
+    """Measures one robot: true values plus points drawn uniformly from balls.
 
     Args:
-        true: True values, shape (n, p).
-        measured: Result, shape (n, p).
         robot: Row.
-        radius: Radius of the ball.
+        q: True positions, shape (n, p) [m].
+        v: True velocities, shape (n, p) [m/s].
+        q_measured: Result, shape (n, p) [m].
+        v_measured: Result, shape (n, p) [m/s].
+        radius_q: Radius of the position's ball [m]; 0 draws nothing.
+        radius_v: Radius of the velocity's ball [m/s]; 0 draws nothing.
         seed: Key of the stream.
-        channel: Which quantity is measured.
         step: Physics step.
     """
-    axes = true.shape[1]
-    w0: Any = np.uint64(0)
-    w1: Any = np.uint64(0)
-    w2: Any = np.uint64(0)
-    w3: Any = np.uint64(0)
-    block, used = 0, 4
-    square = 2.0
-    while square > 1.0:
-        square = 0.0
-        for k in range(axes):
-            if used == 4:
-                block, used = block + 1, 0
-                w0, w1, w2, w3 = philox(seed, block, channel, robot, step)
-            x = 2.0 * (float(w0 >> _SHIFT) * 2.0**-53) - 1.0
-            w0, w1, w2 = w1, w2, w3
-            used += 1
-            measured[robot, k] = x
-            square += x * x
-    for k in range(axes):
-        measured[robot, k] = true[robot, k] + radius * measured[robot, k]
+    coordinates = vector_at(stack_memory(), _PER_BLOCK)
+    block, used = 0, _PER_BLOCK
+    for channel in range(2):
+        radius = radius_q if channel == 0 else radius_v
+        true = q if channel == 0 else v
+        measured = q_measured if channel == 0 else v_measured
+        if radius == 0.0:
+            continue
+        square = 2.0
+        while square > 1.0:
+            square = 0.0
+            for k in range(q.shape[1]):
+                if used == _PER_BLOCK:
+                    block, used = block + 1, 0
+                    _fill(coordinates, seed, block, robot, step)
+                x = coordinates[used]
+                used += 1
+                measured[robot, k] = x
+                square += x * x
+        for k in range(q.shape[1]):
+            measured[robot, k] = true[robot, k] + radius * measured[robot, k]

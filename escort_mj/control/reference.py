@@ -23,7 +23,6 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 NOISE_KEY = 0x6573636F72745F6D  # "escort_m": the second word of the generator's key
-POSITION_CHANNEL, VELOCITY_CHANNEL = 0, 1
 
 
 class ReferenceSignals(NamedTuple):
@@ -197,20 +196,27 @@ def switching(s: Array, smoothing: str, width: float) -> Array:
     return np.tanh(s / width) if smoothing == "tanh" else np.clip(s / width, -1.0, 1.0)
 
 
-def ball_noise(seed: int, channel: int, robot: int, step: int, axes: int) -> Array:
-    """Draws from the unit ball, uniformly, by rejection; shape (axes,).
+def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2) -> Array:
+    """Draws points from the unit ball, uniformly, by rejection; shape (balls, axes).
 
-    Each (channel, robot from 0, physics step) has a stream of its own: Philox4x64-10, counted from block 1.
+    Each (robot from 0, physics step) has a stream of its own: Philox4x64-10, counted from block 1, each of
+    its words giving two coordinates, the lower half first. The points follow each other in the stream.
     """
     generator = np.random.Philox(
         key=np.array([seed, NOISE_KEY], dtype=np.uint64),
-        counter=np.array([0, channel, robot, step], dtype=np.uint64),
+        counter=np.array([0, 0, robot, step], dtype=np.uint64),
     )
-    while True:
-        words = generator.random_raw(axes) >> np.uint64(11)
-        point = 2.0 * (words.astype(np.float64) * 2.0**-53) - 1.0
+    points: list[Array] = []
+    waiting = np.zeros(0)
+    while len(points) < balls:
+        if len(waiting) < axes:
+            words = generator.random_raw(4)
+            halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
+            waiting = np.concatenate([waiting, (halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0])
+        point, waiting = waiting[:axes], waiting[axes:]
         if point @ point <= 1.0:
-            return point
+            points.append(point)
+    return np.array(points)
 
 
 class ReferenceController:
@@ -242,8 +248,8 @@ class ReferenceController:
             self.rho_hat = self.rho_hat + setup.timestep * self._rho_hat_rate
         self._time = t
 
-        q_m = q + self._noise(POSITION_CHANNEL, setup.noise_position, t)
-        v_m = v + self._noise(VELOCITY_CHANNEL, setup.noise_velocity, t)
+        noise_q, noise_v = self._noise(t)
+        q_m, v_m = q + noise_q, v + noise_v
         target, target_velocity = setup.target.position(t), setup.target.velocity(t)
         push = np.zeros(q.shape)
         if setup.disturbance is not None:
@@ -263,14 +269,21 @@ class ReferenceController:
             q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active
         )
 
-    def _noise(self, channel: int, radius: float, t: float) -> Array:
-        """Measurement noise of all robots at t, shape (n, p) [m] or [m/s]."""
+    def _noise(self, t: float) -> tuple[Array, Array]:
+        """Measurement noise of all robots at t, of positions [m] and velocities [m/s], shape (n, p) each.
+
+        A ball of radius 0 draws nothing, so that the other ball's points come first in the stream.
+        """
         setup = self.setup
-        if radius == 0.0:
-            return np.zeros((setup.count, setup.axes))
         step = round(t / setup.timestep)
-        draws = [ball_noise(setup.seed, channel, robot, step, setup.axes) for robot in range(setup.count)]
-        return radius * np.array(draws)
+        radii = [setup.noise_position, setup.noise_velocity]
+        noise = np.zeros((2, setup.count, setup.axes))
+        drawn = [channel for channel, radius in enumerate(radii) if radius > 0.0]
+        for robot in range(setup.count if drawn else 0):
+            points = ball_noise(setup.seed, robot, step, setup.axes, len(drawn))
+            for channel, point in zip(drawn, points, strict=True):
+                noise[channel, robot] = radii[channel] * point
+        return noise[0], noise[1]
 
     def _outer_loop(self, q: Array, v: Array, e: Array, c: Array, c_dot: Array) -> tuple[Array, Mask]:
         """Composes the behaviors from the lowest priority to the highest (eq. 2); v_d and who avoids.
