@@ -154,14 +154,13 @@ def _extent(
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Corners of the box in which the mission happens, shape (3,) each [m]."""
     path = setup.target.position(np.linspace(0.0, scenario.duration, PATH_SAMPLES))
-    reach = scenario.mission.radius + robots.radius.max()
-    points = [path - reach, path + reach, robots.position]
-    points += [setup.obstacle_position - setup.obstacle_radius[:, None]]
-    points += [setup.obstacle_position + setup.obstacle_radius[:, None]]
-    every = np.vstack(points)
-    low, high = every.min(axis=0), every.max(axis=0)
+    reach = max(scenario.mission.radius + robots.radius.max(), scenario.target.radius)
+    centers = np.vstack([path, robots.position, setup.obstacle_position])
+    around = np.concatenate([np.full(len(path), reach), robots.radius, setup.obstacle_radius])[:, None]
+    low, high = (centers - around).min(axis=0), (centers + around).max(axis=0)
     if scenario.axes == 2:
-        return np.array([*low, 0.0]), np.array([*high, 2 * height])
+        tallest = max(robots.radius.max(), scenario.target.radius, *setup.obstacle_radius)
+        return np.array([*low, 0.0]), np.array([*high, height + tallest])
     return low, high
 
 

@@ -67,17 +67,49 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     Raises:
         RuntimeError: If this MuJoCo's memory is not laid out as its introspection data says.
     """
-    addresses = {
-        ("mjData", field): getattr(data, field).ctypes.data
-        for field in ("qpos", "qvel", "ctrl", "userdata", "qfrc_applied", "actuator_force", "mocap_pos")
-    } | {("mjModel", "numeric_data"): model.numeric_data.ctypes.data}
-    for (struct, field), expected in addresses.items():
-        base = data._address if struct == "mjData" else model._address
-        found = ctypes.c_void_p.from_address(base + offset(struct, field)).value
-        if found != expected:
-            raise RuntimeError(
-                f"mujoco {mujoco.__version__}: {struct}.{field} is not where it is declared to be"
-            )
-    time = ctypes.c_double.from_address(data._address + offset("mjData", "time")).value
-    if time != data.time:
-        raise RuntimeError(f"mujoco {mujoco.__version__}: mjData.time is not where it is declared to be")
+    for field in ("qpos", "qvel", "ctrl", "userdata", "qfrc_applied", "actuator_force", "mocap_pos"):
+        _compare("mjData", field, data._address, ctypes.c_void_p, getattr(data, field).ctypes.data)
+    for field in ("numeric_data", "numeric_adr"):
+        _compare("mjModel", field, model._address, ctypes.c_void_p, getattr(model, field).ctypes.data)
+    _compare("mjModel", "nnumericdata", model._address, ctypes.c_int, model.nnumericdata)
+    _compare("mjData", "time", data._address, ctypes.c_double, data.time)
+    _check_contacts()
+
+
+TOUCHING = """
+<mujoco>
+  <option cone="elliptic"/>
+  <worldbody>
+    <geom size="1" condim="4"/>
+    <body pos="1.9 0 0"><freejoint/><geom size="1"/></body>
+    <body pos="-1.9 0 0"><freejoint/><geom size="1"/></body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def _check_contacts() -> None:
+    """Compares what the contact watch reads, in a small model with two contacts."""
+    model = mujoco.MjModel.from_xml_string(TOUCHING)
+    data = mujoco.MjData(model)
+    data.time = 1.0
+    mujoco.mj_forward(model, data)
+    _compare("mjData", "time", data._address, ctypes.c_double, data.time)
+    _compare("mjData", "ncon", data._address, ctypes.c_int, data.ncon)
+    _compare("mjModel", "opt.cone", model._address, ctypes.c_int, model.opt.cone)
+    _compare("mjData", "efc_force", data._address, ctypes.c_void_p, data.efc_force.ctypes.data)
+    _compare("mjData", "contact", data._address, ctypes.c_void_p, data.contact.dist.ctypes.data)
+    first = ctypes.c_void_p.from_address(data._address + offset("mjData", "contact")).value or 0
+    for index in range(data.ncon):
+        address, contact = first + index * ctypes.sizeof(structure("mjContact")), data.contact[index]
+        _compare("mjContact", "dim", address, ctypes.c_int, contact.dim)
+        _compare("mjContact", "efc_address", address, ctypes.c_int, contact.efc_address)
+        for side, geom in enumerate(contact.geom):
+            _compare("mjContact", "geom", address, ctypes.c_int, geom, side)
+
+
+def _compare(struct: str, field: str, address: int, kind: Any, expected: Any, index: int = 0) -> None:
+    """Raises unless a field of the structure at an address holds what is expected."""
+    place = address + offset(struct, field) + index * ctypes.sizeof(kind)
+    if kind.from_address(place).value != expected:
+        raise RuntimeError(f"mujoco {mujoco.__version__}: {struct}.{field} is not where it is declared to be")

@@ -1,0 +1,11 @@
+"""What tests of several floors share."""
+
+import pytest
+
+from escort_mj.world.callback import callbacks
+
+
+@pytest.fixture(scope="session")
+def compiled() -> None:
+    """The native callbacks, compiled or read from the cache once for the whole session."""
+    callbacks()
