@@ -71,6 +71,7 @@ def measure(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
     with native_loop():
         plant.step(WARM_UP)
     times: dict[str, list[float]] = {"bare": [], "native": [], "twin": []}
+    few = max(steps // 50, 1)
     for _ in range(rounds):
         copy_state(world, plant.data, bare)
         with native_loop():
@@ -80,7 +81,6 @@ def measure(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
         copy_state(world, plant.data, slow)
         slow.qfrc_applied[:] = 0.0
         twin.reset(slow.qpos.reshape(n, p))
-        few = max(steps // 50, 1)
         mujoco.set_mjcb_control(control)
         with no_timer():
             times["twin"].append(seconds(lambda: mujoco.mj_step(world.model, slow, nstep=few)) / few)

@@ -57,7 +57,7 @@ def philox(seed: int, block: int, robot: int, step: int) -> tuple[Any, Any, Any,
 
 @inlined
 def _fill(coordinates: Array, seed: int, block: int, robot: int, step: int) -> None:
-    """The next coordinates of a stream, each uniform in (-1, 1): the lower half of each word, then the upper."""
+    """The next coordinates of a stream, uniform in (-1, 1): the lower half of each word, then the upper."""
     w0, w1, w2, w3 = philox(seed, block, robot, step)
     coordinates[0], coordinates[1] = _coordinate(w0 & _LOWER), _coordinate(w0 >> _HALF)
     coordinates[2], coordinates[3] = _coordinate(w1 & _LOWER), _coordinate(w1 >> _HALF)

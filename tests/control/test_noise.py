@@ -8,11 +8,13 @@ from scipy import stats
 
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import ApdSmc
+from escort_mj.control.noise import measure_with_noise
 from escort_mj.control.reference import NOISE_KEY, ReferenceController, ball_noise
 from escort_mj.control.setup import Setup
+from escort_mj.kernels import kernel
 
 MASK = 2**64 - 1
-DRAWS = 8000
+DRAWS = 400_000
 
 
 class Rest:
@@ -77,18 +79,31 @@ def test_ball_noise_follows_its_definition(seed: int, axes: int) -> None:
         np.testing.assert_array_equal(ball_noise(seed, robot, step, axes), inside[:2])
 
 
+@kernel
+def draw(zero: np.ndarray, q: np.ndarray, v: np.ndarray, seed: int) -> None:
+    """Fills q and v with noise from unit balls, four robots a step."""
+    for row in range(q.shape[0]):
+        team = row - row % 4
+        measure_with_noise(
+            row % 4, zero, zero, q[team : team + 4], v[team : team + 4], 1.0, 1.0, seed, row // 4
+        )
+
+
 @pytest.mark.parametrize("axes", [2, 3])
-def test_noise_is_uniform_in_the_ball(axes: int) -> None:
-    x = np.concatenate([ball_noise(1, i % 4, i // 4, axes) for i in range(DRAWS // 2)])
+@pytest.mark.parametrize("channel", [0, 1])
+def test_noise_is_uniform_in_the_ball(axes: int, channel: int) -> None:
+    drawn = np.zeros((2, DRAWS, axes))
+    draw(np.zeros((4, axes)), drawn[0], drawn[1], 1)
+    x = drawn[channel]
     radius = np.linalg.norm(x, axis=1)
     assert radius.max() <= 1.0
     np.testing.assert_allclose(x.mean(axis=0), 0.0, atol=4.0 / np.sqrt(DRAWS * (axes + 2)))
-    np.testing.assert_allclose(np.cov(x.T) * (axes + 2), np.eye(axes), atol=0.05)
-    assert stats.kstest(radius**axes, "uniform").pvalue > 0.01
+    np.testing.assert_allclose(np.cov(x.T) * (axes + 2), np.eye(axes), atol=0.01)
+    assert stats.kstest(radius**axes, "uniform").pvalue > 0.001
     # One coordinate of the direction: an arcsine law on the circle, uniform on the sphere.
     direction = x[:, 0] / radius
     share = np.arccos(direction) / np.pi if axes == 2 else (direction + 1.0) / 2.0
-    assert stats.kstest(share, "uniform").pvalue > 0.01
+    assert stats.kstest(share, "uniform").pvalue > 0.001
 
 
 def test_noise_differs_by_everything_that_names_it() -> None:
