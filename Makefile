@@ -21,10 +21,10 @@ test: lint .venv/.gl ## lint, types, import contracts, then the fast tests
 	$(BIN)/pytest -n logical --maxprocesses 8 $(ARGS)
 
 slow: .venv/.test .venv/.gl ## the tests too slow for every change
-	$(BIN)/pytest -m slow $(ARGS)
+	$(BIN)/pytest -m slow $(ARGS) || [ $$? -eq 5 ]  # 5: there are none
 
 bench: .venv/.test ## measure speed
-	@if [ -d benchmarks ]; then $(BIN)/python -m benchmarks $(ARGS); else echo "There are no benchmarks yet."; fi
+	$(BIN)/python -m benchmarks $(ARGS)
 
 lint: .venv/.test ## style, types and import contracts
 	$(BIN)/ruff check
