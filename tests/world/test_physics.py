@@ -1,0 +1,228 @@
+"""Worlds with known answers: MuJoCo does what mechanics says, and forces and totals are what they claim."""
+
+import numpy as np
+import pytest
+
+PUSH = 0.7
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_constant_disturbance_accelerates_a_mass(axes: int, drifting, record_steps) -> None:
+    """x = x0 + a t^2 / 2; with the semi-implicit Euler steps of MuJoCo a dt^2 k (k + 1) / 2, exactly."""
+    start = np.array([1.0, -2.0, 3.0][:axes])
+    push = np.array([PUSH, -0.3, 1.1][:axes])
+    world = drifting(
+        {"positions": [start.tolist()], "mass": 2.5},
+        axes=axes,
+        uncertainty={"disturbance": push.tolist()},
+    )
+    record = record_steps(world, 1001)
+    k = np.arange(1001)[:, None]
+    a, dt = push / 2.5, 0.002
+    np.testing.assert_allclose(record["v"][:, 0], a * dt * k, rtol=1e-10, atol=1e-12)
+    expected = start + a * dt**2 * k * (k + 1) / 2
+    np.testing.assert_allclose(record["q"][:, 0], expected, rtol=0.0, atol=1e-10)
+    np.testing.assert_array_equal(record["disturbance"], np.broadcast_to(push, (1001, 1, axes)))
+    np.testing.assert_allclose(record["time"], k[:, 0] * dt, rtol=0.0, atol=1e-12)
+
+
+def test_disturbance_of_time_is_integrated(drifting, record_steps) -> None:
+    """m v is the integral of sin(3 t); each step takes the force at its beginning, which costs dt / 2."""
+    world = drifting({"positions": [[0.0, 0.0]]}, uncertainty={"disturbance": ["sin(3*t)", "0"]})
+    record = record_steps(world, 1000)
+    exact = (1.0 - np.cos(3.0 * record["time"])) / 3.0
+    assert np.abs(record["v"][:, 0, 0] - exact).max() < 1.01 * 0.002 / 2
+    assert np.abs(record["v"][:, 0, 1]).max() < 1e-11
+
+
+def test_free_flight_keeps_momentum_and_energy(drifting, record_steps) -> None:
+    world = drifting(
+        {"positions": [[-3.0, 0.0, 0.0], [3.0, 1.0, 0.0], [0.0, 5.0, 2.0]], "mass": 1.3},
+        axes=3,
+    )
+    velocity = np.array([[1.0, 2.0, -1.0], [0.5, -0.25, 0.0], [-1.0, 3.0, 0.125]])
+
+    def launch(plant) -> None:
+        plant.data.qvel[:] = velocity.ravel()
+
+    record = record_steps(world, 1000, launch)
+    np.testing.assert_allclose(record["v"], np.broadcast_to(velocity, (1000, 3, 3)), rtol=0, atol=1e-11)
+    momentum = 1.3 * record["v"].sum(axis=1)
+    energy = 0.65 * (record["v"] ** 2).sum(axis=(1, 2))
+    assert np.abs(momentum - momentum[0]).max() < 1e-10
+    assert np.abs(energy - energy[0]).max() < 1e-10
+    assert record["contacts"].max() == 0.0
+
+
+def test_a_throw_in_gravity(drifting, record_steps) -> None:
+    """Height against time is a parabola; energy drifts only by the step's own error, g v dt."""
+    world = drifting(
+        {"positions": [[0.0, 0.0, 0.0]], "mass": 0.7}, axes=3, physics={"gravity": [0.0, 0.0, -9.81]}
+    )
+    record = record_steps(world, 1000, lambda plant: plant.data.qvel.__setitem__(2, 8.0))
+    k, dt = np.arange(1000), 0.002
+    np.testing.assert_allclose(
+        record["q"][:, 0, 2], 8.0 * k * dt - 9.81 * dt**2 * k * (k + 1) / 2, rtol=0, atol=1e-9
+    )
+    energy = 0.7 * (record["v"][:, 0, 2] ** 2 / 2 + 9.81 * record["q"][:, 0, 2])
+    t = k * dt
+    np.testing.assert_allclose(energy, energy[0] - 0.7 * 9.81**2 * dt * t / 2, rtol=0, atol=1e-9)
+
+
+def test_momentum_survives_a_collision(drifting, record_steps) -> None:
+    """Contact forces are equal and opposite: total momentum stays, relative speed does not grow."""
+    world = drifting(
+        {
+            "positions": [[-1.0, 0.05, 0.0], [1.0, 0.0, 0.0]],
+            "overrides": [{"robot": 1, "mass": 3.0}],
+        },
+        axes=3,
+    )
+    record = record_steps(
+        world, 1200, lambda plant: plant.data.qvel.__setitem__(slice(0, 6), [1, 0, 0, -1, 0, 0])
+    )
+    mass = np.array([3.0, 1.0])
+    momentum = (mass[:, None] * record["v"]).sum(axis=1)
+    assert record["contacts"].max() == 1.0
+    np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], momentum.shape), rtol=0, atol=1e-9)
+    energy = 0.5 * (mass[:, None] * record["v"] ** 2).sum(axis=(1, 2))
+    assert energy[-1] < energy[0]
+    assert record["v"][-1, 0, 0] < 1.0 and record["v"][-1, 1, 0] > -1.0
+
+
+def test_a_rolling_sphere_weighs_seven_fifths(drifting, record_steps) -> None:
+    """Pushed at its center, a homogeneous ball that does not slip accelerates at F / (7/5 m)."""
+    radius, mass = 0.25, 2.0
+    world = drifting(
+        {"kind": "rolling_sphere", "positions": [[0.0, 0.0]], "mass": mass, "radius": radius},
+        uncertainty={"disturbance": [PUSH, 0.0]},
+    )
+    spin = []
+    record = record_steps(world, 1500, after=lambda plant: spin.append(plant.data.qvel.copy()))
+    speed = record["v"][:, 0, 0]
+    acceleration = (speed[-1] - speed[500]) / (record["time"][-1] - record["time"][500])
+    effective = PUSH / acceleration
+    print(f"effective mass / (7/5 m) - 1 = {effective / (1.4 * mass) - 1:.2e}")
+    assert effective == pytest.approx(1.4 * mass, rel=2e-3)
+    last = spin[-1]  # vx vy vz, then the ball's own angular velocity; it turns about y alone
+    assert last[4] * radius == pytest.approx(last[0], rel=2e-2)
+    assert np.abs(last[[1, 3, 5]]).max() < 1e-6
+    assert abs(record["qpos"][-1, 2] - radius) < 5e-3
+    assert record["contacts"].max() == 0.0, "the floor is no event"
+
+
+def test_the_controller_moves_a_rolling_sphere_by_its_motor(make_world, record_steps) -> None:
+    """A saturated motor pushes with the force limit, and 7/5 of the mass resists."""
+    world = make_world(
+        robots={"kind": "rolling_sphere", "positions": [[50.0, 0.0]], "force_limit": 0.5},
+        mission={"radius": 1.0, "behaviors": ["surface"]},
+    )
+    record = record_steps(world, 1000)
+    assert (record["force"][10:, 0, 0] == -0.5).all()
+    acceleration = (record["v"][-1, 0, 0] - record["v"][200, 0, 0]) / (799 * 0.002)
+    assert acceleration == pytest.approx(-0.5 / 1.4, rel=5e-3)
+
+
+def mission(timestep: float) -> dict:
+    """Three robots that gather around a moving target, without noise."""
+    return {
+        "physics": {"timestep": timestep},
+        "robots": {"positions": [[7.0, 1.0], [-2.0, 6.0], [-3.0, -5.0]], "force_limit": None},
+        "mission": {"radius": 3.0, "behaviors": ["chords", "surface"], "max_speed": 2.0},
+        "target": {"position": ["0.5*t", "sin(0.5*t)"]},
+        "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)"]},
+        "recording": {"rate": 50},
+    }
+
+
+def test_refining_the_timestep_converges_at_first_order(make_world, record_steps) -> None:
+    """Final positions at dt, dt/2, dt/4: differences halve, for semi-implicit Euler."""
+    final = []
+    for halvings in range(4):
+        timestep = 0.004 / 2**halvings
+        record = record_steps(make_world(**mission(timestep)), round(2.0 / timestep) + 1)
+        assert record["time"][-1] == pytest.approx(2.0)
+        final.append(record["q"][-1])
+    steps = [np.linalg.norm(a - b) for a, b in zip(final, final[1:], strict=False)]
+    orders = [np.log2(a / b) for a, b in zip(steps, steps[1:], strict=False)]
+    print(f"differences {steps}, orders {orders}")
+    assert steps[0] < 0.05
+    assert orders == pytest.approx([1.0, 1.0], abs=0.15)
+
+
+BUSY = {
+    "seed": 3,
+    "robots": {
+        "positions": [[9.0, 0.5], [-2.0, 8.0], [-6.0, -5.0], [3.0, -9.0]],
+        "force_limit": 6.0,
+        "overrides": [{"robot": 3, "force_limit": 1e4}],
+    },
+    "obstacles": [{"position": [6.0, 0.0], "radius": 0.5}],
+    "mission": {"radius": 3.0, "behaviors": ["chords", "surface"]},
+    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": [0.5, "sin(t)"]},
+}
+
+
+@pytest.fixture(scope="module")
+def busy(make_world, record_steps):
+    """A mission with everything going on, recorded at every step, and its world."""
+    world = make_world(**BUSY, recording={"rate": 500})
+    assert world.stride == 1
+    return world, record_steps(world, 2500)
+
+
+def test_force_is_the_demand_within_the_limit(busy) -> None:
+    world, record = busy
+    limit = world.team.force_limit[:, None]
+    np.testing.assert_array_equal(record["force"], np.clip(record["tau"], -limit, limit))
+    at_limit = np.abs(record["force"]) == limit
+    assert at_limit[:, :2].any() and not at_limit.all() and not at_limit[:, 2].any()
+
+
+def test_totals_are_sums_over_every_step(busy) -> None:
+    world, record = busy
+    dt, force, limit = 0.002, record["force"], world.team.force_limit[:, None]
+    expected = {
+        "effort": dt * np.cumsum((force**2).sum(axis=2), axis=0),
+        "work": dt * np.cumsum(np.abs(force * record["v"]).sum(axis=2), axis=0),
+        "force_variation": np.cumsum(np.abs(np.diff(force, axis=0, prepend=force[:1])).sum(axis=2), axis=0),
+        "saturated_time": dt * np.cumsum((np.abs(record["tau"]) > limit).any(axis=2), axis=0),
+    }
+    for name, values in expected.items():
+        np.testing.assert_allclose(record[name], values, rtol=1e-11, atol=1e-11, err_msg=name)
+        assert values[-1].max() > 0.0
+
+
+def test_distances_are_those_of_the_true_positions(busy) -> None:
+    world, record = busy
+    q, radius = record["q"], world.team.radius
+    to_obstacles = np.linalg.norm(q[:, :, None] - world.setup.obstacle_position, axis=3)
+    np.testing.assert_allclose(record["obstacle_distance"], to_obstacles, rtol=1e-13)
+    np.testing.assert_allclose(
+        record["obstacle_clearance_worst"],
+        (to_obstacles - radius[:, None] - world.setup.obstacle_radius).min(axis=2),
+        rtol=0,
+        atol=1e-13,
+    )
+    pairs = np.linalg.norm(q[:, :, None] - q[:, None], axis=3)
+    pairs[:, np.arange(4), np.arange(4)] = np.inf
+    np.testing.assert_allclose(record["robot_distance_min"], pairs.min(axis=2), rtol=1e-13)
+    gaps = pairs - radius[:, None] - radius
+    np.testing.assert_allclose(record["robot_clearance_worst"], gaps.min(axis=2), rtol=0, atol=1e-13)
+
+
+def test_the_sampled_run_is_the_same_run(busy, make_world, record_steps) -> None:
+    """At a tenth of the rate: the same signals, the worst of each ten steps, totals that miss nothing."""
+    _, record = busy
+    sampled_world = make_world(**BUSY, recording={"rate": 50})
+    sampled = {name: values[::10] for name, values in record_steps(sampled_world, 2491).items()}
+    for name in sampled:
+        if "worst" in name:
+            blocks = record[name][1:2491].reshape(249, 10, -1).min(axis=1)
+            np.testing.assert_array_equal(sampled[name][1:], blocks, err_msg=name)
+        elif name in ("contacts", "contact_force"):
+            np.testing.assert_array_equal(
+                sampled[name][1:], record[name][1:2491].reshape(249, 10).max(axis=1)
+            )
+        else:
+            np.testing.assert_array_equal(sampled[name], record[name][:2491:10], err_msg=name)
