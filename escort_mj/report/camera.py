@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,18 +66,26 @@ def view_axes(azimuth: float, elevation: float) -> Array:
     return np.stack([right, np.cross(right, forward), forward])
 
 
+class Insets(NamedTuple):
+    """Rims of a picture that stay free, as shares of its width and height."""
+
+    side: float
+    top: float
+    bottom: float
+
+
 def frame(
     points: Array,
     azimuth: float,
     elevation: float,
     field_of_view: float,
     aspect: float,
-    margin: float = 1.06,
+    insets: Insets,
 ) -> View:
     """The nearest camera of a given direction that sees every point.
 
-    A point is in the picture when it lies between four planes through the camera. Along either side of
-    the picture that is linear in the camera's place, so the nearest place has a closed form.
+    A point is in the picture when it lies between four planes through the camera. Across the picture,
+    and up and down it, that is linear in the camera's place, so the nearest place has a closed form.
 
     Args:
         points: What must be seen, shape (k, 3) [m].
@@ -84,24 +93,21 @@ def frame(
         elevation: Direction of view [deg].
         field_of_view: Vertical angle of the picture [deg].
         aspect: Width over height of the picture.
-        margin: How much wider than the points the picture is.
+        insets: Rims in which no point may be.
     """
     axes = view_axes(azimuth, elevation)
     right, up, forward = (np.asarray(points) @ axes.T).T
-    slope_up = math.tan(math.radians(field_of_view) / 2) / margin
-    slope_right = slope_up * aspect
-    sides = []
-    for across, slope in ((right, slope_right), (up, slope_up)):
-        high, low = np.max(across - slope * forward), np.max(-across - slope * forward)
-        sides.append(((high - low) / 2, -(high + low) / (2 * slope)))
-    eye_forward = min(depth for _, depth in sides)
-    middle = float(np.median(forward))
-    distance = max(middle - eye_forward, 1e-3)
-    look_at = np.array([sides[0][0], sides[1][0], eye_forward + distance]) @ axes
-    return View(look_at, distance, azimuth, elevation)
-
-
-def corners(low: Array, high: Array) -> Array:
-    """Corners of a box, shape (8, 3)."""
-    choice = np.array(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij")).reshape(3, -1).T
-    return np.where(choice == 1, high, low)
+    slope = math.tan(math.radians(field_of_view) / 2)
+    side = aspect * slope * (1.0 - 2.0 * insets.side)
+    limits = (
+        (right, side, side),
+        (up, slope * (1.0 - 2.0 * insets.top), slope * (1.0 - 2.0 * insets.bottom)),
+    )
+    reach = [(np.max(x - plus * forward), np.max(-x - minus * forward)) for x, plus, minus in limits]
+    depth = min(-(p + m) / (plus + minus) for (p, m), (_, plus, minus) in zip(reach, limits, strict=True))
+    across = [
+        ((p + plus * depth) + (-m - minus * depth)) / 2
+        for (p, m), (_, plus, minus) in zip(reach, limits, strict=True)
+    ]
+    distance = max(float(np.median(forward)) - depth, 1e-3)
+    return View(np.array([*across, depth + distance]) @ axes, distance, azimuth, elevation)

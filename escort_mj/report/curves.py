@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.report.style import Key
 
 Array = NDArray[np.float64]
 
 BINS = 1200  # points across a panel; more cannot be seen
 AVERAGED = 1.0  # window of a running average [s]; less in a short run
 BOUND: Any = (0, (4, 2))
+TWIN: Any = (0, (4, 4))  # of the second color over the first
 FAINT = 0.5  # width of a line that stands behind its own average
 LEAST, MOST = 1e-7, 1e9  # what a plot shows of a quantity that goes to zero or diverges
 
@@ -54,7 +56,7 @@ def draw_curves(
         x, y = thin(time, curve, lowest)
         axes.plot(x, y, color=first, linewidth=width, **style)
         for other in second:
-            axes.plot(x, y, color=other, linewidth=width, linestyle=(0, (4, 4)), **style)
+            axes.plot(x, y, color=other, linewidth=width, linestyle=TWIN, **style)
 
 
 def thin(time: Array, values: Array, lowest: bool = False) -> tuple[Array, Array]:
@@ -95,12 +97,12 @@ def running_mean(time: Array, values: Array) -> Array:
     return (total[high] - total[low]) / (high - low)
 
 
-def average_handles(words: str) -> list[Line2D]:
+def average_keys(words: str) -> list[Key]:
     """Legend entries of curves drawn with their average."""
     grey = "#777777"
     return [
-        Line2D([], [], color=grey, linewidth=FAINT, alpha=0.6, label="recorded"),
-        Line2D([], [], color=grey, linewidth=1.3, label=words),
+        ("recorded", Line2D([], [], color=grey, linewidth=FAINT, alpha=0.6)),
+        (words, Line2D([], [], color=grey, linewidth=1.3)),
     ]
 
 
@@ -130,12 +132,12 @@ def log_scale(axes: Axes) -> None:
     low = float(np.clip(low, max(LEAST, high * 1e-9), high / 10))
     axes.set_yscale("log")
     axes.set_ylim(low, high * 1.8)
-    axes.yaxis.set_major_locator(LogLocator(numticks=6))
+    axes.yaxis.set_minor_formatter(NullFormatter())
     if high / low < 100:
-        axes.yaxis.set_minor_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, 0.5)))
-        axes.tick_params(axis="y", which="minor", labelsize=6.5)
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
+        axes.yaxis.set_major_formatter("{x:g}")
     else:
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_major_locator(LogLocator(numticks=6))
 
 
 def timeline(grid: Iterable[Axes], time: Array) -> None:

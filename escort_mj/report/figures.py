@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from matplotlib.figure import Figure
 
 from escort_mj.errors import RenderError
-from escort_mj.palette import MOST_DISTINCT
 from escort_mj.record.folder import FIGURES, StoredRun, open_run
-from escort_mj.report import paths, timelines
+from escort_mj.report import nearness, paths, timelines
 from escort_mj.report.style import figure
 
 if TYPE_CHECKING:
@@ -37,16 +36,6 @@ class Plot(NamedTuple):
     applies: Callable[[xarray.Dataset], bool] = lambda trace: True
 
 
-def _rows(trace: xarray.Dataset, rows: int) -> float:
-    """Height of a figure of this many panels over lanes for the robots."""
-    count = trace.sizes["robot"]
-    return 1.4 + 1.5 * rows + (0.11 * count if count <= MOST_DISTINCT else 1.0)
-
-
-def _obstacle_rows(trace: xarray.Dataset) -> int:
-    return trace.sizes["obstacle"] if trace.sizes["obstacle"] <= timelines.MOST_PANELS else 1
-
-
 PLOTS: tuple[Plot, ...] = (
     Plot("panels", "distances and tracking errors", lambda trace: 6.4, timelines.panels),
     Plot("paths", "paths", paths.plan_height, paths.plan_view, lambda trace: trace.sizes["axis"] == 2),
@@ -54,15 +43,15 @@ PLOTS: tuple[Plot, ...] = (
     Plot(
         "obstacle_distances",
         "distances to obstacles",
-        lambda trace: _rows(trace, _obstacle_rows(trace)),
-        timelines.obstacle_distances,
+        nearness.obstacle_distances_height,
+        nearness.obstacle_distances,
         lambda trace: trace.sizes["obstacle"] > 0,
     ),
     Plot(
         "clearances",
         "clearances and contacts",
-        lambda trace: _rows(trace, 2),
-        timelines.clearances,
+        nearness.clearances_height,
+        nearness.clearances,
         lambda trace: "robot_clearance_worst" in trace or "obstacle_clearance_worst" in trace,
     ),
     Plot("forces", "forces of the motors", lambda trace: 1.0 + 1.7 * trace.sizes["axis"], timelines.forces),

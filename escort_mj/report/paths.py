@@ -18,7 +18,7 @@ from escort_mj import palette
 from escort_mj.palette import MOST_DISTINCT
 from escort_mj.report.curves import BOUND
 from escort_mj.report.replay import safe_radius
-from escort_mj.report.style import WIDTH, name_robots
+from escort_mj.report.style import WIDTH, Key, name_robots
 
 if TYPE_CHECKING:
     import xarray
@@ -121,8 +121,8 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         if clear > 0:
             _ball(axes, center, clear, palette.CONTACT, 0.08, 2.0)
         _ball(axes, center, radius, palette.OBSTACLE, 1.0, 2.1)
-    moments = _moments(trace)[1::2] or _moments(trace)
-    for moment in (moments[0], moments[-1]):
+    moments = sorted({_moments(trace)[(len(_moments(trace)) - 1) // 2], len(q) - 1})
+    for moment in moments:
         _globe(axes, target[moment], float(trace.attrs["mission_radius"]))
     _formations(axes, trace, moments)
     axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
@@ -173,7 +173,8 @@ def _ends(axes: Axes, trace: xarray.Dataset) -> None:
         axes.plot(
             *start, "o", color="white", markeredgecolor=color, markersize=0.75 * size * scale, zorder=3.8
         )
-        axes.plot(*end, "o", color=color, markersize=size * scale, zorder=4.0)
+        (mark,) = axes.plot(*end, "o", color=color, markersize=size * scale, zorder=4.0, clip_on=False)
+        mark.set_in_layout(False)
 
 
 def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
@@ -192,28 +193,21 @@ def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
         )
 
 
-def _keys(trace: xarray.Dataset) -> list[Line2D | Patch]:
+def _keys(trace: xarray.Dataset) -> list[Key]:
     """Legend entries of what is no robot."""
-    grey: dict[str, Any] = {"color": "#555555", "linestyle": "none", "marker": "o"}
-    keys: list[Line2D | Patch] = [
-        Line2D([], [], color=palette.TARGET, label="target"),
-        Line2D([], [], **grey, markerfacecolor="white", markersize=5, label="start"),
-        Line2D([], [], **grey, markersize=6.5, label="end"),
-        Line2D([], [], color=ESCORT, linestyle=(0, (1, 2)), label="escort radius"),
+    dot: dict[str, Any] = {"linestyle": "none", "marker": "o"}
+    keys: list[Key] = [
+        ("target", Line2D([], [], color=palette.TARGET)),
+        ("start", Line2D([], [], **dot, color="#555555", markerfacecolor="white", markersize=5)),
+        ("end", Line2D([], [], **dot, color="#555555", markersize=6.5)),
+        ("escort radius", Line2D([], [], color=ESCORT, linestyle=(0, (1, 2)))),
     ]
     if trace.sizes["obstacle"]:
-        looks: dict[str, Any] = {
-            "color": palette.OBSTACLE,
-            "linestyle": "none",
-            "marker": "o",
-            "markersize": 7,
-        }
-        keys.append(Line2D([], [], **looks, label="obstacle"))
+        keys.append(("obstacle", Line2D([], [], **dot, color=palette.OBSTACLE, markersize=7)))
         if float(trace.attrs["safe_distance"]) > 0:
-            if trace.sizes["axis"] == 2:
-                keys.append(Line2D([], [], color=palette.CONTACT, linestyle=BOUND, label="safe distance"))
-            else:
-                keys.append(Patch(color=palette.CONTACT, alpha=0.15, linewidth=0, label="safe distance"))
+            rim = Line2D([], [], color=palette.CONTACT, linestyle=BOUND)
+            shade = Patch(color=palette.CONTACT, alpha=0.15, linewidth=0)
+            keys.append(("safe distance", rim if trace.sizes["axis"] == 2 else shade))
     return keys
 
 

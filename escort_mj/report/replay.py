@@ -179,11 +179,17 @@ def safe_radius(trace: xarray.Dataset) -> Array:
     return np.full(shape, safe)
 
 
+def target_clearance(trace: xarray.Dataset) -> Array:
+    """Free space between each robot and the target at the samples, surface to surface, shape (T, n) [m]."""
+    offset = trace["q"].values - trace["target_position"].values[:, None]
+    bodies = trace["robot_radius"].values + float(trace.attrs["target_radius"])
+    space: Array = np.linalg.norm(offset, axis=-1) - bodies
+    return space
+
+
 def touching(trace: xarray.Dataset) -> Flags:
     """Whether a robot touched something since the previous sample, shape (T, n); the target: at it."""
-    offset = trace["q"].values - trace["target_position"].values[:, None]
-    reach = trace["robot_radius"].values + float(trace.attrs["target_radius"])
-    touches = np.linalg.norm(offset, axis=-1) <= reach
+    touches: Flags = target_clearance(trace) <= 0.0
     for name in ("obstacle_clearance_worst", "robot_clearance_worst"):
         if name in trace:
             touches |= trace[name].values <= 0.0

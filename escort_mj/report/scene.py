@@ -12,7 +12,7 @@ from escort_mj.report.replay import Flags, Moment, Replay
 
 Array = NDArray[np.float64]
 
-TRAIL_PIECES = 60
+TRAIL_PIECES = 120
 MOST_TRAIL_PIECES = 1500  # of all robots together
 
 _X, _Y, _Z = np.eye(3)
@@ -96,7 +96,10 @@ class Scenery:
                 pen.disc(spot, size * radius, palette.TARGET, alpha)
 
     def _obstacles(self, pen: Pen) -> None:
-        """The safe circle or sphere of every obstacle."""
+        """The safe circle or sphere of every obstacle; a sphere has its outline, as seen, for a rim."""
+        camera = pen.scene.camera[0]
+        up = np.array(camera.up, dtype=float)
+        across = np.cross(np.array(camera.forward, dtype=float), up)
         for center, safe in zip(self.replay.obstacles, self._safe, strict=True):
             if safe <= 0.0:
                 continue
@@ -105,7 +108,8 @@ class Scenery:
                 pen.disc(spot, safe, palette.CONTACT, 0.07)
                 pen.path(circle(spot, safe, 72, _X, _Y), palette.CONTACT, 1.5 * self._pixel, 0.55)
             else:
-                pen.ball(spot, safe, palette.CONTACT, 0.10)
+                pen.ball(spot, safe, palette.CONTACT, 0.04)
+                pen.path(circle(spot, safe, 72, across, up), palette.CONTACT, self._pixel, 0.45)
 
     def _escort(self, pen: Pen, moment: Moment) -> None:
         """The circle or sphere that the robots are to keep around the target."""
@@ -114,7 +118,7 @@ class Scenery:
         if self.replay.planar:
             pen.path(circle(center, radius, 120, _X, _Y), palette.LIMIT, width, 0.8, dashed=True)
             return
-        pen.ball(center, radius, (0.45, 0.55, 0.70), 0.10)
+        pen.ball(center, radius, (0.55, 0.65, 0.80), 0.10)
         for across, up in ((_X, _Y), (_Y, _Z), (_X, _Z)):
             pen.path(circle(center, radius, 120, across, up), palette.LIMIT, width / 2, 0.45, dashed=True)
 

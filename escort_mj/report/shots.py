@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.report.camera import View, frame
+from escort_mj.report.camera import Insets, View, frame
 from escort_mj.report.replay import Replay
 
 Array = NDArray[np.float64]
@@ -20,6 +20,7 @@ SPACE_ELEVATION = -20.0
 ORBIT = 14.0  # degrees to either side: parallax shows depth
 LEAST_CIRCLE = 0.2  # of the picture's height, or else the camera glides along
 FRAMED_POINTS = 400
+INSETS = Insets(side=0.025, top=0.12, bottom=0.09)  # room for words
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def plan_shot(replay: Replay, camera: CameraName, field_of_view: float, aspect: 
     azimuth = np.full(len(times), 90.0)
     if not replay.planar and camera != "top":
         azimuth = _across(replay.target) + ORBIT * np.linspace(-1.0, 1.0, len(times))
-    optics = (field_of_view, aspect)
+    optics = (field_of_view, aspect, INSETS)
     if camera != "follow":
         everything = _everything(replay)
         views = [frame(everything, a, elevation, *optics) for a in azimuth]
@@ -120,7 +121,7 @@ def _circles(replay: Replay, centers: Array, radius: float | Array) -> Array:
 def _reach(replay: Replay) -> float:
     """How far from the target robots are still followed: a diverged run must not shrink the picture [m]."""
     start = np.linalg.norm(replay.robots[0] - replay.target[0], axis=-1).max()
-    return 1.5 * max(2.0 * replay.radius, float(start))
+    return 2.0 * max(2.0 * replay.radius, float(start))
 
 
 def _everything(replay: Replay) -> Array:

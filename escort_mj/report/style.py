@@ -19,8 +19,12 @@ from escort_mj import palette
 
 WIDTH = 7.2  # inches: two columns of a journal page
 DPI = 200
+LEGEND_LETTERS = 104  # that fit side by side in a legend
 TITLE = 10.0
 FAILED = palette.from_hex("B00020")
+
+Key = tuple[str, Any]
+"""A legend entry: its words, and an artist, or artists drawn on each other."""
 
 _STYLE: Any = {
     "font.family": "DejaVu Sans",
@@ -70,48 +74,47 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
     with matplotlib.rc_context(_STYLE):
         canvas = Figure(figsize=(width, height), dpi=DPI)
         FigureCanvasAgg(canvas)
-        lines = title + "\n" * bool(note)
-        canvas.suptitle(lines, x=0.01, y=0.99, ha="left", va="top", fontsize=TITLE, fontweight="bold")
+        line = 1.5 * TITLE / 72 / height
+        canvas.text(0.01, 1.0 - 0.4 * line, title, va="top", fontsize=TITLE, fontweight="bold")
         if note:
-            below = 0.99 - 1.35 * TITLE / 72 / height
-            canvas.text(0.01, below, note, ha="left", va="top", fontsize=8.5, color=FAILED, fontweight="bold")
+            canvas.text(0.01, 1.0 - 1.3 * line, note, va="top", fontsize=8.5, color=FAILED, fontweight="bold")
+        below = 1.0 - line * (2.3 if note else 1.4)
+        canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, below))
         yield canvas
         path.parent.mkdir(parents=True, exist_ok=True)
         canvas.savefig(path, dpi=DPI)
 
 
-def robot_handles(count: int, **looks: Any) -> list[Line2D]:
-    """One legend entry per robot."""
-    colors = palette.robot_colors(count)
-    return [
-        Line2D([], [], color=color, label=f"robot {i}", **{"linewidth": 2.0, **looks})
-        for i, color in enumerate(colors, 1)
-    ]
-
-
-def name_robots(figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Any] = ()) -> None:
+def name_robots(figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Key] = ()) -> None:
     """Says which color is which robot, outside of every panel: entries, or a color bar for a large team.
 
     Args:
         figure: The figure.
         axes: Its panels, beside which a color bar may stand.
         count: Number of robots.
-        others: Further legend entries.
+        others: Further legend entries: words, and one artist or several on top of each other.
     """
-    handles = list(others)
+    keys = list(others)
     if count <= palette.MOST_DISTINCT:
-        handles = robot_handles(count) + handles
+        keys = robot_keys(count) + keys
     else:
-        ramp = ListedColormap(palette.robot_colors(count))
-        bar = figure.colorbar(
-            ScalarMappable(Normalize(0.5, count + 0.5), ramp),
-            ax=list(axes),
-            fraction=0.025,
-            pad=0.01,
-            aspect=40,
-        )
+        ramp = ScalarMappable(Normalize(0.5, count + 0.5), ListedColormap(palette.robot_colors(count)))
+        bar = figure.colorbar(ramp, ax=list(axes), fraction=0.025, pad=0.01, aspect=40)
         bar.set_label("robot")
         bar.outline.set_visible(False)
-    if handles:
-        columns = min(len(handles), 8)
-        figure.legend(handles=handles, loc="outside lower center", ncols=columns, columnspacing=1.3)
+    if keys:
+        words, handles = zip(*keys, strict=True)
+        figure.legend(handles, words, loc="outside lower center", ncols=_columns(words), columnspacing=1.3)
+
+
+def robot_keys(count: int) -> list[Key]:
+    """One legend entry per robot."""
+    colors = palette.robot_colors(count)
+    return [(f"robot {i}", Line2D([], [], color=color, linewidth=2.0)) for i, color in enumerate(colors, 1)]
+
+
+def _columns(words: Sequence[str]) -> int:
+    """Columns of a legend that fits the figure's width, in rows as even as can be."""
+    widest = max(len(word) for word in words) + 5.0
+    rows = -(-len(words) // max(int(LEGEND_LETTERS / widest), 1))
+    return -(-len(words) // rows)

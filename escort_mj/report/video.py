@@ -166,8 +166,8 @@ def ending(run: StoredRun) -> tuple[str, bool]:
     if outcome != "completed":
         return f"{outcome}: {message}", False
     if held < all_of_them:
-        return f"{message}, but {all_of_them - held} of {all_of_them} expectations failed", False
-    return f"{message}, all {all_of_them} expectations met" if all_of_them else message, True
+        return f"{message}, {all_of_them - held} of {all_of_them} expectations failed", False
+    return f"{message}, all expectations met" if run.verdicts else message, True
 
 
 def _film(run: StoredRun, video: Video) -> None:
