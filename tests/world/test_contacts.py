@@ -9,7 +9,7 @@ from escort_mj.world.plant import Plant
 
 HEAD_ON = {"robots": {"positions": [[-1.0, 0.0], [1.0, 0.05]], "mass": 2.0}, "obstacles": []}
 INTO_OBSTACLE = {
-    "robots": {"positions": [[4.0, 0.1], [0.0, 9.0]], "radius": 0.3},
+    "robots": {"positions": [[4.0, 0.0], [0.0, 9.0]], "radius": 0.3},
     "obstacles": [{"position": [2.5, -0.52]}, {"position": [2.5, 0.52]}],
     "target": {"position": [0.0, 0.0]},
     "mission": {"radius": 1.0, "behaviors": ["surface"]},
