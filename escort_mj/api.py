@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from escort_mj.mission import Progress, Run, fly
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
+from escort_mj.scenario.overrides import Overrides
 
 __all__ = ["fly", "load_scenario", "run"]
 
@@ -22,12 +22,12 @@ def scenarios_folder() -> Path:
     return package / "scenarios" if (package / "scenarios").is_dir() else package.parent / "scenarios"
 
 
-def load_scenario(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -> Scenario:
+def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:
     """Reads and checks a scenario.
 
     Args:
         path: A YAML file, or the name of a shipped scenario such as `main` or `paper/case1_2d`.
-        overrides: Texts `key.path=value` that replace values of the file.
+        overrides: Texts `key.path=value`, or a mapping of key paths, that replace values of the file.
 
     Raises:
         ScenarioError: With every fault of the file at once.
@@ -36,7 +36,7 @@ def load_scenario(path: str | os.PathLike[str], overrides: Iterable[str] = ()) -
     shipped = scenarios_folder() / f"{name}.yaml"
     if not Path(name).exists() and not name.endswith((".yaml", ".yml")) and shipped.is_file():
         path = shipped
-    return _load_file(path, tuple(overrides))
+    return _load_file(path, overrides)
 
 
 def run(

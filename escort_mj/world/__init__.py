@@ -1,6 +1,5 @@
 """The only floor that knows MuJoCo: building worlds, stepping them, and watching what happens in them."""
 
-import os
+from escort_mj import gl
 
-# Simulation needs no GL; with a missing one even `import mujoco` can fail. Rendering has its own process.
-os.environ.setdefault("MUJOCO_GL", "disable")
+gl.make_import_safe()  # simulation needs no GL, and with a missing one even `import mujoco` can fail
