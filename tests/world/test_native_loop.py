@@ -1,0 +1,283 @@
+"""The native callbacks beside the rest of the process: models, callbacks, threads, broken states."""
+
+import ctypes
+import threading
+
+import mujoco
+import numpy as np
+import pytest
+from mujoco import batch
+
+from escort_mj.world import callback
+from escort_mj.world.build import World
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+MISSION = {
+    "seed": 5,
+    "robots": {"positions": [[7, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
+    "obstacles": [{"position": [4.5, 0.5]}, {"position": [-4, 6.5]}],
+    "mission": {"radius": 3.0, "max_speed": 2.0},
+    "target": {"position": ["0.3*t", "sin(t)"]},
+    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": ["0.5*sin(t)", 0.1]},
+}
+
+
+@pytest.fixture(scope="module")
+def world(make_world) -> World:
+    return make_world(**MISSION)
+
+
+def bits(data: mujoco.MjData) -> tuple[bytes, ...]:
+    """Everything of a state that must repeat: physics, controller, record."""
+    return tuple(
+        np.asarray(getattr(data, field)).tobytes()
+        for field in ("time", "qpos", "qvel", "ctrl", "qfrc_applied", "mocap_pos", "userdata")
+    )
+
+
+@pytest.fixture(scope="module")
+def undisturbed(world) -> tuple[bytes, ...]:
+    """The state after 1500 steps that nothing interrupts."""
+    with native_loop():
+        plant = Plant(world)
+        plant.step(1500)
+        return bits(plant.data)
+
+
+def test_in_one_go_or_step_by_step(world, undisturbed) -> None:
+    with native_loop():
+        plant = Plant(world)
+        for _ in range(1500):
+            plant.step(1)
+    assert bits(plant.data) == undisturbed
+
+
+def test_forward_at_the_same_time_advances_nothing(world, undisturbed) -> None:
+    """Also before the first step: a viewer or a renderer calls mj_forward whenever it likes."""
+    with native_loop():
+        plant = Plant(world)
+        for _ in range(1500):
+            mujoco.mj_forward(world.model, plant.data)
+            mujoco.mj_forward(world.model, plant.data)
+            plant.step(1)
+    assert bits(plant.data) == undisturbed
+
+
+def test_forward_between_steps_counts_nothing_twice(make_world) -> None:
+    """In contact, where warm starts differ and only totals can be compared."""
+    keys = {"robots": {"positions": [[3, 0]]}, "obstacles": [{"position": [1.5, 0]}]}
+    touching = make_world(**keys, mission={"radius": 0.5, "behaviors": ["surface"]})
+    with native_loop():
+        plant = Plant(touching)
+        while not plant.state.contacts[0]:
+            plant.step(1)
+        before = plant.data.userdata.copy()
+        record = plant.state
+        totals = [record.contact_onsets, record.effort, record.work, record.saturated_time, record.clock]
+        for _ in range(5):
+            mujoco.mj_forward(touching.model, plant.data)
+            after_one = [total.copy() for total in totals]
+            for _ in range(4):
+                mujoco.mj_forward(touching.model, plant.data)
+            for now, once in zip(totals, after_one, strict=True):
+                assert np.array_equal(now, once)
+            plant.step(1)
+        assert not np.array_equal(plant.data.userdata, before)
+
+
+def test_step1_and_step2_are_one_step(world, undisturbed) -> None:
+    with native_loop():
+        plant = Plant(world)
+        for _ in range(1500):
+            mujoco.mj_step1(world.model, plant.data)
+            mujoco.mj_step2(world.model, plant.data)
+    assert bits(plant.data) == undisturbed
+
+
+def test_reset_begins_anew(world, undisturbed) -> None:
+    with native_loop():
+        plant = Plant(world)
+        plant.step(777)
+        assert bits(plant.data) != undisturbed
+        plant.reset()
+        assert not plant.data.userdata.any()
+        plant.step(1)
+        np.testing.assert_array_equal(plant.state.q_d, world.team.position)
+        plant.step(1499)
+    assert bits(plant.data) == undisturbed
+
+
+PENDULUM = """
+<mujoco>
+  {extra}
+  <worldbody><body><joint name="hinge" axis="0 1 0"/><geom size="0.1" pos="0.5 0 0"/></body></worldbody>
+  <actuator><motor joint="hinge"/></actuator>
+  <sensor><user name="mine" dim="1" needstage="acc"/></sensor>
+</mujoco>
+"""
+FOREIGN = {
+    "no_numerics": "<size nuserdata='50'/>",
+    "own_numeric": "<custom><numeric name='gains' data='1 2 3'/></custom><size nuserdata='50'/>",
+    "zero_numeric": "<custom><numeric name='escort_plan' data='0'/></custom>",
+}
+
+
+@pytest.mark.parametrize("extra", FOREIGN.values(), ids=FOREIGN)
+def test_foreign_models_are_left_alone(extra: str, compiled) -> None:
+    model = mujoco.MjModel.from_xml_string(PENDULUM.format(extra=extra))
+
+    def swing() -> tuple[bytes, ...]:
+        data = mujoco.MjData(model)
+        data.ctrl[:] = 0.125
+        data.userdata[:] = 7.0
+        mujoco.mj_step(model, data, nstep=200)
+        return bits(data), data.sensordata.tobytes()
+
+    alone = swing()
+    with native_loop():
+        assert swing() == alone
+
+
+def test_a_model_compiles_while_the_callbacks_are_installed(world) -> None:
+    with native_loop():
+        assert mujoco.MjModel.from_xml_string(world.xml).nq == world.model.nq
+
+
+def installed() -> tuple:
+    library = callback._library()
+    return (
+        mujoco.get_mjcb_control(),
+        mujoco.get_mjcb_sensor(),
+        ctypes.c_void_p.in_dll(library, "mjcb_time").value,
+        ctypes.c_void_p.in_dll(library, "mju_user_warning").value,
+    )
+
+
+def test_what_was_installed_comes_back(compiled) -> None:
+    before = installed()
+    assert before[:2] == (None, None) and before[2]
+    with native_loop():
+        inside = installed()
+        assert inside[0] is not None and inside[1] is not None and inside[2] is None
+        with native_loop():
+            assert installed() == inside
+        assert installed() == inside, "an inner loop took the callbacks away from the outer one"
+    assert installed() == before
+
+
+def test_what_was_installed_comes_back_after_an_error(compiled) -> None:
+    before = installed()
+    with pytest.raises(ZeroDivisionError), native_loop():
+        raise ZeroDivisionError
+    assert installed() == before
+
+
+def test_somebody_elses_callbacks_come_back(compiled) -> None:
+    calls = []
+
+    def control(model, data) -> None:
+        calls.append(data.time)
+
+    def sensor(model, data, stage) -> None:
+        calls.append(stage)
+
+    model = mujoco.MjModel.from_xml_string(PENDULUM.format(extra=""))
+    data = mujoco.MjData(model)
+    try:
+        mujoco.set_mjcb_control(control)
+        mujoco.set_mjcb_sensor(sensor)
+        with native_loop():
+            mujoco.mj_step(model, data)
+            assert not calls
+        assert mujoco.get_mjcb_control() is control and mujoco.get_mjcb_sensor() is sensor
+        mujoco.mj_step(model, data)
+        assert len(calls) >= 2
+    finally:
+        mujoco.set_mjcb_control(None)
+        mujoco.set_mjcb_sensor(None)
+
+
+def test_loops_of_several_threads_overlap(world, undisturbed) -> None:
+    """Each thread enters and leaves by itself; the callbacks stay until the last has left."""
+    before = installed()
+    found: dict[int, tuple[bytes, ...]] = {}
+
+    def run(index: int) -> None:
+        with native_loop():
+            plant = Plant(world)
+            for _ in range(15):
+                plant.step(100)
+        found[index] = bits(plant.data)
+
+    threads = [threading.Thread(target=run, args=(index,)) for index in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert installed() == before
+    assert [found[index] for index in range(4)] == [undisturbed] * 4
+
+
+def test_different_worlds_side_by_side(world, make_world, undisturbed) -> None:
+    """Planar and spatial models stepped in turns and in threads do not disturb one another."""
+    spatial = make_world(axes=3, seed=2)
+    with native_loop():
+        alone = Plant(spatial)
+        alone.step(1500)
+        turns = Plant(world), Plant(spatial)
+        for _ in range(1500):
+            for plant in turns:
+                plant.step(1)
+    assert bits(turns[0].data) == undisturbed
+    assert bits(turns[1].data) == bits(alone.data)
+
+
+@pytest.mark.parametrize("persistent", [False, True])
+def test_a_batch_on_two_threads_is_the_serial_run(world, persistent: bool) -> None:
+    starts = np.random.default_rng(0).normal(scale=0.3, size=(6, world.model.nq))
+    serial = []
+    with native_loop():
+        for start in starts:
+            plant = Plant(world)
+            plant.data.qpos += start
+            plant.step(500)
+            serial.append(plant.data.userdata.tobytes() + plant.data.qpos.tobytes())
+        many = batch.Batch(world.model, nsim=6, nthread=2, persistent=persistent)
+        qpos, userdata = many.bind("qpos"), many.bind("userdata")
+        qpos[:] += starts
+        for _ in range(5):
+            many.step(nstep=100)
+    found = [userdata[i].tobytes() + qpos[i].tobytes() for i in range(6)]
+    assert found == serial and len(set(found)) == 6
+
+
+@pytest.mark.parametrize("field", ["qpos", "qvel"])
+def test_a_state_that_is_no_number_stays_visible(field: str, world, tmp_path, monkeypatch) -> None:
+    """MuJoCo would put the robots back to their start; here the NaN stays, counted as a warning."""
+    monkeypatch.chdir(tmp_path)
+    with native_loop():
+        plant = Plant(world)
+        plant.step(100)
+        assert not plant.warnings()
+        getattr(plant.data, field)[2] = np.nan
+        for _ in range(3):
+            plant.step(10)
+            assert np.isnan(getattr(plant.data, field)[2])
+    assert plant.data.time == pytest.approx(0.26)
+    assert plant.warnings() and {"qpos": "BADQPOS", "qvel": "BADQVEL"}[field] in plant.warnings()
+    assert np.isnan(plant.record).any()
+    assert not list(tmp_path.iterdir()), "MuJoCo's log file must not litter the working folder"
+
+
+def test_an_infinite_force_is_a_warning(make_world, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    flying = make_world(
+        robots={"positions": [[3, 0]], "force_limit": None}, mission={"behaviors": ["surface"]}
+    )
+    with native_loop():
+        plant = Plant(flying)
+        plant.data.qvel[0] = 1e200
+        plant.step(20)
+    assert plant.warnings()
+    assert not list(tmp_path.iterdir())
