@@ -1,0 +1,50 @@
+"""Every scenario that ships: it loads, builds, runs a little, repeats to the bit, and names its schema."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from escort_mj.mission import fly
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import load_scenario
+
+FOLDER = Path(__file__).parents[1] / "scenarios"
+SCENARIOS = sorted(
+    path
+    for path in FOLDER.rglob("*.y*ml")
+    if not any(word.startswith("stud") for word in path.relative_to(FOLDER).parts)
+)
+# Nothing but the beginning, and nothing demanded of it.
+SHORT = {"duration": 2, "expect": []}
+
+
+def test_there_are_scenarios() -> None:
+    names = {str(path.relative_to(FOLDER)) for path in SCENARIOS}
+    assert {"main.yaml", "main_3d.yaml", "paper/case1_2d.yaml", "paper/case3_3d_obstacle.yaml"} <= names
+
+
+@pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: str(path.relative_to(FOLDER)))
+def test_first_line_names_the_schema(path: Path) -> None:
+    line = path.read_text().splitlines()[0]
+    found = re.fullmatch(r"# yaml-language-server: \$schema=(\S+)", line)
+    assert found, line
+    assert (path.parent / found[1]).resolve() == (FOLDER / "schema.json").resolve()
+
+
+@pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: str(path.relative_to(FOLDER)))
+def test_runs_and_repeats(path: Path, compiled: None) -> None:
+    whole = load_scenario(path)
+    assert whole.name == path.stem and whole.description
+    scenario = load_scenario(path, SHORT)
+    first, second = fly(scenario), fly(scenario)
+    assert first.outcome is Outcome.COMPLETED, first.message
+    assert first.passed
+    assert first.trace.sizes["time"] == 2 * scenario.recording.rate + 1
+    for name, variable in first.trace.variables.items():
+        if variable.dtype.kind == "f":
+            assert np.isfinite(variable.values).all(), name
+        if variable.dtype.kind in "fi":
+            assert variable.values.tobytes() == second.trace[name].values.tobytes(), name
+    assert first.trace["contacts"].max() == 0

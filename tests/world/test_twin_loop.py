@@ -1,0 +1,102 @@
+"""The native loop against the law in plain NumPy, which drives the same model from Python."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.world.build import World
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+STEPS = 5000
+UNCERTAINTY = {"noise": {"position": 0.02, "velocity": 0.01}}
+PLANAR = {
+    "seed": 11,
+    "robots": {"positions": [[9, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
+    "obstacles": [{"position": [5.5, 0.3]}, {"position": [-4, 6.5], "radius": 0.7}, {"position": [0, -6]}],
+    "mission": {"radius": 3.0, "max_speed": 2.0},
+    "target": {"position": ["0.4*t", "sin(0.5*t)"]},
+    "uncertainty": {**UNCERTAINTY, "disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)"]},
+}
+SPATIAL = {
+    "axes": 3,
+    "seed": 12,
+    "robots": {"positions": [[9, 1, 0], [1, 9, 0.3], [-9, 0, 1], [0, 0.5, -9], [0, -9, 0.3], [0, 0, 9]]},
+    "obstacles": [{"position": [7, 0.5, 0.2]}],
+    "mission": {"radius": 4.0},
+    "target": {"position": ["0.2*t", "sin(0.3*t)", "0.1*t"]},
+    "controller": {"law": "asmc"},
+    "uncertainty": {**UNCERTAINTY, "disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", "0.5*cos(0.5*t)"]},
+}
+ROLLING = {
+    "seed": 13,
+    "robots": {"kind": "rolling_sphere", "positions": [[6, 1], [-2, 6], [-3, -5]]},
+    "obstacles": [{"position": [4.5, 0.6]}],
+    "mission": {"radius": 3.0, "max_speed": 1.0},
+    "uncertainty": {**UNCERTAINTY, "disturbance": [0.2, "0.1*sin(t)"]},
+}
+
+
+class Driver:
+    """Drives a world by the NumPy law; finds robots by name, as a user would."""
+
+    def __init__(self, world: World) -> None:
+        self.model, self.axes = world.model, world.sizes["axis"]
+        count = world.sizes["robot"]
+        joints = [world.model.body(f"robot_{i + 1}").jntadr[0] for i in range(count)]
+        self.qpos = world.model.jnt_qposadr[joints][:, None] + np.arange(self.axes)
+        self.dof = world.model.jnt_dofadr[joints][:, None] + np.arange(self.axes)
+        self.target, self.timestep = world.setup.target, world.setup.timestep
+        self.twin = ReferenceController(world.setup)
+        self.twin.reset(world.team.position)
+        self.avoided = np.zeros(count, dtype=bool)
+
+    def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> ReferenceSignals:
+        self.signals = self.twin.evaluate(data.time, data.qpos[self.qpos], data.qvel[self.dof])
+        self.avoided |= self.signals.avoidance_active
+        data.ctrl[:] = self.signals.tau.ravel()
+        data.qfrc_applied[self.dof] = self.signals.disturbance
+        data.mocap_pos[0, : self.axes] = self.target.position(data.time + self.timestep)
+        return self.signals
+
+
+def by_halves(world: World, data: mujoco.MjData, driver: Driver) -> None:
+    for _ in range(STEPS):
+        mujoco.mj_step1(world.model, data)
+        driver(world.model, data)
+        mujoco.mj_step2(world.model, data)
+
+
+def by_callback(world: World, data: mujoco.MjData, driver: Driver) -> None:
+    mujoco.set_mjcb_control(driver)
+    try:
+        mujoco.mj_step(world.model, data, nstep=STEPS)
+    finally:
+        mujoco.set_mjcb_control(None)
+
+
+@pytest.mark.parametrize(
+    ("keys", "drive"),
+    [(PLANAR, by_halves), (PLANAR, by_callback), (SPATIAL, by_callback), (ROLLING, by_halves)],
+    ids=["planar_halves", "planar_callback", "spatial_callback", "rolling_halves"],
+)
+def test_five_thousand_steps_agree(keys: dict, drive, make_world) -> None:
+    world = make_world(**keys)
+    with native_loop():
+        plant = Plant(world)
+        plant.step(STEPS)
+    data, driver = mujoco.MjData(world.model), Driver(world)
+    drive(world, data, driver)
+    assert data.time == plant.data.time == pytest.approx(10.0)
+    assert driver.avoided.any() and not driver.avoided.all()
+    difference = {
+        "qpos": np.abs(data.qpos - plant.data.qpos).max(),
+        "qvel": np.abs(data.qvel - plant.data.qvel).max(),
+        **{
+            name: np.abs(getattr(plant.state, name) - getattr(driver.signals, name)).max()
+            for name in ("q_measured", "q_d", "v_d", "e", "s", "rho_hat", "disturbance", "target_position")
+        },
+    }
+    print({name: f"{value:.1e}" for name, value in difference.items()})
+    assert max(difference.values()) < 1e-6, difference
