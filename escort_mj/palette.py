@@ -18,7 +18,7 @@ def from_hex(code: str) -> Color:
 
 
 TARGET = from_hex("1A1A1A")
-OBSTACLE = from_hex("8C8C8C")
+OBSTACLE = from_hex("6A6A6A")
 LIMIT = from_hex("4D4D4D")  # a bound: the escort radius, the safe distance, the force limit
 CONTACT = from_hex("C8001E")  # bodies that touch
 
