@@ -1,4 +1,4 @@
-"""From expectations to verdicts: what was demanded, what was found, by whom and when, and with what margin."""
+"""From expectations to verdicts: what was demanded, what was found, by whom, when, with what margin."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from escort_mj.record.metrics import Measure, measure
+from escort_mj.record.measures import Measure
+from escort_mj.record.metrics import measure
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.schema import Expectation
 from escort_mj.signals import METRICS
@@ -26,7 +27,7 @@ class Verdict:
     Attributes:
         metric: What was looked at; `outcome` for the run's own end.
         demanded: The bound and its window in words.
-        value: Worst value found, in the metric's unit; None where there was none.
+        value: Worst value found, in the metric's unit; None where there was none, infinite for "never".
         unit: Unit of value and margin.
         time: When it was found [s].
         who: Who had it.
@@ -56,18 +57,20 @@ def judge(expectations: Iterable[Expectation], trace: xarray.Dataset, outcome: O
         trace: The whole trace.
         outcome: How the run ended.
     """
-    end = f"outcome completed: {outcome.value}"
+    end = f"outcome completed: {outcome.value}" + ("" if outcome.good else f", {outcome.meaning}")
     first = Verdict("outcome", "completed", None, "", None, "", None, outcome.good, False, end)
-    return [first, *(_judge(expectation, trace) for expectation in expectations)]
+    return [first, *(_judge(expectation, trace, outcome) for expectation in expectations)]
 
 
-def _judge(expectation: Expectation, trace: xarray.Dataset) -> Verdict:
+def _judge(expectation: Expectation, trace: xarray.Dataset, outcome: Outcome) -> Verdict:
     """Judges one expectation over its window."""
     name, unit = expectation.metric, UNITS[expectation.metric].strip()
     demanded = _demanded(expectation)
     reached = float(trace["time"][-1]) if trace.sizes["time"] else 0.0
     found = measure(name, trace, expectation.after, expectation.before)
-    if expectation.before is not None and reached < expectation.before - 1e-6 and found.value is not None:
+    # A completed run has reached its window's end, even where its last sample falls a little short of it.
+    cut = expectation.before is not None and reached < expectation.before - 1e-6 and not outcome.good
+    if cut and found.value is not None:
         found = Measure(None, reason=f"the run ended at {reached:g} s, inside the window")
     if found.value is None:
         message = f"{name} {demanded}: {found.reason}"
@@ -116,5 +119,12 @@ def _circumstances(found: Measure) -> str:
 
 
 def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
-    """The verdicts as lines for a terminal."""
-    return [f"  {'pass' if verdict.passed else 'FAIL'}  {verdict.message}" for verdict in verdicts]
+    """The verdicts as a table for a terminal: held or not, metric, demand, and what was found."""
+    judged = list(verdicts)
+    name = max((len(verdict.metric) for verdict in judged), default=0)
+    demand = max((len(verdict.demanded) for verdict in judged), default=0)
+    return [
+        f"  {'pass' if verdict.passed else 'FAIL'}  {verdict.metric:{name}}  {verdict.demanded:{demand}}  "
+        + verdict.message.removeprefix(f"{verdict.metric} {verdict.demanded}: ")
+        for verdict in judged
+    ]

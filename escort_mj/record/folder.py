@@ -1,49 +1,70 @@
-"""A run folder: everything that a run leaves behind, readable at any moment of the run and after a kill."""
+"""A run folder, as the run that fills it sees it: safe to kill at any moment."""
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
 import shutil
-from dataclasses import asdict, dataclass, is_dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, is_dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError, UsageError
-from escort_mj.record.files import read_json, write_json, write_text
-from escort_mj.record.journal import Journal, journal_of, read_journal
+from escort_mj.record.files import TEMPORARY, write_json, write_text
+from escort_mj.record.journal import Journal
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.trace import build_trace, load_trace, save_trace
+from escort_mj.record.process import alive, identify
+from escort_mj.record.stored import (
+    FIGURES,
+    JOURNAL,
+    METRICS,
+    MODEL,
+    OURS,
+    OUTCOME,
+    SCENARIO,
+    TRACE,
+    VERDICTS,
+    VIDEO,
+    StoredRun,
+    facts,
+    open_run,
+    read_outcome,
+    recovered,
+)
+from escort_mj.record.trace import save_trace
 from escort_mj.signals import record_size
 
 if TYPE_CHECKING:
     import xarray
 
-OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
-METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO = (
-    "metrics.json",
-    "verdicts.json",
-    "journal",
-    "figures",
-    "video.mp4",
-)
-OURS = (OUTCOME, SCENARIO, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO)
+__all__ = ["FIGURES", "MODEL", "VIDEO", "RunFolder", "StoredRun", "open_run"]
 
 
 class RunFolder:
-    """Writes one run.
+    """Writes one run. As a context manager it marks a run that an error ended as failed.
 
     Attributes:
         path: The folder.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, outcome: dict[str, Any]) -> None:
+        """Takes over a folder that `create` made ready.
+
+        Args:
+            path: The folder.
+            outcome: Contents of its outcome.json while the run goes on.
+        """
         self.path = path
+        self._outcome = outcome
         self._journal: Journal | None = None
-        self._started: dict[str, Any] = {}
+        self._finished = False
 
     @classmethod
     def create(cls, path: Path) -> RunFolder:
@@ -51,164 +72,136 @@ class RunFolder:
 
         Raises:
             UsageError: If the folder holds something else, or another run is writing in it now.
+            RunFolderError: If it cannot be written.
         """
-        try:
+        outcome = identify() | {
+            "outcome": Outcome.RUNNING.value,
+            "message": Outcome.RUNNING.meaning,
+            "started": _now(),
+        }
+        with _writing(path):
             path.mkdir(parents=True, exist_ok=True)
-            present = {entry.name for entry in path.iterdir()}
-            if present and OUTCOME not in present:
-                raise UsageError(
-                    f"{path}: holds files but no run; choose an empty folder, or a run's to replace it"
-                )
-            if present:
-                before = read_json(path / OUTCOME)
-                if before.get("outcome") == Outcome.RUNNING.value and _alive(before):
-                    raise UsageError(f"{path}: process {before.get('pid')} is writing a run here now")
-            folder = cls(path)
-            folder._started = {
-                "outcome": Outcome.RUNNING.value,
-                "message": "running",
-                "pid": os.getpid(),
-                "process_start": _process_start(os.getpid()),
-                "started": datetime.now(UTC).isoformat(timespec="seconds"),
-            }
-            for name in OURS:
-                entry = path / name
-                if entry.is_dir():
-                    shutil.rmtree(entry)
-                elif name != OUTCOME:
-                    entry.unlink(missing_ok=True)
-            write_json(path / OUTCOME, folder._started)
-        except OSError as error:
-            raise RunFolderError(f"{path}: cannot be written: {error.strerror or error}") from None
-        return folder
+            with _alone(path):
+                _refuse_foreign_or_live(path)
+                # First the journal, which must never pass for the new run's; then the old outcome, so that
+                # no outcome of a finished run stands beside results that are half gone.
+                _remove(path / JOURNAL)
+                write_json(path / OUTCOME, outcome)
+                for name in OURS:
+                    if name != OUTCOME:
+                        _remove(path / name)
+                for left in path.glob(f".*{TEMPORARY}"):
+                    _remove(left)
+        return cls(path, outcome)
 
-    def begin(self, scenario: str, model: str, sizes: dict[str, int], labels: dict[str, Any]) -> None:
-        """Writes what is known before the first step, and opens the journal."""
-        try:
+    def begin(self, scenario: str, model: str, sizes: Mapping[str, int], labels: Mapping[str, Any]) -> None:
+        """Writes what is known before the first step, and opens the journal.
+
+        Args:
+            scenario: The complete scenario as YAML.
+            model: The model as MJCF.
+            sizes: Size of each dimension of a record.
+            labels: As `build_trace` takes them; what JSON can hold.
+        """
+        with _writing(self.path):
             write_text(self.path / SCENARIO, scenario)
             write_text(self.path / MODEL, model)
-            header = {"sizes": sizes, "record_size": record_size(sizes), "labels": labels}
+            header = {"sizes": dict(sizes), "record_size": record_size(sizes), "labels": dict(labels)}
             self._journal = Journal(self.path / JOURNAL, header)
-        except OSError as error:
-            raise RunFolderError(f"{self.path}: cannot be written: {error.strerror or error}") from None
 
     def append(self, block: NDArray[np.float64]) -> None:
         """Puts samples into the journal, shape (k, record_size)."""
         if self._journal is None:
             raise RunFolderError(f"{self.path}: the run has not begun")
-        try:
+        with _writing(self.path):
             self._journal.append(block)
-        except OSError as error:
-            raise RunFolderError(f"{self.path}: the run stops here: {error.strerror or error}") from None
 
     def finish(
         self,
         outcome: Outcome,
         message: str,
         trace: xarray.Dataset,
-        metrics: dict[str, Any],
-        verdicts: list[Any],
+        metrics: Mapping[str, Any],
+        verdicts: Sequence[Any],
     ) -> None:
         """Writes all results, then the outcome, then lets the journal go."""
-        try:
+        with _writing(self.path):
             save_trace(trace, self.path / TRACE)
             write_json(self.path / METRICS, metrics)
-            write_json(self.path / VERDICTS, [asdict(v) if is_dataclass(v) else v for v in verdicts])
-            ended = datetime.now(UTC).isoformat(timespec="seconds")
-            write_json(
-                self.path / OUTCOME,
-                self._started | {"outcome": outcome.value, "message": message, "ended": ended}
-                | {key: value for key, value in trace.attrs.items() if key.startswith("version_")},
-            )  # fmt: skip
-        except OSError as error:
-            raise RunFolderError(f"{self.path}: cannot be written: {error.strerror or error}") from None
+            write_json(self.path / VERDICTS, [asdict(v) if is_dataclass(v) else v for v in verdicts])  # type: ignore[arg-type]
+            self._end(outcome, message, facts(trace) | dict(metrics.get("run", {})))
+
+    def fail(self, message: str, outcome: Outcome = Outcome.FAILED) -> None:
+        """Ends a run that an error broke; its trace goes as far as its journal."""
+        with _writing(self.path):
+            trace = recovered(self.path)
+            if trace is not None:
+                save_trace(trace, self.path / TRACE)
+            self._end(outcome, message, facts(trace))
+
+    def _end(self, outcome: Outcome, message: str, more: Mapping[str, Any]) -> None:
+        """Writes the outcome, and lets the journal go."""
+        last = {"outcome": outcome.value, "message": message, "ended": _now()}
+        write_json(self.path / OUTCOME, self._outcome | dict(more) | last)
+        self._finished = True
         if self._journal is not None:
             self._journal.close()
             shutil.rmtree(self._journal.folder, ignore_errors=True)
 
+    def __enter__(self) -> RunFolder:
+        return self
 
-@dataclass(frozen=True)
-class StoredRun:
-    """What a run folder holds.
-
-    Attributes:
-        path: The folder.
-        outcome: Contents of outcome.json: `outcome`, `message`, when and by which versions.
-        trace: Every recorded signal.
-        metrics: Contents of metrics.json; empty where the run never came to it.
-        verdicts: Contents of verdicts.json; empty likewise.
-        scenario_yaml: The complete scenario, to run it again.
-    """
-
-    path: Path
-    outcome: dict[str, Any]
-    trace: xarray.Dataset
-    metrics: dict[str, Any]
-    verdicts: list[dict[str, Any]]
-    scenario_yaml: str
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
+        if error is None or self._finished:
+            return
+        outcome = Outcome.INTERRUPTED if isinstance(error, KeyboardInterrupt) else Outcome.FAILED
+        with contextlib.suppress(Exception):  # the error on its way tells more
+            self.fail(f"{type(error).__name__}: {error}".removesuffix(": "), outcome)
 
 
-def open_run(path: str | os.PathLike[str]) -> StoredRun:
-    """Opens a run folder; the trace of a run that was killed is recovered from its journal.
+def _refuse_foreign_or_live(path: Path) -> None:
+    """Raises UsageError unless the folder is empty or holds a run that has ended."""
+    present = {entry.name for entry in path.iterdir() if not entry.name.endswith(TEMPORARY)}
+    if not present:
+        return
+    if OUTCOME not in present:
+        raise UsageError(f"{path}: holds files but no run; choose an empty folder, or a run's to replace it")
+    before = read_outcome(path)
+    if before["outcome"] == Outcome.RUNNING.value and alive(before):
+        raise UsageError(f"{path}: process {before['pid']} is writing a run here now")
 
-    Raises:
-        RunFolderError: If it is no run folder, or the run has recorded nothing yet.
-    """
-    folder = Path(path)
-    outcome = read_json(folder / OUTCOME)
-    journal = journal_of(folder)
-    if outcome.get("outcome") == Outcome.RUNNING.value:
-        if journal is None:
-            raise RunFolderError(f"{folder}: the run ended before its first step, and left nothing to read")
-        trace = _from_journal(journal)
-        if not _alive(outcome):
-            outcome = _bury(folder, outcome, trace)
+
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Lets one process at a time look into a folder and claim it."""
+    handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        with contextlib.suppress(OSError):  # some network file systems lock no folders
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
+
+
+@contextlib.contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Turns what the file system says into one sentence with the folder's name."""
+    try:
+        yield
+    except OSError as error:
+        raise RunFolderError(f"{path}: cannot be written: {error.strerror or error}") from None
+
+
+def _remove(entry: Path) -> None:
+    """Removes a file, a link or a whole folder, if it is there."""
+    if entry.is_dir() and not entry.is_symlink():
+        shutil.rmtree(entry)
     else:
-        trace = load_trace(folder / TRACE)
-    return StoredRun(
-        folder,
-        outcome,
-        trace,
-        read_json(folder / METRICS) if (folder / METRICS).is_file() else {},
-        read_json(folder / VERDICTS) if (folder / VERDICTS).is_file() else [],
-        (folder / SCENARIO).read_text(encoding="utf-8") if (folder / SCENARIO).is_file() else "",
-    )
+        entry.unlink(missing_ok=True)
 
 
-def _from_journal(journal: Path) -> xarray.Dataset:
-    """The trace so far."""
-    samples, header = read_journal(journal)
-    return build_trace(samples, header["sizes"], header["labels"])
-
-
-def _bury(folder: Path, outcome: dict[str, Any], trace: xarray.Dataset) -> dict[str, Any]:
-    """Writes the trace and the outcome of a run whose process is dead."""
-    reached = float(trace["time"][-1]) if trace.sizes["time"] else 0.0
-    message = f"the process {outcome.get('pid')} died; recorded up to {reached:.2f} s"
-    outcome = outcome | {"outcome": Outcome.KILLED.value, "message": message}
-    save_trace(trace, folder / TRACE)
-    write_json(folder / OUTCOME, outcome)
-    return outcome
-
-
-def _alive(outcome: dict[str, Any]) -> bool:
-    """Whether the process that wrote an outcome still runs, and is not another one under its old number."""
-    pid = int(outcome.get("pid", -1))
-    if pid <= 0:
-        return False
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return _process_start(pid) == outcome.get("process_start")
-
-
-def _process_start(pid: int) -> str | None:
-    """When a process started, in the kernel's own ticks; None where the system does not tell."""
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    except OSError:
-        return None
-    return None if fields[0] == "Z" else fields[19]
+def _now() -> str:
+    """The time of day, for people."""
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.errors import RunFolderError
 from escort_mj.record.files import read_json, write_json
 
 Array = NDArray[np.float64]
@@ -32,11 +33,14 @@ class Journal:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         write_json(folder / HEADER, header)
+        # Unbuffered: what `append` was given is with the operating system when it returns, kill or no kill.
         self._file = (folder / SAMPLES).open("wb", buffering=0)
 
     def append(self, block: Array) -> None:
         """Writes samples, shape (k, record_size), through to the operating system."""
-        self._file.write(np.ascontiguousarray(block, dtype="<f8").tobytes())
+        rest = memoryview(np.ascontiguousarray(block, dtype="<f8").tobytes())
+        while rest:  # a raw write may take less than it is given
+            rest = rest[self._file.write(rest) :]
 
     def close(self) -> None:
         """Ends writing; the files stay."""
@@ -48,11 +52,17 @@ def read_journal(folder: Path) -> tuple[Array, dict[str, Any]]:
 
     Returns:
         Samples, shape (k, record_size), and the header.
+
+    Raises:
+        RunFolderError: If it cannot be read.
     """
     header = read_json(folder / HEADER)
-    width = int(header["record_size"])
-    values = np.fromfile(folder / SAMPLES, dtype="<f8")
-    rows = len(values) // width
+    try:
+        width = int(header["record_size"])
+        values = np.fromfile(folder / SAMPLES, dtype="<f8")
+        rows = len(values) // width
+    except (OSError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
+        raise RunFolderError(f"{folder}: the journal cannot be read: {error!r}") from None
     return values[: rows * width].reshape(rows, width), header
 
 

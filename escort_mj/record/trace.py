@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError
+from escort_mj.record.files import replaced
 from escort_mj.signals import SIGNALS, record_size
 
 if TYPE_CHECKING:
@@ -28,11 +28,16 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         samples: Shape (k, record_size); no NaN.
         sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`.
         labels: `obstacles` (names), `robot_radius` (n,), `obstacle_radius` (m,), `obstacle_position` (m, p),
-            `force_limit` (n,), `neighbors` (edges, 2) as robot numbers, and `attributes` of the dataset.
+            `force_limit` (n,), `neighbors` (edges, 2) as robot numbers, and `attributes` of the dataset
+            (texts and numbers; None is left out).
 
     Returns:
         Dataset with dimensions time, robot (from 1), axis (x, y, z), obstacle (names), coordinate, and
-        edge (pairs of neighbors); every variable carries `units` and `long_name`.
+        edge (pairs of neighbors); every variable carries `units` and `long_name`. Distances to what is not
+        there (obstacles, other robots) are left out.
+
+    Raises:
+        ValueError: If the samples do not fit the sizes.
     """
     import xarray
 
@@ -40,6 +45,7 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         raise ValueError(
             f"samples of shape {samples.shape} do not fit a record of {record_size(sizes)} values"
         )
+    absent = _absent(sizes)
     variables: dict[str, Any] = {}
     time, place = np.zeros(0), 0
     for signal in SIGNALS:
@@ -49,9 +55,8 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         if signal.name == "time":
             time = values.copy()
             continue
-        if "clearance" in signal.name or signal.name == "robot_distance_min":
-            if not np.isfinite(values).all():  # nothing to be clear of
-                continue
+        if signal.name in absent:
+            continue
         kind = WHOLE.get(signal.name, "float64")
         attributes = {"units": signal.unit, "long_name": signal.meaning}
         variables[signal.name] = (("time", *signal.dims), values.astype(kind), attributes)
@@ -87,11 +92,25 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         coords={
             "time": ("time", time, _said("s", SIGNALS[0].meaning)),
             "robot": ("robot", np.arange(1, sizes["robot"] + 1), _said("1", "number of the robot, from 1")),
-            "axis": ("axis", list("xyz")[: sizes["axis"]]),
-            "obstacle": ("obstacle", np.array(list(labels["obstacles"]), dtype=object)),
+            "axis": ("axis", list("xyz")[: sizes["axis"]], {"long_name": "axis of the world frame"}),
+            "obstacle": (
+                "obstacle",
+                np.array(list(labels["obstacles"]), dtype=str),
+                {"long_name": "name of the obstacle"},
+            ),
         },
-        attrs=dict(labels["attributes"]),
+        attrs={key: value for key, value in labels["attributes"].items() if value is not None},
     )
+
+
+def _absent(sizes: Mapping[str, int]) -> set[str]:
+    """Signals that say nothing in a world of these sizes; the record holds infinity there."""
+    absent = set()
+    if not sizes["obstacle"]:
+        absent.add("obstacle_clearance_worst")
+    if sizes["robot"] == 1:
+        absent |= {"robot_distance_min", "robot_clearance_worst"}
+    return absent
 
 
 def _said(unit: str, meaning: str) -> dict[str, str]:
@@ -100,15 +119,15 @@ def _said(unit: str, meaning: str) -> dict[str, str]:
 
 
 def save_trace(trace: xarray.Dataset, path: Path) -> None:
-    """Writes a trace as NetCDF-4 under a temporary name and moves it into place."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    compressed = {
-        name: {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-        for name, variable in trace.data_vars.items()
-        if variable.ndim and variable.size
+    """Writes a trace as NetCDF-4, whole or not at all."""
+    compressed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+    encoding: dict[str, dict[str, Any]] = {
+        str(name): {"_FillValue": None} | (compressed if variable.ndim and variable.size else {})
+        for name, variable in trace.variables.items()
+        if variable.dtype.kind in "fi"
     }
-    trace.to_netcdf(temporary, engine="h5netcdf", encoding=compressed)
-    os.replace(temporary, path)
+    with replaced(path) as temporary:
+        trace.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
 
 
 def load_trace(path: Path) -> xarray.Dataset:
@@ -120,7 +139,7 @@ def load_trace(path: Path) -> xarray.Dataset:
     import xarray
 
     try:
-        return xarray.load_dataset(path, engine="h5netcdf")
+        return xarray.load_dataset(path, engine="h5netcdf", decode_times=False)
     except FileNotFoundError:
         raise RunFolderError(f"{path}: there is no trace here; is this a run folder?") from None
     except (OSError, ValueError) as error:

@@ -1,0 +1,152 @@
+"""A run folder, as its readers see it; the trace of a run that was killed comes from its journal."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from escort_mj.errors import RunFolderError
+from escort_mj.record.files import read_json, write_json
+from escort_mj.record.journal import journal_of, read_journal
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.process import alive
+from escort_mj.record.trace import build_trace, load_trace, save_trace
+
+if TYPE_CHECKING:
+    import xarray
+
+OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
+METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
+FIGURES, VIDEO = "figures", "video.mp4"
+OURS = (OUTCOME, SCENARIO, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO)
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """What a run folder holds.
+
+    Attributes:
+        path: The folder.
+        outcome: Contents of outcome.json: `outcome`, `message`, `simulated_time`, when and by which versions.
+        trace: Every recorded signal.
+        metrics: Contents of metrics.json; empty where the run never came to it.
+        verdicts: Contents of verdicts.json; empty likewise.
+        scenario_yaml: The complete scenario, to run it again.
+    """
+
+    path: Path
+    outcome: dict[str, Any]
+    trace: xarray.Dataset
+    metrics: dict[str, Any]
+    verdicts: list[dict[str, Any]]
+    scenario_yaml: str
+
+
+def open_run(path: str | os.PathLike[str]) -> StoredRun:
+    """Opens a run folder.
+
+    A run that still goes on shows its trace so far. A run whose process died gets its trace from the journal
+    and the outcome `killed`, written to the folder where that can be.
+
+    Raises:
+        RunFolderError: If it is no run folder, or the run has recorded nothing.
+    """
+    folder = Path(path)
+    outcome = read_outcome(folder)
+    trace = None
+    if outcome["outcome"] == Outcome.RUNNING.value:
+        gone = not alive(outcome)
+        trace = recovered(folder)
+        # A run that ends while it is looked at has written its outcome before its journal goes.
+        outcome = read_outcome(folder)
+        if outcome["outcome"] == Outcome.RUNNING.value:
+            if gone:
+                outcome = _bury(folder, outcome, trace)
+            elif trace is None:
+                raise RunFolderError(f"{folder}: process {outcome.get('pid')} is still preparing this run")
+        else:
+            trace = None
+    if trace is None:
+        if outcome["outcome"] != Outcome.COMPLETED.value and not (folder / TRACE).is_file():
+            raise RunFolderError(
+                f"{folder}: {outcome['outcome']}: {outcome['message']}; it left nothing to read"
+            )
+        trace = load_trace(folder / TRACE)
+    return StoredRun(
+        folder,
+        outcome,
+        trace,
+        read_json(folder / METRICS) if (folder / METRICS).is_file() else {},
+        read_json(folder / VERDICTS) if (folder / VERDICTS).is_file() else [],
+        _read_scenario(folder / SCENARIO),
+    )
+
+
+def read_outcome(folder: Path) -> dict[str, Any]:
+    """Contents of a folder's outcome.json.
+
+    Raises:
+        RunFolderError: If there is none, or it is no run's.
+    """
+    found = read_json(folder / OUTCOME)
+    known = {outcome.value for outcome in Outcome}
+    if not isinstance(found, dict) or not isinstance(kind := found.get("outcome"), str) or kind not in known:
+        raise RunFolderError(f"{folder / OUTCOME}: is not the outcome of a run")
+    return {"message": "", "pid": None} | found
+
+
+def recovered(folder: Path) -> xarray.Dataset | None:
+    """The trace as far as the journal goes; None without a journal."""
+    journal = journal_of(folder)
+    if journal is None:
+        return None
+    try:
+        samples, header = read_journal(journal)
+        return build_trace(samples, header["sizes"], header["labels"])
+    except (RunFolderError, KeyError, TypeError, ValueError):
+        if journal_of(folder) is None:  # it went while we read: the run has ended
+            return None
+        raise
+
+
+def facts(trace: xarray.Dataset | None) -> dict[str, Any]:
+    """What an outcome takes from a trace: how far the run came, and by which versions."""
+    if trace is None:
+        return {"simulated_time": 0.0}
+    prefix = "version_"
+    versions = {
+        str(key).removeprefix(prefix): value
+        for key, value in trace.attrs.items()
+        if str(key).startswith(prefix)
+    }
+    reached = float(trace["time"][-1]) if trace.sizes["time"] else 0.0
+    return {"simulated_time": reached, "platform": versions.pop("platform", ""), "versions": versions}
+
+
+def _bury(folder: Path, outcome: dict[str, Any], trace: xarray.Dataset | None) -> dict[str, Any]:
+    """Writes the trace and the outcome of a run whose process is dead; a folder of others stays as it is."""
+    so_far = facts(trace)
+    moment = (
+        f"recorded up to {so_far['simulated_time']:.2f} s" if trace is not None else "before the first step"
+    )
+    message = f"process {outcome['pid']} died, {moment}"
+    outcome = outcome | so_far | {"outcome": Outcome.KILLED.value, "message": message}
+    try:
+        if trace is not None:
+            save_trace(trace, folder / TRACE)
+        write_json(folder / OUTCOME, outcome)
+    except OSError:
+        pass
+    return outcome
+
+
+def _read_scenario(path: Path) -> str:
+    """The scenario's text; empty where the run never came to write it."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return ""
+    except (OSError, ValueError) as error:
+        raise RunFolderError(f"{path}: cannot be read: {error}") from None

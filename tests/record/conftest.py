@@ -1,0 +1,190 @@
+"""Synthetic records (every signal zero but those that a test gives) and runs that write them."""
+
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from escort_mj.record.folder import RunFolder
+from escort_mj.record.metrics import summarize
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.trace import build_trace
+from escort_mj.signals import SIGNALS
+
+ALONE = ("robot_distance_min", "robot_clearance_worst")
+
+
+def dimensions(robots: int, axes: int, obstacles: int) -> dict[str, int]:
+    return {"robot": robots, "axis": axes, "obstacle": obstacles, "coordinate": robots * axes}
+
+
+def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
+    """Samples of shape (k, record_size); each given signal broadcasts to (k, its dims)."""
+    time = np.asarray(time, float)
+    columns = []
+    for signal in SIGNALS:
+        shape = (len(time), *(sizes[dim] for dim in signal.dims))
+        values = time if signal.name == "time" else given.pop(signal.name, 0.0)
+        if (signal.name in ALONE and sizes["robot"] == 1) or (
+            signal.name == "obstacle_clearance_worst" and not sizes["obstacle"]
+        ):
+            values = np.inf  # what the watcher leaves where there is nothing to be clear of
+        columns.append(np.broadcast_to(values, shape).reshape(len(time), signal.size(sizes)))
+    assert not given, given
+    return np.concatenate(columns, axis=1)
+
+
+def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
+    """Labels of a ring of robots; changes named like an attribute go to the attributes."""
+    n, m = sizes["robot"], sizes["obstacle"]
+    labels: dict[str, Any] = {
+        "obstacles": [f"rock {j}" for j in range(1, m + 1)],
+        "robot_radius": [0.2] * n,
+        "obstacle_radius": [0.5] * m,
+        "obstacle_position": [[float(j)] * sizes["axis"] for j in range(m)],
+        "force_limit": [10.0] * n,
+        "neighbors": [[i, i + 1] for i in range(1, n)],
+        "attributes": {
+            "title": "synthetic",
+            "description": "",
+            "seed": 2**53 - 1,
+            "mission_radius": 5.0,
+            "spacing": 1.0,
+            "version_numpy": np.__version__,
+            "version_platform": "some machine",
+        },
+    }
+    for key, value in changes.items():
+        (labels if key in labels else labels["attributes"])[key] = value
+    return labels
+
+
+@pytest.fixture
+def make_trace() -> Callable[..., Any]:
+    def make(
+        time: Any, robots: int = 1, axes: int = 2, obstacles: int = 0, about: Any = None, **given: Any
+    ) -> Any:
+        sizes = dimensions(robots, axes, obstacles)
+        return build_trace(pack(time, sizes, **given), sizes, describe(sizes, **(about or {})))
+
+    return make
+
+
+@pytest.fixture
+def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]:
+    """Random samples with their sizes and labels."""
+
+    def make(
+        rows: int, robots: int = 3, axes: int = 2, obstacles: int = 2, seed: int = 0
+    ) -> tuple[np.ndarray, dict[str, int], dict[str, Any]]:
+        sizes = dimensions(robots, axes, obstacles)
+        random = np.random.default_rng(seed)
+        given = {s.name: random.standard_normal((rows, *(sizes[d] for d in s.dims))) for s in SIGNALS[1:]}
+        for total in ("saturated_time", "effort", "work", "force_variation"):
+            given[total] = np.cumsum(np.abs(given[total]), axis=0)
+        given["avoidance_active"] = random.integers(0, 2, (rows, robots))
+        given["contacts"] = random.integers(0, 1000, rows)
+        given["contact_onsets"] = np.cumsum(random.integers(0, 1000, rows))
+        return pack(0.02 * np.arange(rows), sizes, **given), sizes, describe(sizes)
+
+    return make
+
+
+# A run in a process of its own: writes blocks of 100 samples until it is killed, or says why it may not.
+CHILD = """
+import json, sys, time
+from pathlib import Path
+import numpy as np
+from escort_mj.errors import EscortError
+from escort_mj.record.folder import RunFolder
+
+path, kind = sys.argv[1:]
+sizes, labels, width = json.loads(sys.stdin.read())
+try:
+    folder = RunFolder.create(Path(path))
+except EscortError as error:
+    print(error, flush=True)
+    sys.exit(error.exit_code)
+if kind == "writes":
+    folder.begin("name: synthetic\\n", "<mujoco/>\\n", sizes, labels)
+row = 0
+print("ready", flush=True)
+while True:
+    if kind == "writes":
+        block = np.full((100, width), 0.5)
+        block[:, 0] = 0.02 * np.arange(row, row + 100)
+        row += 100
+        folder.append(block)
+    time.sleep(0.001)
+"""
+
+
+@pytest.fixture
+def start_run() -> Iterator[Callable[..., subprocess.Popen]]:
+    """Starts runs in processes of their own; none outlives its test."""
+    started: list[subprocess.Popen] = []
+
+    def start(path: Path, made: Any, kind: str = "writes") -> subprocess.Popen:
+        samples, sizes, labels = made
+        process = subprocess.Popen(
+            [sys.executable, "-c", CHILD, str(path), kind],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        assert process.stdin is not None
+        process.stdin.write(json.dumps([sizes, labels, samples.shape[1]]))
+        process.stdin.close()
+        return process
+
+    yield start
+    for process in started:
+        end(process)
+
+
+def end(process: subprocess.Popen) -> None:
+    """Kills a process as kill -9 does."""
+    process.kill()
+    process.wait()
+    assert process.stdout is not None
+    process.stdout.close()
+
+
+@pytest.fixture
+def killed(start_run: Callable[..., subprocess.Popen]) -> Callable[..., int]:
+    """A run that got under way and was killed; its process number."""
+
+    def run(path: Path, made: Any, kind: str = "writes") -> int:
+        process = start_run(path, made, kind)
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        written = path / "journal" / "samples.f64"
+        while kind == "writes" and not written.stat().st_size:
+            time.sleep(0.001)
+        end(process)
+        return process.pid
+
+    return run
+
+
+@pytest.fixture
+def finish() -> Callable[..., Any]:
+    """A run that ended in order; its trace."""
+
+    def run(path: Path, made: Any, outcome: Outcome = Outcome.COMPLETED) -> Any:
+        samples, sizes, labels = made
+        folder = RunFolder.create(path)
+        folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
+        folder.append(samples)
+        trace = build_trace(samples, sizes, labels)
+        folder.finish(outcome, "it ended", trace, summarize(trace, outcome, 42, 0.5), [{"passed": True}])
+        return trace
+
+    return run

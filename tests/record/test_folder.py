@@ -1,0 +1,154 @@
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from escort_mj.errors import RunFolderError
+from escort_mj.record.folder import RunFolder, open_run
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.process import identify
+from escort_mj.record.trace import build_trace
+
+SCENARIO, MODEL = "name: synthetic\n", "<mujoco/>\n"
+
+
+def outcome_of(path: Path) -> dict:
+    return json.loads((path / "outcome.json").read_text(), parse_constant=pytest.fail)
+
+
+class TestARunThatEnds:
+    def test_the_folder_gives_back_everything(self, tmp_path, record, finish):
+        path = tmp_path / "renders" / "main"
+        trace = finish(path, record(300))
+        stored = open_run(path)
+        xarray.testing.assert_identical(stored.trace, trace)
+        assert stored.path == path
+        assert stored.scenario_yaml == SCENARIO
+        assert stored.verdicts == [{"passed": True}]
+        assert stored.metrics["energy"]["unit"] == "J"
+        assert (path / "model.xml").read_text() == MODEL
+        names = {entry.name for entry in path.iterdir()}
+        assert names == {
+            "outcome.json", "scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json",
+        }  # fmt: skip
+
+    def test_the_outcome_says_how_when_and_by_what(self, tmp_path, record, finish):
+        finish(tmp_path / "run", record(300), Outcome.DIVERGED)
+        outcome = open_run(tmp_path / "run").outcome
+        assert (outcome["outcome"], outcome["message"]) == ("diverged", "it ended")
+        assert outcome["simulated_time"] == pytest.approx(0.02 * 299)
+        assert (outcome["steps"], outcome["wall_time"]) == (42, 0.5)
+        assert outcome["versions"] == {"numpy": np.__version__}
+        assert outcome["platform"] == "some machine"
+        assert outcome["started"] <= outcome["ended"]
+        assert outcome["pid"] == os.getpid()
+
+    def test_every_json_is_free_of_nan(self, tmp_path, record):
+        samples, sizes, labels = record(3)
+        trace = build_trace(samples, sizes, labels)
+        folder = RunFolder.create(tmp_path / "run")
+        folder.begin(SCENARIO, MODEL, sizes, labels)
+        folder.finish(Outcome.COMPLETED, "", trace, {"a": np.nan, "b": [np.inf]}, [{"margin": -np.inf}])
+        for file in (tmp_path / "run").glob("*.json"):
+            json.loads(file.read_text(), parse_constant=pytest.fail)
+        stored = open_run(tmp_path / "run")
+        assert stored.metrics == {"a": None, "b": [None]}
+        assert stored.verdicts == [{"margin": None}]
+
+    def test_a_run_can_be_looked_at_while_it_goes_on(self, tmp_path, record):
+        samples, sizes, labels = record(300)
+        folder = RunFolder.create(tmp_path / "run")
+        with pytest.raises(RunFolderError, match="still preparing"):
+            open_run(tmp_path / "run")
+        folder.begin(SCENARIO, MODEL, sizes, labels)
+        folder.append(samples[:200])
+        stored = open_run(tmp_path / "run")
+        assert stored.outcome["outcome"] == "running"
+        xarray.testing.assert_identical(stored.trace, build_trace(samples[:200], sizes, labels))
+        assert stored.metrics == {}
+        assert outcome_of(tmp_path / "run")["outcome"] == "running"
+
+    def test_a_run_that_ends_while_it_is_looked_at(self, tmp_path, record, monkeypatch):
+        made = record(10)
+        samples, sizes, labels = made
+        folder = RunFolder.create(tmp_path / "run")
+        folder.begin(SCENARIO, MODEL, sizes, labels)
+        folder.append(samples)
+        trace = build_trace(*made)
+
+        def ends_meanwhile(outcome):
+            folder.finish(Outcome.COMPLETED, "it ended", trace, {}, [])
+            return True
+
+        monkeypatch.setattr("escort_mj.record.stored.alive", ends_meanwhile)
+        stored = open_run(tmp_path / "run")
+        assert stored.outcome["outcome"] == "completed"
+        xarray.testing.assert_identical(stored.trace, trace)
+
+    def test_append_needs_a_beginning(self, tmp_path, record):
+        with pytest.raises(RunFolderError, match="has not begun"):
+            RunFolder.create(tmp_path / "run").append(record(1)[0])
+
+
+class TestARunThatBreaks:
+    def test_an_error_ends_the_run_as_failed_with_its_trace(self, tmp_path, record):
+        samples, sizes, labels = record(20)
+        with pytest.raises(ZeroDivisionError), RunFolder.create(tmp_path / "run") as folder:
+            folder.begin(SCENARIO, MODEL, sizes, labels)
+            folder.append(samples)
+            raise ZeroDivisionError("by zero")
+        stored = open_run(tmp_path / "run")
+        assert stored.outcome["outcome"] == "failed"
+        assert stored.outcome["message"] == "ZeroDivisionError: by zero"
+        xarray.testing.assert_identical(stored.trace, build_trace(samples, sizes, labels))
+        assert not (tmp_path / "run" / "journal").exists()
+
+    def test_an_error_before_the_first_step_frees_the_folder(self, tmp_path, record, finish):
+        with pytest.raises(KeyError), RunFolder.create(tmp_path / "run"):
+            raise KeyError("model")
+        with pytest.raises(RunFolderError, match="failed: KeyError: 'model'; it left nothing"):
+            open_run(tmp_path / "run")
+        finish(tmp_path / "run", record(2))
+
+    def test_a_stop_from_the_keyboard_is_an_interruption(self, tmp_path):
+        with pytest.raises(KeyboardInterrupt), RunFolder.create(tmp_path / "run"):
+            raise KeyboardInterrupt
+        outcome = outcome_of(tmp_path / "run")
+        assert (outcome["outcome"], outcome["message"]) == ("interrupted", "KeyboardInterrupt")
+
+    def test_an_error_after_the_end_changes_nothing(self, tmp_path, record):
+        made = record(4)
+        with pytest.raises(ValueError), RunFolder.create(tmp_path / "run") as folder:
+            folder.begin(SCENARIO, MODEL, *made[1:])
+            folder.append(made[0])
+            folder.finish(Outcome.COMPLETED, "it ended", build_trace(*made), {}, [])
+            raise ValueError("in a figure")
+        assert outcome_of(tmp_path / "run")["outcome"] == "completed"
+
+
+def test_no_run_folder(tmp_path):
+    for path in (tmp_path, tmp_path / "nowhere", str(tmp_path)):
+        with pytest.raises(RunFolderError, match="is this a run folder"):
+            open_run(path)
+
+
+def test_every_outcome_has_a_meaning_and_only_one_is_good():
+    assert [outcome for outcome in Outcome if outcome.good] == [Outcome.COMPLETED]
+    assert len({outcome.meaning for outcome in Outcome}) == len(Outcome)
+
+
+def test_a_process_knows_itself():
+    assert identify() == identify()
+    assert identify()["process_start"]
+
+
+def test_importing_the_floor_is_light():
+    heavy = "{'xarray', 'pandas', 'h5netcdf', 'h5py', 'mujoco', 'matplotlib', 'numba', 'dm_control'}"
+    code = f"import sys, escort_mj.record.folder, escort_mj.record.metrics; print({heavy} & set(sys.modules))"
+    answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert answer.stdout.strip() == "set()"

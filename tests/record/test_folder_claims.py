@@ -1,0 +1,130 @@
+import json
+import threading
+from pathlib import Path
+
+import pytest
+
+from escort_mj.errors import RunFolderError, UsageError
+from escort_mj.record.folder import RunFolder, open_run
+
+
+def outcome_of(path: Path) -> dict:
+    return json.loads((path / "outcome.json").read_text(), parse_constant=pytest.fail)
+
+
+class TestWhoMayWrite:
+    def test_a_live_run_in_another_process_is_left_alone(self, tmp_path, record, finish, start_run):
+        process = start_run(tmp_path / "run", record(1))
+        assert process.stdout.readline() == "ready\n"
+        with pytest.raises(UsageError, match=f"process {process.pid} is writing a run here now"):
+            RunFolder.create(tmp_path / "run")
+        assert open_run(tmp_path / "run").outcome["outcome"] == "running"
+        process.kill()
+        process.wait()
+        finish(tmp_path / "run", record(2))
+        assert open_run(tmp_path / "run").trace.sizes["time"] == 2
+
+    def test_a_live_run_in_this_process_is_left_alone(self, tmp_path):
+        RunFolder.create(tmp_path / "run")
+        with pytest.raises(UsageError, match="is writing a run here now"):
+            RunFolder.create(tmp_path / "run")
+
+    def test_of_many_at_once_one_wins(self, tmp_path):
+        barrier, won, lost = threading.Barrier(8), [], []
+
+        def claim():
+            barrier.wait()
+            try:
+                won.append(RunFolder.create(tmp_path / "run"))
+            except UsageError as error:
+                lost.append(error)
+
+        threads = [threading.Thread(target=claim) for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert (len(won), len(lost)) == (1, 7)
+
+    def test_of_two_processes_one_wins(self, tmp_path, record, start_run):
+        two = [start_run(tmp_path / "run", record(1)) for _ in range(2)]
+        lines = [process.stdout.readline() for process in two]
+        assert sorted(line == "ready\n" for line in lines) == [False, True]
+        assert any("is writing a run here now" in line for line in lines)
+
+    @pytest.mark.parametrize(
+        "changes",
+        [
+            {"process_start": "another boot 12345"},  # its number went to another process
+            {"process_start": None},
+            {"pid": 2**22 + 1},
+            {"pid": 10**30},
+            {"pid": -1},
+            {"pid": None},
+            {"pid": "somebody"},
+        ],
+    )
+    def test_a_process_number_alone_proves_nothing(self, tmp_path, record, changes):
+        folder = RunFolder.create(tmp_path / "run")
+        folder.begin("name: synthetic\n", "<mujoco/>\n", *record(1)[1:])
+        folder.append(record(5)[0])
+        (tmp_path / "run" / "outcome.json").write_text(json.dumps(outcome_of(tmp_path / "run") | changes))
+        assert open_run(tmp_path / "run").outcome["outcome"] == "killed"
+
+    def test_an_earlier_run_is_replaced_whole(self, tmp_path, record, finish):
+        path = tmp_path / "run"
+        finish(path, record(30))
+        (path / "figures").mkdir()
+        (path / "figures" / "paths.png").write_text("old")
+        (path / "video.mp4").write_text("old")
+        (path / ".trace.nc.123.partial").write_text("left by a kill")
+        (path / "notes.txt").write_text("mine")
+        RunFolder.create(path)
+        assert {entry.name for entry in path.iterdir()} == {"outcome.json", "notes.txt"}
+
+    def test_a_link_in_place_of_the_figures_is_not_followed(self, tmp_path, record, finish):
+        elsewhere = tmp_path / "elsewhere"
+        elsewhere.mkdir()
+        (elsewhere / "keep").touch()
+        finish(tmp_path / "run", record(3))
+        (tmp_path / "run" / "figures").symlink_to(elsewhere)
+        RunFolder.create(tmp_path / "run")
+        assert (elsewhere / "keep").exists()
+        assert not (tmp_path / "run" / "figures").is_symlink()
+
+    def test_a_folder_of_other_things_is_refused(self, tmp_path):
+        (tmp_path / "thesis.tex").touch()
+        with pytest.raises(UsageError, match="holds files but no run"):
+            RunFolder.create(tmp_path)
+        assert [entry.name for entry in tmp_path.iterdir()] == ["thesis.tex"]
+
+    @pytest.mark.parametrize("text", ["{}", "[]", '{"outcome": 3}', '{"outcome": "won"}', "{", ""])
+    def test_an_outcome_of_something_else_is_no_run(self, tmp_path, text):
+        (tmp_path / "outcome.json").write_text(text)
+        (tmp_path / "video.mp4").write_text("a holiday")
+        with pytest.raises(RunFolderError):
+            RunFolder.create(tmp_path)
+        with pytest.raises(RunFolderError):
+            open_run(tmp_path)
+        assert (tmp_path / "video.mp4").exists()
+
+    def test_what_a_kill_left_of_a_folder_is_claimed(self, tmp_path, record, finish):
+        (tmp_path / ".outcome.json.123.partial").write_text("{")
+        finish(tmp_path, record(2))
+        assert open_run(tmp_path).outcome["outcome"] == "completed"
+
+    def test_places_that_cannot_be_written_are_one_clear_error(self, tmp_path):
+        (tmp_path / "file").touch()
+        for path in (tmp_path / "file", tmp_path / "file" / "run", tmp_path / ("x" * 300)):
+            with pytest.raises(RunFolderError, match="cannot be written"):
+                RunFolder.create(path)
+
+    def test_a_full_disk_is_one_clear_error(self, tmp_path, record):
+        samples, sizes, labels = record(3)
+        folder = RunFolder.create(tmp_path / "run")
+        folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
+        folder._journal._file.close()
+        with open("/dev/full", "wb", buffering=0) as full:
+            folder._journal._file = full
+            with pytest.raises(RunFolderError, match="cannot be written: No space left on device"):
+                folder.append(samples)

@@ -1,0 +1,92 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from escort_mj.errors import RunFolderError
+from escort_mj.record.journal import HEADER, SAMPLES, Journal, journal_of, read_journal
+
+
+def test_what_is_appended_is_on_disk_at_once(tmp_path):
+    journal = Journal(tmp_path / "journal", {"record_size": 3})
+    block = np.arange(12.0).reshape(4, 3)
+    journal.append(block[:3])
+    journal.append(block[3:])
+    samples, header = read_journal(tmp_path / "journal")  # still open
+    np.testing.assert_array_equal(samples, block)
+    assert header == {"record_size": 3}
+    journal.close()
+
+
+def test_blocks_need_not_be_contiguous_or_double(tmp_path):
+    journal = Journal(tmp_path / "journal", {"record_size": 2})
+    journal.append(np.arange(16.0).reshape(4, 4)[::2, ::2])
+    journal.append(np.array([[7, 8]], dtype=np.int32))
+    journal.close()
+    np.testing.assert_array_equal(read_journal(tmp_path / "journal")[0], [[0, 2], [8, 10], [7, 8]])
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(width=st.integers(1, 5), rows=st.integers(0, 6), lost=st.integers(0, 60))
+def test_a_torn_end_costs_the_last_row_only(tmp_path, width, rows, lost):
+    block = np.arange(float(rows * width)).reshape(rows, width)
+    journal = Journal(tmp_path / "journal", {"record_size": width})
+    journal.append(block)
+    journal.close()
+    file = tmp_path / "journal" / SAMPLES
+    whole = file.read_bytes()
+    file.write_bytes(whole[: max(len(whole) - lost, 0)])
+    samples, _ = read_journal(tmp_path / "journal")
+    assert samples.shape == (max(len(whole) - lost, 0) // (8 * width), width)
+    np.testing.assert_array_equal(samples, block[: len(samples)])
+
+
+def test_a_raw_write_that_takes_little_at_a_time_loses_nothing(tmp_path, monkeypatch):
+    journal = Journal(tmp_path / "journal", {"record_size": 2})
+    file = journal._file
+
+    class Slow:
+        def write(self, data: memoryview) -> int:
+            return file.write(data[:5])
+
+        def close(self) -> None:
+            file.close()
+
+    monkeypatch.setattr(journal, "_file", Slow())
+    journal.append(np.arange(8.0).reshape(4, 2))
+    journal.close()
+    np.testing.assert_array_equal(read_journal(tmp_path / "journal")[0].ravel(), np.arange(8.0))
+
+
+def test_a_new_journal_forgets_the_old_one(tmp_path):
+    for value in (1.0, 2.0):
+        journal = Journal(tmp_path / "journal", {"record_size": 1, "value": value})
+        journal.append(np.full((1, 1), value))
+        journal.close()
+    samples, header = read_journal(tmp_path / "journal")
+    assert samples.tolist() == [[2.0]]
+    assert header["value"] == 2.0
+
+
+def test_the_header_is_json_without_nan(tmp_path):
+    Journal(tmp_path, {"record_size": 1, "limit": [np.inf, 1.5], "n": np.int64(3)}).close()
+    text = (tmp_path / HEADER).read_text()
+    assert json.loads(text, parse_constant=pytest.fail) == {"record_size": 1, "limit": [None, 1.5], "n": 3}
+
+
+@pytest.mark.parametrize("header", ["{}", "[]", "{not json", '{"record_size": 0}'])
+def test_a_spoiled_header_is_one_clear_error(tmp_path: Path, header):
+    Journal(tmp_path, {"record_size": 1}).close()
+    (tmp_path / HEADER).write_text(header)
+    with pytest.raises(RunFolderError, match="cannot be read"):
+        read_journal(tmp_path)
+
+
+def test_a_folder_without_a_whole_journal_has_none(tmp_path):
+    assert journal_of(tmp_path) is None
+    (tmp_path / "journal").mkdir()
+    (tmp_path / "journal" / HEADER).write_text("{}")
+    assert journal_of(tmp_path) is None

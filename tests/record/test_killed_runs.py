@@ -1,0 +1,73 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from escort_mj.errors import RunFolderError
+from escort_mj.record.folder import open_run
+
+
+def outcome_of(path: Path) -> dict:
+    return json.loads((path / "outcome.json").read_text(), parse_constant=pytest.fail)
+
+
+class TestARunThatDies:
+    def test_a_killed_run_opens_and_says_what_happened(self, tmp_path, record, killed):
+        path = tmp_path / "run"
+        pid = killed(path, record(1))
+        stored = open_run(path)
+        rows = stored.trace.sizes["time"]
+        assert rows > 0
+        np.testing.assert_allclose(stored.trace["time"], 0.02 * np.arange(rows))
+        assert (stored.trace["q"] == 0.5).all()
+        assert stored.scenario_yaml == "name: synthetic\n"
+        assert stored.outcome["outcome"] == "killed"
+        reached = 0.02 * (rows - 1)
+        assert stored.outcome["simulated_time"] == pytest.approx(reached)
+        assert stored.outcome["message"] == f"process {pid} died, recorded up to {reached:.2f} s"
+        assert stored.outcome["platform"] == "some machine"
+
+    def test_what_was_recovered_stays(self, tmp_path, record, killed):
+        path = tmp_path / "run"
+        killed(path, record(1))
+        first = open_run(path)
+        assert (path / "trace.nc").is_file()
+        assert outcome_of(path) == first.outcome
+        second = open_run(path)
+        assert second.outcome == first.outcome
+        xarray.testing.assert_identical(second.trace, first.trace)
+
+    def test_a_torn_last_sample_is_left_out(self, tmp_path, record, killed):
+        path = tmp_path / "run"
+        killed(path, record(1))
+        samples = path / "journal" / "samples.f64"
+        width = record(1)[0].shape[1]
+        whole = np.fromfile(samples).size // width
+        with samples.open("ab") as file:
+            file.truncate(whole * width * 8 - 11)
+        assert open_run(path).trace.sizes["time"] == whole - 1
+
+    def test_killed_before_its_first_step(self, tmp_path, record, finish, killed):
+        path = tmp_path / "run"
+        killed(path, record(1), kind="prepares")
+        for _ in range(2):
+            with pytest.raises(RunFolderError, match="died, before the first step; it left nothing"):
+                open_run(path)
+        assert outcome_of(path)["outcome"] == "killed"
+        finish(path, record(3))
+        assert open_run(path).outcome["outcome"] == "completed"
+
+    def test_a_folder_that_cannot_be_written_opens_as_well(self, tmp_path, record, monkeypatch, killed):
+        path = tmp_path / "run"
+        killed(path, record(1))
+
+        def read_only(*_):
+            raise PermissionError(13, "Permission denied")
+
+        monkeypatch.setattr("escort_mj.record.stored.save_trace", read_only)
+        stored = open_run(path)
+        assert stored.outcome["outcome"] == "killed"
+        assert stored.trace.sizes["time"] > 0
+        assert outcome_of(path)["outcome"] == "running"

@@ -1,0 +1,96 @@
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from escort_mj.record.files import write_json
+from escort_mj.record.metrics import measure, summarize, window
+from escort_mj.record.outcome import Outcome
+from escort_mj.signals import METRIC_NAMES, METRICS
+
+TIME = np.linspace(0.0, 10.0, 501)
+RADIUS = 5.0
+
+
+def ring(robots, radius=RADIUS, center=(0.0, 0.0), time=TIME):
+    """Robots evenly on a circle, shape (time, robot, axis); radius a number or one per sample and robot."""
+    angle = 2.0 * np.pi * np.arange(robots) / robots
+    spokes = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    radii = np.broadcast_to(radius, (len(time), robots))
+    return np.asarray(center) + radii[..., None] * spokes
+
+
+def steps(time, when, height=1.0):
+    """Zero before a moment, a height from it on."""
+    return np.where(np.asarray(time) >= when - 1e-9, height, 0.0)
+
+
+class TestWindows:
+    def test_both_ends_are_included(self, make_trace):
+        part = window(make_trace(TIME), 2.0, 4.0)
+        assert (part.time.values[0], part.time.values[-1], part.sizes["time"]) == (TIME[100], TIME[200], 101)
+
+    @pytest.mark.parametrize("rate, step", [(50.0, 0.02), (30.0, 1 / 30), (1000.0, 0.001)])
+    def test_rounding_of_time_costs_no_sample(self, make_trace, rate, step):
+        trace = make_trace(np.cumsum(np.full(int(10 * rate), step)))  # as a simulator adds up its clock
+        part = window(trace, 2.0, 4.0)
+        assert part.sizes["time"] == round(2.0 * rate) + 1
+
+    @settings(max_examples=40, deadline=None)
+    @given(after=st.floats(0.0, 12.0), length=st.floats(0.0, 12.0))
+    def test_a_window_holds_what_lies_in_it(self, after, length):
+        import xarray
+
+        trace = xarray.Dataset(coords={"time": TIME})
+        inside = window(trace, after, after + length).time.values
+        expected = TIME[(TIME >= after - 1e-8) & (TIME <= after + length + 1e-8)]
+        np.testing.assert_array_equal(inside, expected)
+
+    @pytest.mark.parametrize("name", METRIC_NAMES)
+    def test_a_window_beyond_the_run_holds_nothing(self, make_trace, name):
+        found = measure(name, make_trace(TIME, robots=2, obstacles=1), after=11.0)
+        assert (found.value, found.reason) == (None, "the run has no sample in the window")
+
+
+class TestSummary:
+    def test_every_metric_with_unit_and_window(self, make_trace):
+        trace = make_trace(TIME, robots=3, obstacles=1, q=ring(3))
+        summary = summarize(trace, Outcome.COMPLETED, steps=5000, wall_time=0.5)
+        assert list(summary) == ["run", *METRIC_NAMES]
+        assert summary["run"] == {
+            "outcome": "completed",
+            "simulated_time": 10.0,
+            "steps": 5000,
+            "wall_time": 0.5,
+            "real_time_factor": 20.0,
+        }
+        for metric in METRICS:
+            entry = summary[metric.name]
+            assert entry["unit"] == metric.unit
+            assert entry["window"] == [8.0 if metric.tail else 0.0, 10.0]
+            assert entry["value"] is not None, metric.name
+
+    def test_steady_state_is_the_last_fifth(self, make_trace):
+        error = steps(TIME, 7.99, -1.0) + 1.1
+        summary = summarize(make_trace(TIME, q=ring(1, RADIUS + error[:, None])), Outcome.COMPLETED, 1, 1.0)
+        assert summary["radius_error_max"]["value"] == pytest.approx(0.1)
+        assert summary["radius_error_mean"]["value"] == pytest.approx(0.1)
+
+    @pytest.mark.parametrize("time", [[], [0.0], [0.0, 0.02]])
+    def test_a_run_that_hardly_began(self, make_trace, time, tmp_path):
+        summary = summarize(make_trace(time), Outcome.DIVERGED, 0, 0.0)
+        assert summary["run"]["real_time_factor"] is None
+        for name in METRIC_NAMES:
+            assert summary[name]["value"] is not None or summary[name]["reason"]
+
+    @pytest.mark.parametrize("wild", [np.inf, 1e300])
+    def test_json_holds_no_nan_whatever_the_run(self, make_trace, tmp_path, wild):
+        with np.errstate(all="ignore"):
+            trace = make_trace(TIME, robots=2, q=wild, e=wild, effort=wild, work=TIME[:, None] * 1e307)
+            summary = summarize(trace, Outcome.DIVERGED, 1, 1.0)
+        for name in METRIC_NAMES:
+            assert summary[name]["value"] is not None or summary[name]["reason"]
+        write_json(tmp_path / "metrics.json", summary)
+        assert json.loads((tmp_path / "metrics.json").read_text(), parse_constant=pytest.fail) == summary

@@ -1,0 +1,148 @@
+import h5py
+import numpy as np
+import pytest
+import xarray
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from escort_mj.errors import RunFolderError
+from escort_mj.record.trace import build_trace, load_trace, save_trace
+from escort_mj.signals import SIGNALS
+
+IN_A_LIGHT_WORLD = ("obstacle_clearance_worst", "robot_distance_min", "robot_clearance_worst")
+
+
+def test_every_signal_is_named_with_its_dimensions_unit_and_meaning(record):
+    samples, sizes, labels = record(7)
+    trace = build_trace(samples, sizes, labels)
+    for signal in SIGNALS:
+        variable = trace[signal.name]
+        assert variable.dims == (("time",) if signal.name == "time" else ("time", *signal.dims))
+        assert variable.attrs == {"units": signal.unit, "long_name": signal.meaning}
+    for name, variable in trace.data_vars.items():
+        assert {"units", "long_name"} <= variable.attrs.keys(), name
+    assert list(trace["robot"].values) == [1, 2, 3]
+    assert list(trace["axis"].values) == ["x", "y"]
+    assert list(trace["obstacle"].values) == ["rock 1", "rock 2"]
+    assert {"robot_radius", "obstacle_radius", "obstacle_position", "force_limit"} <= set(trace.data_vars)
+    assert trace["neighbors"].values.tolist() == [[1, 2], [2, 3]]
+    assert trace.attrs["title"] == "synthetic"
+
+
+def test_parts_stand_where_the_table_puts_them(record):
+    samples, sizes, labels = record(5, robots=2, axes=3, obstacles=1)
+    trace = build_trace(samples, sizes, labels)
+    place = 0
+    for signal in SIGNALS:
+        size = signal.size(sizes)
+        part = trace[signal.name].values.reshape(5, size)
+        np.testing.assert_array_equal(part, samples[:, place : place + size], err_msg=signal.name)
+        place += size
+    assert place == samples.shape[1]
+
+
+def test_whole_numbers_are_integers(record):
+    trace = build_trace(*record(4))
+    assert trace["avoidance_active"].dtype == np.int8
+    assert trace["contacts"].dtype == np.int32
+    assert trace["contact_onsets"].dtype == np.int32
+    assert {v.dtype for n, v in trace.data_vars.items() if n in ("q", "tau", "effort")} == {np.dtype("f8")}
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    rows=st.integers(0, 40),
+    robots=st.integers(1, 4),
+    axes=st.sampled_from([2, 3]),
+    obstacles=st.integers(0, 3),
+    seed=st.integers(0, 99),
+)
+def test_a_file_gives_back_every_bit(tmp_path, record, rows, robots, axes, obstacles, seed):
+    samples, sizes, labels = record(rows, robots, axes, obstacles, seed)
+    trace = build_trace(samples, sizes, labels)
+    save_trace(trace, tmp_path / "trace.nc")
+    back = load_trace(tmp_path / "trace.nc")
+    xarray.testing.assert_identical(back, trace)
+    for name, variable in trace.variables.items():
+        assert back[name].dtype == variable.dtype, name
+        assert back[name].values.tobytes() == variable.values.tobytes(), name
+
+
+@pytest.mark.parametrize("extreme", [5e-324, -0.0, 1.7976931348623157e308, 0.1 + 0.2])
+def test_a_file_keeps_extreme_numbers(tmp_path, make_trace, extreme):
+    save_trace(make_trace([0.0, 1.0], q=extreme), tmp_path / "trace.nc")
+    values = load_trace(tmp_path / "trace.nc")["q"].values
+    assert values.tobytes() == np.full(values.shape, extreme).tobytes()
+
+
+def test_the_file_is_plain_hdf5_compressed_and_without_nan(tmp_path, record):
+    save_trace(build_trace(*record(50)), tmp_path / "trace.nc")
+    with h5py.File(tmp_path / "trace.nc") as file:
+        assert file["q"].compression == "gzip"
+        assert file["q"].compression_opts == 1
+        assert file["q"].shuffle
+        assert file["q"].dtype == np.dtype("<f8")
+        units = file["q"].attrs["units"]
+        assert (units.decode() if isinstance(units, bytes) else units) == "m"
+        for dataset in file.values():
+            assert "_FillValue" not in dataset.attrs
+            if dataset.dtype.kind == "f":
+                assert np.isfinite(dataset[()]).all()
+
+
+@pytest.mark.parametrize(
+    "robots, obstacles, absent",
+    [
+        (1, 0, set(IN_A_LIGHT_WORLD)),
+        (1, 1, set(IN_A_LIGHT_WORLD[1:])),
+        (2, 0, set(IN_A_LIGHT_WORLD[:1])),
+        (2, 1, set()),
+    ],
+)
+def test_distances_to_what_is_not_there_are_left_out(make_trace, robots, obstacles, absent):
+    trace = make_trace([0.0, 1.0], robots=robots, obstacles=obstacles)
+    assert {signal.name for signal in SIGNALS} - set(trace.variables) == absent
+    assert all(np.isfinite(v.values).all() for v in trace.variables.values() if v.dtype.kind == "f")
+
+
+def test_no_force_limit_is_a_number_all_the_same(make_trace):
+    trace = make_trace([0.0], robots=2, about={"force_limit": [None, 3.0]})
+    assert trace["force_limit"].values.tolist() == [1e300, 3.0]
+
+
+def test_an_attribute_without_a_value_is_left_out(tmp_path, make_trace):
+    trace = make_trace([0.0], about={"nothing": None, "words": "ä\n€"})
+    save_trace(trace, tmp_path / "trace.nc")
+    attributes = load_trace(tmp_path / "trace.nc").attrs
+    assert "nothing" not in attributes
+    assert attributes["words"] == "ä\n€"
+
+
+def test_samples_of_another_size_are_refused(record):
+    samples, sizes, labels = record(3)
+    with pytest.raises(ValueError, match="do not fit a record"):
+        build_trace(samples[:, :-1], sizes, labels)
+
+
+def test_a_file_that_cannot_be_read_is_one_clear_error(tmp_path, record):
+    path = tmp_path / "trace.nc"
+    with pytest.raises(RunFolderError, match="no trace here"):
+        load_trace(path)
+    save_trace(build_trace(*record(50)), path)
+    path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(RunFolderError, match="cannot be read"):
+        load_trace(path)
+    path.write_text("not a trace")
+    with pytest.raises(RunFolderError, match="cannot be read"):
+        load_trace(path)
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, record):
+    path = tmp_path / "trace.nc"
+    trace = build_trace(*record(5))
+    save_trace(trace, path)
+    before = path.read_bytes()
+    with pytest.raises((TypeError, ValueError)):
+        save_trace(trace.assign_attrs(bad=object()), path)
+    assert path.read_bytes() == before
+    assert [entry.name for entry in tmp_path.iterdir()] == ["trace.nc"]
