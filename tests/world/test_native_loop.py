@@ -281,3 +281,18 @@ def test_an_infinite_force_is_a_warning(make_world, tmp_path, monkeypatch) -> No
         plant.step(20)
     assert plant.warnings()
     assert not list(tmp_path.iterdir())
+
+
+def test_forward_at_the_same_time_moves_the_target_by_one_step_at_most(make_world) -> None:
+    """The callback can set only where the next look at the world finds the target."""
+    moving = make_world(target={"position": ["2*t", 0]}, robots={"positions": [[5, 5], [-5, 5]]})
+    with native_loop():
+        plant = Plant(moving)
+        plant.step(100)
+        places = []
+        for _ in range(3):
+            mujoco.mj_forward(moving.model, plant.data)
+            places.append(float(plant.data.body("target").xpos[0]))
+        assert places[0] == pytest.approx(2 * plant.data.time, abs=1e-12)
+        assert places[1] == places[2] == pytest.approx(places[0] + 2 * 0.002, abs=1e-12)
+        assert float(plant.state.target_position[0]) == pytest.approx(places[0], abs=1e-12)
