@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import Normal, Stroke
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
@@ -48,7 +48,7 @@ def plan_height(trace: xarray.Dataset) -> float:
     low, high = bounds(trace)
     shape = (high[1] - low[1]) / max(high[0] - low[0], 1e-9)
     wide = WIDTH - (0.6 if trace.sizes["robot"] <= MOST_DISTINCT else 1.4)
-    return float(np.clip(wide * shape, 1.2, 6.8)) + 1.4
+    return float(np.clip(wide * shape, 1.2, 5.0)) + 1.4
 
 
 def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
@@ -59,6 +59,9 @@ def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")
+    step = _step(float((high - low).max()))
+    axes.xaxis.set_major_locator(MultipleLocator(step))
+    axes.yaxis.set_major_locator(MultipleLocator(step))
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
 
@@ -104,7 +107,7 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         getattr(axes, f"{name}axis").set_pane_color((0.97, 0.975, 0.98, 1.0))
         ticks = int(np.clip(round(7 * size / half.max()), 2, 7))
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(ticks))
-    axes.set_box_aspect(half, zoom=1.22)
+    axes.set_box_aspect(half, zoom=1.3)
     axes.view_init(elev=22, azim=-62)
     floor = middle[2] - half[2]
 
@@ -131,6 +134,12 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         axes.plot(*path.T, color=color, linewidth=_width(count), zorder=3.5)
     _ends(axes, trace)
     name_robots(figure, [axes], count, _keys(trace))
+
+
+def _step(span: float) -> float:
+    """A round distance between ticks, the same along every axis of a plan [m]."""
+    steps = MaxNLocator(12, steps=[1, 2, 5, 10]).tick_values(0.0, span)
+    return float(steps[1] - steps[0])
 
 
 def _width(count: int) -> float:

@@ -39,7 +39,7 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
     colors = palette.robot_colors(count)
     time = trace["time"].values
     grid = figure.subplots(3, 2, sharex=True, height_ratios=(1.25, 0.8, 1.25))
-    radius, spacing = float(trace.attrs["mission_radius"]), float(trace.attrs["spacing"])
+    radius, spacing = np.array([trace.attrs["mission_radius"]], float), trace["spacing"].values
 
     offset = trace["q"].values - trace["target_position"].values[:, None]
     distance = np.linalg.norm(offset, axis=2)
@@ -77,16 +77,17 @@ def _above_and_below(
     pair: NDArray[np.object_],
     time: Array,
     values: Array,
-    wanted: float,
+    wanted: Array,
     colors: Sequence[Any],
     title: str,
     symbol: str,
 ) -> None:
-    """Distances as they are, and below how far they are from the wanted one, down to millimeters."""
+    """Distances as they are, and below how far they are from the wanted ones, down to millimeters."""
     above, below = pair
     above.set_title(title)
     draw_curves(above, time, values, colors)
-    limit_line(above, wanted, f"{symbol} = {wanted:.4g}")
+    for value in np.unique(np.round(wanted, 3))[:4]:
+        limit_line(above, float(value), f"{symbol} = {value:.4g}")
     above.set_ylabel("m")
     above.set_ylim(bottom=0.0)
     draw_curves(below, time, np.abs(values - wanted), colors, running_rms)

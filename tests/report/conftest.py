@@ -93,10 +93,10 @@ def make_run(tmp_path_factory):
             "obstacle_position": places.tolist(),
             "force_limit": [10.0] * count,
             "neighbors": [[i + 1, (i + 1) % count + 1] for i in range(count)] if count > 2 else [],
+            "spacing": [2 * RADIUS * math.sin(math.pi / count)] * count if count > 2 else [],
             "attributes": {
                 "title": title,
                 "mission_radius": RADIUS,
-                "spacing": 2 * RADIUS * math.sin(math.pi / count) if count > 2 else 0.0,
                 "safe_distance": SAFE if obstacles else 0.0,
                 "safe_distance_measure": "surface" if obstacles else "none",
                 "target_radius": TARGET,

@@ -44,7 +44,7 @@ def has_color(image, color, tolerance=2):
         ({"count": 50, "obstacles": 30}, {"clearances", "obstacle_distances"}),
         ({"count": 13, "axes": 3, "obstacles": 5}, {"clearances", "obstacle_distances"}),
     ],
-    ids=str,
+    ids=[*"abcdefghi"],
 )
 def test_every_mission_gets_its_figures_without_a_warning(make_run, shape, more):
     written = draw(make_run(**shape))

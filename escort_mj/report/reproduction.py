@@ -1,0 +1,272 @@
+"""The paper's figures, drawn from the run folders of its simulations under the paper's numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from escort_mj import palette
+from escort_mj.errors import UsageError
+from escort_mj.record.files import write_json, write_text
+from escort_mj.record.folder import open_run
+from escort_mj.report import nearness, paths, timelines
+from escort_mj.report.curves import running_rms
+from escort_mj.report.style import FAILED, WIDTH, figure
+from escort_mj.study.measured import QUANTITIES, Measured
+from escort_mj.study.parallel import cores, side_by_side
+from escort_mj.study.reproduction import (
+    CASES,
+    LAWS,
+    READINGS,
+    SHOWN,
+    PaperFigure,
+    Simulation,
+    chosen,
+    needed,
+    scenario_of,
+    simulations,
+)
+from escort_mj.study.runs import FINAL, Task, look, perform
+from escort_mj.study.table import markdown, summary, table
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+    from escort_mj.record.folder import StoredRun
+
+VISIBLE = 0.05  # of the radius: runs that stay closer to each other look alike
+LOUDER = 1.5  # times: tracking errors that differ by less look alike
+HEADROOM = 0.35  # inches, for the reading's name over each of two
+COLORS = {law: palette.from_hex(code) for law, code in zip(LAWS, ("0072B2", "D55E00", "7A7A7A"), strict=True)}
+MARKS = {"unlimited": "^", "limited": "s", "anti_windup": "o"}
+COMPARED = ("tracking_time", "settling_time", "radius_error", "true_e_rms", "e_dot_rms", "force_rms")
+
+
+class Drawing(NamedTuple):
+    """One figure to be drawn.
+
+    Attributes:
+        figure: Which.
+        folder: That of the reproduction.
+        runs: What was measured, for the comparison of the laws.
+    """
+
+    figure: PaperFigure
+    folder: Path
+    runs: Sequence[Measured] = ()
+
+
+class Kind(NamedTuple):
+    """How a kind of figure is drawn: its height in inches for a trace, and the drawing itself."""
+
+    words: str
+    height: Callable[[xarray.Dataset], float]
+    draw: Callable[[Any, xarray.Dataset], None]
+
+
+def draw(drawing: Drawing) -> Path:
+    """Draws one figure into `figures/` and returns its file.
+
+    Raises:
+        RunFolderError: If a run that it shows is missing.
+    """
+    shown, path = drawing.figure, drawing.folder / "figures" / f"{drawing.figure.file}.png"
+    if shown.kind == "laws":
+        with figure(path, 8.2, "The laws compared, case by case") as canvas:
+            compare_laws(canvas, drawing.runs)
+        return path
+    stored = {
+        reading: open_run(drawing.folder / Simulation(shown.case, shown.law, reading).name)
+        for reading in SHOWN
+    }
+    first, second = (stored[reading] for reading in SHOWN)
+    if not differ(first.trace, second.trace, errors=shown.kind == "panels"):
+        del stored[SHOWN[1]]
+    kind = _kind(shown.kind, first.trace)
+    title = f"Fig. {shown.key}: {LAWS[shown.law]}, {CASES[shown.case]}: {kind.words}"
+    height = max(kind.height(run.trace) for run in stored.values()) + HEADROOM
+    with figure(path, height, title, width=WIDTH * len(stored)) as canvas:
+        parts = canvas.subfigures(1, len(stored), wspace=0.03, squeeze=False)[0]
+        for part, (reading, run) in zip(parts, stored.items(), strict=True):
+            part.suptitle(READINGS[reading].words + _ending(run), fontsize=9.0, color=_ink(run))
+            kind.draw(part, run.trace)
+    return path
+
+
+def differ(one: xarray.Dataset, other: xarray.Dataset, errors: bool) -> bool:
+    """Whether two readings of one simulation look different.
+
+    Args:
+        one: A trace.
+        other: Another of the same scenario but for its reading.
+        errors: Whether tracking errors are shown too.
+    """
+    if one.sizes["time"] != other.sizes["time"]:
+        return True
+    apart = np.linalg.norm(one["q"].values - other["q"].values, axis=2).max()
+    if apart > VISIBLE * float(one.attrs["mission_radius"]):
+        return True
+    time = one["time"].values
+    for name in ("e", "e_dot") if errors else ():
+        # What the bold curves show: the loudest robot's running rms.
+        sizes = [np.linalg.norm(trace[name].values, axis=2).T for trace in (one, other)]
+        loudest = [np.max([running_rms(time, curve) for curve in curves], axis=0) + 1e-6 for curves in sizes]
+        ratio = loudest[0] / loudest[1]
+        if max(ratio.max(), 1 / ratio.min()) > LOUDER:
+            return True
+    return False
+
+
+def compare_laws(canvas: Figure, runs: Sequence[Measured]) -> None:
+    """One panel per quantity: cases from left to right, a color per law, a mark per reading."""
+    grid = canvas.subplots(3, 2, sharex=True)
+    heads = {
+        "tracking_time": "Time until every |e| < 1 % of R",
+        "settling_time": "Settling time, 5 % of R",
+        "radius_error": "Tail error of the radius",
+        "true_e_rms": "Tail rms |e|, without noise",
+        "e_dot_rms": "Tail rms |ė|",
+        "force_rms": "Tail rms force",
+    }
+    for axes, name in zip(grid.ravel(), COMPARED, strict=True):
+        axes.set_title(heads[name])
+        axes.set_ylabel(QUANTITIES[name].unit)
+        _scatter(axes, name, runs)
+    for axes in grid[-1]:
+        names = [words.replace(", ", "\n") for words in CASES.values()]
+        axes.set_xticks(range(len(CASES)), names, fontsize=6.5)
+    dot: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5}
+    keys = [(LAWS[law], Line2D([], [], **dot, color=color)) for law, color in COLORS.items()]
+    for reading, mark in MARKS.items():
+        hollow = Line2D([], [], **(dot | {"marker": mark}), color="#555555", markerfacecolor="white")
+        keys.append((READINGS[reading].words, hollow))
+    keys.append(("never, or diverged", Line2D([], [], **(dot | {"marker": "x"}), color="#555555")))
+    words, handles = zip(*keys, strict=True)
+    canvas.legend(handles, words, loc="outside lower center", ncols=4, columnspacing=1.3)
+
+
+def _scatter(axes: Axes, name: str, runs: Sequence[Measured]) -> None:
+    """One quantity of every run; what has no finite value stands as a cross on top."""
+    for column in range(1, len(CASES)):
+        axes.axvline(column - 0.5, color="#E3E5E8", linewidth=0.6)
+    axes.grid(axis="x", visible=False)
+    top = axes.get_xaxis_transform()
+    for run in runs:
+        case, law, reading = run.simulation
+        place = list(LAWS).index(law) * len(READINGS) + list(READINGS).index(reading)
+        x = list(CASES).index(case) + (place - 4 + 0.6 * (place // 3 - 1)) * 0.095
+        value = run.values[name]
+        if value is None or not np.isfinite(value):
+            axes.plot(x, 0.965, "x", transform=top, color=COLORS[law], markersize=4, clip_on=False)
+        else:
+            axes.plot(x, value, MARKS[reading], color=COLORS[law], markersize=3.4, markerfacecolor="white")
+    axes.set_yscale("log")
+    axes.set_xlim(-0.55, len(CASES) - 0.45)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** 0.1)
+
+
+def _kind(name: str, trace: xarray.Dataset) -> Kind:
+    if name == "panels":
+        return Kind("distances and tracking errors", lambda trace: 6.4, timelines.panels)
+    if name == "obstacles":
+        height = nearness.obstacle_distances_height
+        return Kind("distances to obstacles", height, nearness.obstacle_distances)
+    if trace.sizes["axis"] == 2:
+        return Kind("paths", paths.plan_height, paths.plan_view)
+    return Kind("paths", lambda trace: 5.2, paths.space_view)
+
+
+def _ending(run: StoredRun) -> str:
+    """What a reader must know of a run that did not end well."""
+    ended = str(run.outcome["outcome"])
+    return "" if ended == "completed" else f": {ended}, {run.outcome['message']}"
+
+
+def _ink(run: StoredRun) -> Any:
+    return "#222222" if run.outcome["outcome"] == "completed" else FAILED
+
+
+class Reproduction(NamedTuple):
+    """What came of a reproduction.
+
+    Attributes:
+        lines: What to tell the user.
+        written: Files of the reproduction's folder.
+        stated: Whether every simulation ended in an outcome of its own.
+    """
+
+    lines: list[str]
+    written: list[str]
+    stated: bool
+
+
+def reproduce(
+    scenarios: Path,
+    out: Path,
+    only: Sequence[str] = (),
+    workers: int | None = None,
+    docs: Path | None = None,
+    again: bool = False,
+    progress: Callable[[float, float], None] | None = None,
+) -> Reproduction:
+    """Runs the paper's simulations, those that have not run before, draws its figures and writes the table.
+
+    Args:
+        scenarios: Folder of the shipped scenarios.
+        out: Where everything goes; simulations that ended there before are not run again.
+        only: Figures by their numbers; empty for all. The table covers every simulation that has run.
+        workers: Processes; None for one per core.
+        docs: A file that gets the table too.
+        again: Run everything that is asked for anew.
+        progress: Called with the simulations and figures done and to do.
+
+    Raises:
+        UsageError: If there is no such figure, or a folder holds something else.
+    """
+    figures = chosen(only)
+    if docs is not None and only:
+        raise UsageError("--docs: the docs hold the whole table; leave --only out")
+    workers = cores() if workers is None else workers
+    wanted = needed(figures) if only else simulations()
+
+    def task(simulation: Simulation) -> Task:
+        return Task(simulation, scenario_of(simulation, scenarios), out / simulation.name, again)
+
+    tasks = [task(simulation) for simulation in wanted]
+    steps = len(tasks) + len(figures)
+
+    def report(offset: int) -> Callable[[float, float], None] | None:
+        return None if progress is None else lambda done, total: progress(offset + done, steps)
+
+    done = side_by_side(perform, tasks, workers, report(0))
+    measured = [each.measured for each in done]
+    known = {run.simulation: run for run in measured}
+    others = [task(simulation) for simulation in simulations() if simulation not in known]
+    known |= {run.simulation: run for run in map(look, others) if run is not None}
+    runs = [known[simulation] for simulation in simulations() if simulation in known]
+
+    lost = {run.simulation for run in measured if run.outcome not in FINAL}
+    drawable = [each for each in figures if each.kind == "laws" or not lost.intersection(needed([each]))]
+    drawings = [Drawing(each, out, tuple(runs)) for each in drawable]
+    files = side_by_side(draw, drawings, workers, report(len(tasks)))
+
+    write_json(out / "table.json", table(runs))
+    text = markdown(runs)
+    for path in (out / "table.md", docs):
+        if path is not None:
+            write_text(path, text)
+    ran = sum(each.ran for each in done)
+    lines = [f"{len(tasks)} simulations: {ran} run now, {len(tasks) - ran} had run before"]
+    lines += [
+        f"  {run.simulation.name}: {run.outcome}: {run.message}" for run in measured if not run.completed
+    ]
+    lines += summary(runs)
+    written = ["table.md", "table.json", f"figures/ ({len(files)})"]
+    return Reproduction(lines, written, not lost)
