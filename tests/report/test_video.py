@@ -99,7 +99,7 @@ def banner(frame):
         ({"count": 1, "obstacles": 0, "samples": 1}, {}),
         ({"spread": lambda time: np.exp(12 * time), "outcome": Outcome.DIVERGED}, {}),
     ],
-    ids=["space", "crowd", "one sample", "diverged"],
+    ids=["space_top", "many_follow", "one_sample", "diverged"],
 )
 def test_every_mission_can_be_filmed(make_run, shape, look):
     folder = make_run(**{"samples": 8} | shape)
