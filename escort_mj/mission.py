@@ -186,7 +186,7 @@ def _interruptible() -> Iterator[list[str]]:
 def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
-    arrangement = setup.arrangement
+    neighbors, spacing = setup.edges
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
     return {
         "obstacles": obstacle_names(scenario),
@@ -194,7 +194,8 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
         "obstacle_radius": setup.obstacle_radius.tolist(),
         "obstacle_position": setup.obstacle_position.tolist(),
         "force_limit": setup.force_limit.tolist(),
-        "neighbors": (arrangement.pairs + 1).tolist() if arrangement else [],
+        "neighbors": (neighbors + 1).tolist(),
+        "spacing": spacing.tolist(),
         "attributes": {
             "title": scenario.name,
             "description": scenario.description,
@@ -202,7 +203,6 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
             "mission_radius": scenario.mission.radius,
-            "spacing": arrangement.length if arrangement else 0.0,
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
             "target_radius": scenario.target.radius,

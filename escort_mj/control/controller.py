@@ -11,17 +11,21 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors.avoid_obstacles import avoidance
 from escort_mj.control.behaviors.chords import chord
+from escort_mj.control.behaviors.repulsion import repel
 from escort_mj.control.behaviors.surface import surface
+from escort_mj.control.behaviors.vertices import to_vertex, turn_figure
 from escort_mj.control.laws.sliding import is_winding_up, smooth_signs
 from escort_mj.control.noise import measure_with_noise
-from escort_mj.control.nsb import add_within_limit, compose, project
+from escort_mj.control.nsb import add_within_limit, compose, keep_along, project
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     CHORDS,
     LAST_TIME,
     MAX_CYCLES,
     MAX_LEVELS,
+    REPULSION,
     STARTED,
+    VERTICES,
     Plan,
     State,
 )
@@ -39,35 +43,48 @@ def evaluate(plan: Plan, state: State) -> None:
         plan: What the controller is told.
         state: Its state; `tau` is the force demanded, `disturbance` the force that the plant is to add.
     """
-    advance(plan, state)
+    moved = advance(plan, state)
     follow_time(plan, state)
     measure(plan, state)
     n, p = state.q.shape
     for i in range(n):
         for k in range(p):
             state.e[i, k] = state.q_d[i, k] - state.q_measured[i, k]
+    if moved and plan.vertices.shape[0] > 0:
+        turn_figure(state.q_measured, state.target_position, plan.vertices, state.rotation)
     for i in range(n):
         outer_loop(i, plan, state)
     inner_loop(plan, state)
 
 
 @inlined
-def advance(plan: Plan, state: State) -> None:
-    """Integrates reference position and estimate over the step since the last evaluation (eqs. 8, 10)."""
+def advance(plan: Plan, state: State) -> bool:
+    """Integrates reference position and estimate over the step since the last evaluation (eqs. 8, 10).
+
+    Returns:
+        Whether this is the first evaluation at the present time.
+    """
     n, p = state.q.shape
     time, clock = state.time[0], state.clock
+    moved = False
     if clock[STARTED] == 0.0:
+        moved = True
         for i in range(n):
             for k in range(p):
                 state.q_d[i, k] = state.q[i, k]
                 state.rho_hat[i, k] = plan.rho_hat_0
+        for a in range(p):
+            for b in range(p):
+                state.rotation[a, b] = 1.0 if a == b else 0.0
         clock[STARTED] = 1.0
     elif time > clock[LAST_TIME]:
+        moved = True
         for i in range(n):
             for k in range(p):
                 state.q_d[i, k] += plan.timestep * state.q_d_rate[i, k]
                 state.rho_hat[i, k] += plan.timestep * state.rho_hat_rate[i, k]
     clock[LAST_TIME] = time
+    return moved
 
 
 @inlined
@@ -147,6 +164,26 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
                     parts[level, k] = 0.0
             continue
         highest_escort = level
+        if row[0] == VERTICES or row[0] == REPULSION:
+            if row[0] == VERTICES:
+                weights[0] = to_vertex(
+                    i, state.q_measured, state.target_position, plan.radius, row[1],
+                    plan.vertices, state.rotation, directions[0], parts[level],
+                )  # fmt: skip
+            else:
+                weights[0] = repel(
+                    i, state.q_measured, state.target_position, plan.radius, row[1],
+                    directions[0], parts[level],
+                )  # fmt: skip
+            for lower in range(level + 1, levels):
+                keep_along(directions[0], weights[0], parts[lower])
+            if avoiding:
+                for k in range(p):
+                    relative[k] = feedforward[k] - state.target_velocity[k] * plan.target_feedforward
+                keep_along(directions[0], weights[0], relative)
+                for k in range(p):
+                    feedforward[k] = state.target_velocity[k] * plan.target_feedforward + relative[k]
+            continue
         cycles = 1
         if row[0] == CHORDS:
             cycles = plan.predecessors.shape[0]

@@ -48,6 +48,23 @@ def spacing(count: int, axes: int, radius: float) -> float | None:
     return 2.0 * radius * math.sin(math.pi / count) if axes == 2 else math.sqrt(2.0) * radius
 
 
+def widest_spacing(count: int, axes: int, radius: float) -> float:
+    """Distance [m] that nearest neighbors cannot exceed, whatever the formation; inf for a single robot.
+
+    The polygon's edge in the plane; in space the bound of Fejes Toth (1943), attained by 3, 4, 6 and 12.
+
+    Args:
+        count: Number of robots.
+        axes: Dimension of the space.
+        radius: Distance to the target [m].
+    """
+    if count < 2:
+        return math.inf
+    if axes == 2 or count == 2:
+        return 2.0 * radius * math.sin(math.pi / count)
+    return radius * math.sqrt(4.0 - 1.0 / math.sin(math.pi * count / (6.0 * (count - 2))) ** 2)
+
+
 def arrange(
     positions: NDArray[np.float64],
     center: NDArray[np.float64],

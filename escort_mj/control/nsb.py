@@ -68,6 +68,18 @@ def project(cycles: int, directions: Array, weights: Array, part: Array) -> None
 
 
 @inlined
+def keep_along(direction: Array, weight: float, part: Array) -> None:
+    """Does part <- (x x^T / |x|^2) part, in place: what a task that fills the tangent space leaves."""
+    axes = part.shape[0]
+    along = 0.0
+    for k in range(axes):
+        along += direction[k] * part[k]
+    along *= weight
+    for k in range(axes):
+        part[k] = along * direction[k]
+
+
+@inlined
 def add_within_limit(total: Array, part: Array, max_speed: float) -> None:
     """Adds as much of a part as the speed limit leaves: total + alpha part, alpha in [0, 1] at its largest.
 

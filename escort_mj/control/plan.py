@@ -12,7 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Chords
+from escort_mj.control.behaviors import (
+    AvoidObstacles,
+    BehaviorParameters,
+    Chords,
+    Repulsion,
+    Surface,
+    Vertices,
+)
 from escort_mj.control.laws.sliding import SMOOTHINGS
 from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
@@ -25,7 +32,8 @@ Array = NDArray[np.float64]
 MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
 SCALARS = 32
 LEVEL_SIZE = 6
-AVOID_OBSTACLES, CHORDS, SURFACE = 0.0, 1.0, 2.0
+AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
+KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 MAX_CYCLES = 2
 MAX_LEVELS = 8
 CLOCK_SIZE = 8
@@ -54,6 +62,7 @@ class Plan(NamedTuple):
     chord_length: float
     ladder: Array  # (levels, LEVEL_SIZE): kind, then the behavior's own numbers
     predecessors: Array  # (cycles, n)
+    vertices: Array  # (n, p), unit vectors; (0, p) where no behavior asks for them
     obstacle_position: Array  # (m, p)
     obstacle_radius: Array  # (m,)
     robot_radius: Array  # (n,)
@@ -99,6 +108,7 @@ class State(NamedTuple):
     q_d_rate: Array  # (n, p)
     rho_hat_rate: Array  # (n, p)
     force_before: Array  # (n, p): force of the step before, for its variation
+    rotation: Array  # (p, p): of the even figure
     clock: Array  # (CLOCK_SIZE,): see the constants below
     switching: Array  # (n * p,): scratch, the smoothed sign of s
     stack: Array  # (2 * STACK_DEPTH,): scratch of `program.evaluate`
@@ -127,23 +137,26 @@ def pack(setup: Setup, stride: int, coordinates: int) -> Array:
         disturbance_span[:, 0] += len(code)
         code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
     predecessors = setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n))
+    vertices = setup.figure.vertices if setup.figure else np.zeros((0, p))
     gains, law = setup.law.gains(), setup.law
 
     header = np.zeros(SCALARS)
     header[:10] = [
         MAGIC, n, p, m, coordinates, len(setup.behaviors), len(predecessors), len(code), len(pieces), stride,
     ]  # fmt: skip
-    header[10:27] = [
+    header[10:28] = [
         setup.timestep, setup.seed, setup.radius, setup.target_feedforward, setup.max_speed,
         gains.kp, gains.kd, gains.k, gains.mu, gains.rho_hat_0,
         law.slope, law.boundary_layer, SMOOTHINGS.index(law.smoothing), law.anti_windup,
         setup.noise_position, setup.noise_velocity,
         setup.arrangement.length if setup.arrangement else 0.0,
+        len(vertices),
     ]  # fmt: skip
     blocks = (
         header,
         np.array([_level(setup, behavior) for behavior in setup.behaviors]),
         predecessors,
+        vertices,
         setup.obstacle_position,
         setup.obstacle_radius,
         setup.robot_radius,
@@ -167,8 +180,7 @@ def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
             behavior.measure == "surface",
             behavior.gain == "printed",
         ]
-    kind = CHORDS if isinstance(behavior, Chords) else SURFACE
-    return [kind, behavior.gain, 0.0, 0.0, 0.0, 0.0]
+    return [KINDS[type(behavior)], behavior.gain, 0.0, 0.0, 0.0, 0.0]
 
 
 @shared
@@ -196,6 +208,7 @@ def unpack_plan(address: int, axes: int) -> Plan:
     levels, cycles, instructions, pieces = int(x[5]), int(x[6]), int(x[7]), int(x[8])
     at, ladder = _take(address + DOUBLE * SCALARS, levels, LEVEL_SIZE)
     at, predecessors = _take(at, cycles, n)
+    at, vertices = _take(at, int(x[27]), p)
     at, obstacle_position = _take(at, m, p)
     at, obstacle_radius = _take(at, 1, m)
     at, robot_radius = _take(at, 1, n)
@@ -209,8 +222,8 @@ def unpack_plan(address: int, axes: int) -> Plan:
         x[15], x[16], x[17], x[18], x[19],
         x[20], x[21], int(x[22]), x[23] != 0.0,
         x[24], x[25], x[26],
-        ladder, predecessors, obstacle_position, obstacle_radius[0], robot_radius[0], force_limit[0],
-        target, disturbance, code, table,
+        ladder, predecessors, vertices, obstacle_position, obstacle_radius[0],
+        robot_radius[0], force_limit[0], target, disturbance, code, table,
     )  # fmt: skip
 
 
@@ -251,6 +264,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, q_d_rate = _take(at, n, p)
     at, rho_hat_rate = _take(at, n, p)
     at, force_before = _take(at, n, p)
+    at, rotation = _take(at, p, p)
     at, clock = _take(at, 1, CLOCK_SIZE)
     at, switching = _take(at, 1, n * p)
     at, stack = _take(at, 1, 2 * STACK_DEPTH)
@@ -260,7 +274,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
         robot_distance_min[0], obstacle_clearance_worst[0], robot_clearance_worst[0],
         contacts[0], contact_force[0], contact_onsets[0],
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
-        q_d_rate, rho_hat_rate, force_before, clock[0], switching[0], stack[0],
+        q_d_rate, rho_hat_rate, force_before, rotation, clock[0], switching[0], stack[0],
     )  # fmt: skip
 
 
@@ -268,4 +282,4 @@ def state_size(plan: Array) -> int:
     """Length of the state vector that belongs to a packed plan."""
     n, p, m, nq = (int(size) for size in plan[1:5])
     record = record_size({"robot": n, "axis": p, "obstacle": m, "coordinate": nq})
-    return record + 4 * n * p + CLOCK_SIZE + 2 * STACK_DEPTH
+    return record + 4 * n * p + p * p + CLOCK_SIZE + 2 * STACK_DEPTH

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
@@ -115,6 +115,62 @@ def escort(behavior: Chords | Surface, q: Array, c: Array, setup: Setup) -> tupl
         v_c, projector_c = resolve(jacobian, behavior.gain * (0.5 * length**2 - sigma))
         velocity, projector = velocity + v_c, projector + projector_c
     return velocity, projector
+
+
+def spread(
+    behavior: Vertices | Repulsion, q: Array, c: Array, rotation: Array, setup: Setup
+) -> tuple[Array, Array]:
+    """Velocity and null space of a behavior that moves robots along the sphere (remark 1).
+
+    Its task is all that is tangential: J is the projector on the tangent spaces, shape (p n, p n).
+
+    Args:
+        behavior: Its parameters.
+        q: Positions.
+        c: Position of the target, shape (p,) [m].
+        rotation: Of the even figure, shape (p, p).
+        setup: Gives the radius and the figure.
+
+    Returns:
+        Velocity, shape (p n,) [m/s], and projector, shape (p n, p n).
+    """
+    x = q - c
+    radial = block_diagonal(x)
+    tangential = np.eye(q.size) - np.linalg.pinv(radial) @ radial
+    if isinstance(behavior, Vertices):
+        assert setup.figure is not None
+        wish = behavior.gain * (setup.radius * setup.figure.vertices @ rotation.T - x)
+    else:
+        u = directions(x)
+        offset = u[:, None] - u
+        apart = np.linalg.norm(offset, axis=2)
+        with np.errstate(divide="ignore"):
+            weight = np.where(apart > 1e-12, apart**-3.0, 0.0)
+        weight[:, np.linalg.norm(x, axis=1) == 0.0] = 0.0
+        push = (tangential @ np.einsum("ij,ijk->ik", weight, offset).ravel()).reshape(q.shape) / len(q)
+        push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
+        speed = np.linalg.norm(push, axis=1, keepdims=True)
+        wish = behavior.gain * setup.radius * push / np.maximum(speed, 1.0)
+    return tangential @ wish.ravel(), np.eye(q.size) - tangential
+
+
+def directions(x: Array) -> Array:
+    """Unit vectors, zero where x is zero; shape of x."""
+    length = np.linalg.norm(x, axis=1, keepdims=True)
+    return np.divide(x, length, out=np.zeros_like(x), where=length > 0.0)
+
+
+def turned(rotation: Array, q: Array, c: Array, vertices: Array) -> Array:
+    """One step of the rotation that fits the even figure to the robots, shape (p, p).
+
+    A skew step to where the correlation of robots and turned vertices is symmetric, then one Newton-Schulz
+    step back to the rotations.
+    """
+    m = directions(q - c).T @ vertices @ rotation.T
+    if np.trace(m) <= 0.0:
+        return rotation
+    rotation = rotation + (m - m.T) / np.trace(m) @ rotation
+    return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))
 
 
 def intrusion(avoid: AvoidObstacles, q: Array, setup: Setup) -> tuple[Array, Array]:
@@ -231,6 +287,7 @@ class ReferenceController:
         self.q_d = np.array(q0, dtype=np.float64)
         self.rho_hat = np.full_like(self.q_d, self.gains.rho_hat_0)
         self._time: float | None = None
+        self._rotation = np.eye(self.setup.axes)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
 
@@ -243,7 +300,8 @@ class ReferenceController:
             v: True velocities, shape (n, p) [m/s].
         """
         setup, law = self.setup, self.setup.law
-        if self._time is not None and t > self._time:
+        moved = self._time is None or t > self._time
+        if self._time is not None and moved:
             self.q_d = self.q_d + setup.timestep * self._q_d_rate
             self.rho_hat = self.rho_hat + setup.timestep * self._rho_hat_rate
         self._time = t
@@ -255,6 +313,8 @@ class ReferenceController:
         if setup.disturbance is not None:
             push += setup.disturbance.position(t)
 
+        if moved and setup.figure is not None:
+            self._rotation = turned(self._rotation, q_m, target, setup.figure.vertices)
         e = self.q_d - q_m
         v_d, active = self._outer_loop(q_m, v_m, e, target, target_velocity)
         e_dot = v_d - v_m
@@ -302,7 +362,10 @@ class ReferenceController:
                 velocity, projector, active = avoidance(behavior, q, v, e, setup)
                 carried, place, avoiding = projector @ carried, place + 1, avoiding | active
             else:
-                velocity, projector = escort(behavior, q, c, setup)
+                if isinstance(behavior, Vertices | Repulsion):
+                    velocity, projector = spread(behavior, q, c, self._rotation, setup)
+                else:
+                    velocity, projector = escort(behavior, q, c, setup)
                 carried, place = c_dot + projector @ (carried - c_dot), 0
             parts = [velocity, *(projector @ part for part in parts)]
         parts.insert(place, carried)

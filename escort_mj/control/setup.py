@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
 from escort_mj.control.formation import Arrangement
 from escort_mj.control.laws import LawParameters
+from escort_mj.control.thomson import Figure
 
 Array = NDArray[np.float64]
 
@@ -52,6 +53,7 @@ class Setup:
         noise_velocity: Radius of the velocity noise's ball [m/s].
         target: Position and velocity of the target [m].
         disturbance: External force on every robot [N]; None for none.
+        figure: The even figure that vertices keeps; None without vertices.
     """
 
     timestep: float
@@ -70,6 +72,7 @@ class Setup:
     noise_velocity: float
     target: FunctionOfTime
     disturbance: FunctionOfTime | None
+    figure: Figure | None = None
 
     @property
     def count(self) -> int:
@@ -87,7 +90,18 @@ class Setup:
             return 0.0
         if avoid.teammate_distance is not None:
             return avoid.teammate_distance
-        if self.arrangement is None:
+        spacing = self.edges[1]
+        if not len(spacing):
             return avoid.safe_distance
         bodies = 2.0 * float(self.robot_radius.max()) if avoid.measure == "surface" else 0.0
-        return min(avoid.safe_distance, max(0.5 * (self.arrangement.length - bodies), 0.0))
+        return min(avoid.safe_distance, max(0.5 * (float(spacing.min()) - bodies), 0.0))
+
+    @property
+    def edges(self) -> tuple[NDArray[np.int64], Array]:
+        """Neighbors in the formation, as robots from 0, shape (edges, 2), and the distances to keep [m]."""
+        if self.arrangement is not None:
+            pairs = self.arrangement.pairs
+            return pairs, np.full(len(pairs), self.arrangement.length)
+        if self.figure is not None:
+            return self.figure.edges, self.radius * self.figure.lengths
+        return np.zeros((0, 2), dtype=np.int64), np.zeros(0)

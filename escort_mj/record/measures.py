@@ -50,7 +50,7 @@ def spacing_error(trace: xarray.Dataset) -> np.ndarray | None:
     if not len(pairs):
         return None
     q = trace["q"].values
-    return np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2) - trace.attrs["spacing"]
+    return np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2) - trace["spacing"].values
 
 
 def _at(trace: xarray.Dataset, values: np.ndarray, place: np.intp, name: Callable[[int], str]) -> Measure:

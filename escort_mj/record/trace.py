@@ -28,7 +28,8 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         samples: Shape (k, record_size); no NaN.
         sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`.
         labels: `obstacles` (names), `robot_radius` (n,), `obstacle_radius` (m,), `obstacle_position` (m, p),
-            `force_limit` (n,), `neighbors` (edges, 2) as robot numbers, and `attributes` of the dataset
+            `force_limit` (n,), `neighbors` (edges, 2) as robot numbers, `spacing` (edges,),
+            and `attributes` of the dataset
             (texts and numbers; None is left out).
 
     Returns:
@@ -85,6 +86,11 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
             ("edge", "end"),
             np.asarray(labels["neighbors"], "int32").reshape(-1, 2),
             _said("1", "robots at the two ends of each edge of the formation"),
+        ),
+        "spacing": (
+            "edge",
+            np.asarray(labels["spacing"], float).reshape(-1),
+            _said("m", "distance that the robots at the ends of each edge are to keep"),
         ),
     }
     return xarray.Dataset(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 
-from escort_mj.control.behaviors import AvoidObstacles, Chords
-from escort_mj.control.formation import chords_exist, spacing
+from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Vertices
+from escort_mj.control.formation import chords_exist, widest_spacing
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.check_motion import check_motion
 from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
@@ -65,7 +65,6 @@ def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
 def check_formation(scenario: Scenario) -> Iterator[Finding]:
     """The behaviors suit the number of robots and their size."""
     count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
-    edge = spacing(count, axes, mission.radius)
     behaviors = list(enumerate(mission.behaviors))
     robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
     body = scenario.target.radius + robot_radius
@@ -74,6 +73,15 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
             ("mission", "radius"),
             f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",
             related=(("target", "radius"), ("robots", "radius")),
+        )
+    spread = any(isinstance(behavior, Chords | Vertices | Repulsion) for _, behavior in behaviors)
+    edge = widest_spacing(count, axes, mission.radius) if spread else math.inf
+    if edge <= 2.0 * robot_radius:
+        yield Finding(
+            ("mission", "radius"),
+            f"found {mission.radius:g} m, which puts neighbors {edge:.3g} m apart; expected more than "
+            f"their diameter, {2.0 * robot_radius:g} m",
+            related=(("robots", "radius"), ("robots", "count")),
         )
     for index, chords in behaviors:
         if not isinstance(chords, Chords):
@@ -84,27 +92,19 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(
                 path,
                 f"chords has no even formation of {count} robots in {axes} axes; expected {needed} robots, "
-                "or leave chords out of mission.behaviors",
+                "or vertices, which spreads any number, in its place",
                 related=(("robots", "count"), ("robots", "positions"), ("mission", "behaviors"), ("axes",)),
-            )
-        elif edge is not None and edge <= 2.0 * robot_radius:
-            yield Finding(
-                ("mission", "radius"),
-                f"found {mission.radius:g} m, which puts neighbors {edge:.3g} m apart; expected more than "
-                f"their diameter, {2.0 * robot_radius:g} m",
-                related=(("robots", "radius"), ("robots", "count")),
             )
         if chords.order is not None and sorted(chords.order) != list(range(1, count + 1)):
             yield Finding(
                 (*path, "order"),
                 f"found {list(chords.order)[:20]}; expected each robot from 1 to {count} once",
             )
-    has_chords = any(isinstance(behavior, Chords) for _, behavior in behaviors)
     for index, avoid in behaviors:
-        if not isinstance(avoid, AvoidObstacles) or avoid.teammate_distance is None or not has_chords:
+        if not isinstance(avoid, AvoidObstacles) or avoid.teammate_distance is None:
             continue
         reach = avoid.teammate_distance + (2.0 * robot_radius if avoid.measure == "surface" else 0.0)
-        if avoid.teammates and edge is not None and reach > edge:
+        if avoid.teammates and reach > edge:
             yield Finding(
                 ("mission", "behaviors", index, "teammate_distance"),
                 f"found {avoid.teammate_distance:g} m, which reaches beyond the formation's neighbors at "

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.control.behaviors import AvoidObstacles, Surface, Vertices
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.parameters import Parameters
 from escort_mj.scenario.fields import BODY_NAME, RUN_NAME, Behavior, Component, Law, Mass, Radius, Vector
@@ -121,7 +121,7 @@ class Mission(Parameters):
     """Distance to keep from the target [m]."""
     behaviors: Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=8)] = (
         AvoidObstacles(),
-        Chords(),
+        Vertices(),
         Surface(),
     )
     """Behaviors by priority, the most important first: names, or tables with a name and parameters."""

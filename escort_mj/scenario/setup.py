@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from escort_mj.control.behaviors import Chords
+from escort_mj.control.behaviors import Chords, Vertices
 from escort_mj.control.formation import Arrangement, arrange
 from escort_mj.control.setup import Setup
+from escort_mj.control.thomson import Figure, figure
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory
@@ -34,6 +35,7 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         target_feedforward=scenario.mission.target_feedforward,
         max_speed=scenario.mission.max_speed or math.inf,
         arrangement=_arrangement(scenario, robots, target.position(0.0)),
+        figure=_figure(scenario, robots, target.position(0.0)),
         obstacle_position=np.array(obstacles, dtype=float).reshape(-1, scenario.axes),
         obstacle_radius=np.array([obstacle.radius for obstacle in scenario.obstacles], dtype=float),
         robot_radius=robots.radius,
@@ -50,4 +52,11 @@ def _arrangement(scenario: Scenario, robots: Team, center: np.ndarray) -> Arrang
     for behavior in scenario.mission.behaviors:
         if isinstance(behavior, Chords):
             return arrange(robots.position, center, scenario.mission.radius, behavior.order)
+    return None
+
+
+def _figure(scenario: Scenario, robots: Team, center: np.ndarray) -> Figure | None:
+    """The even figure for the vertices behavior, where the mission has it."""
+    if any(isinstance(behavior, Vertices) for behavior in scenario.mission.behaviors):
+        return figure(robots.position, center)
     return None

@@ -15,7 +15,9 @@ from escort_mj.control.formation import (
     arrange,
     chords_exist,
     spacing,
+    widest_spacing,
 )
+from escort_mj.control.thomson import even_points
 
 PAPER_2D = np.array([(5, 10), (-5, 5), (-5, -5), (5, -10), (5, 0)], dtype=float)
 PAPER_3D = np.array(
@@ -181,3 +183,13 @@ def test_no_arrangement(count: int, axes: int) -> None:
     assert spacing(count, axes, 5.0) is None
     with pytest.raises(ValueError, match=f"{count} robots in {axes} axes"):
         arrange(np.ones((count, axes)), np.zeros(axes), 5.0)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 6, 8, 12, 20, 32])
+def test_no_figure_in_space_is_wider_than_the_bound(count: int) -> None:
+    points = even_points(count, 3)
+    distance = np.linalg.norm(points[:, None] - points, axis=2) + 9.0 * np.eye(count)
+    bound = widest_spacing(count, 3, 2.0)
+    assert 2.0 * distance.min() <= bound + 1e-6
+    if count in (3, 4, 6, 12):
+        assert 2.0 * distance.min() == pytest.approx(bound, abs=1e-5)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
 from escort_mj.control.controller import evaluate
 from escort_mj.control.formation import arrange, chords_exist
 from escort_mj.control.laws import ApdSmc, Asmc, PdSmc
@@ -14,11 +14,13 @@ from escort_mj.control.plan import State, pack, state_size, unpack_plan, unpack_
 from escort_mj.control.program import Op
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.setup import Setup
+from escort_mj.control.thomson import figure
 from escort_mj.kernels import kernel
 
 TOLERANCE = 1e-10
 
 AVOID, CHORDS, SURFACE = AvoidObstacles(safe_distance=2.5), Chords(), Surface()
+VERTICES, REPULSION = Vertices(), Repulsion()
 LADDERS = (
     (AVOID, CHORDS, SURFACE),
     (AVOID, SURFACE, CHORDS),
@@ -31,6 +33,13 @@ LADDERS = (
     (AVOID,),
     (CHORDS,),
     (SURFACE,),
+    (AVOID, VERTICES, SURFACE),
+    (AVOID, REPULSION, SURFACE),
+    (SURFACE, VERTICES),
+    (VERTICES, AVOID, SURFACE),
+    (REPULSION, AVOID, SURFACE),
+    (REPULSION,),
+    (CHORDS, VERTICES, SURFACE),
 )
 
 
@@ -108,6 +117,7 @@ def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[S
         noise_velocity=0.01,
         target=Wave(rng, axes),
         disturbance=Wave(rng, axes),
+        figure=figure(q, np.zeros(axes)),
     )
     return setup, q, v
 

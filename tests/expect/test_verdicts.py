@@ -30,11 +30,12 @@ def escort(errors, end=10.0):
             "target_position": (("time", "axis"), np.zeros((rows, 2))),
             "work": (("time", "robot"), np.zeros((rows, robots))),
             "neighbors": (("edge", "end"), np.zeros((0, 2), int)),
+            "spacing": ("edge", np.zeros(0)),
             "contacts": ("time", np.zeros(rows, int)),
             "contact_onsets": ("time", np.zeros(rows, int)),
         },
         coords={"time": np.linspace(0.0, end, rows), "obstacle": np.zeros(0, str)},
-        attrs={"mission_radius": RADIUS, "spacing": 0.0},
+        attrs={"mission_radius": RADIUS},
     )
 
 

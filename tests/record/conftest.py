@@ -50,18 +50,19 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "obstacle_position": [[float(j)] * sizes["axis"] for j in range(m)],
         "force_limit": [10.0] * n,
         "neighbors": [[i, i + 1] for i in range(1, n)],
+        "spacing": 1.0,
         "attributes": {
             "title": "synthetic",
             "description": "",
             "seed": 2**53 - 1,
             "mission_radius": 5.0,
-            "spacing": 1.0,
             "version_numpy": np.__version__,
             "version_platform": "some machine",
         },
     }
     for key, value in changes.items():
         (labels if key in labels else labels["attributes"])[key] = value
+    labels["spacing"] = np.broadcast_to(labels["spacing"], len(labels["neighbors"])).tolist()
     return labels
 
 

@@ -13,13 +13,18 @@ def test_default_scenario_passes():
 
 
 def test_all_faults_with_their_keys_and_without_lines():
-    scenario = Scenario(recording={"rate": 60.0}, expect=({"metric": "contacts"},), robots={"count": 1})
+    scenario = Scenario(
+        recording={"rate": 60.0},
+        expect=({"metric": "contacts"},),
+        robots={"count": 1},
+        mission={"behaviors": ("chords",)},
+    )
     with pytest.raises(ScenarioError) as caught:
         check_scenario(scenario)
     assert [fault.key for fault in caught.value.faults] == [
         "recording.rate",
         "expect[0]",
-        "mission.behaviors[1]",
+        "mission.behaviors[0]",
     ]
     assert {fault.line for fault in caught.value.faults} == {0}
 

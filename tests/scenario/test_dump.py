@@ -53,7 +53,7 @@ def test_it_is_complete_and_easy_to_read():
     assert "robots:\n  count: null\n" in text
     assert "  positions:\n    - [8.0, 0.0]\n    - [-8.0, 0.0]\n" in text
     assert "controller:\n  law: asmc\n  slope: 20.0\n" in text
-    assert "    - behavior: chords\n      gain: 0.8\n      order: null\n" in text
+    assert "    - behavior: vertices\n      gain: 0.8\n" in text
     assert text.startswith("version: 1\nname: mission\n")
 
 

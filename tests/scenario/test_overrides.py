@@ -40,7 +40,7 @@ def test_items_of_lists_that_are_left_to_their_defaults():
     scenario = overridden("mission.behaviors.1.gain=2", "robots.overrides[0].robot=3")
     assert [behavior.behavior for behavior in scenario.mission.behaviors] == [
         "avoid_obstacles",
-        "chords",
+        "vertices",
         "surface",
     ]
     assert scenario.mission.behaviors[1].gain == 2.0

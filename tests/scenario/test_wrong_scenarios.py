@@ -292,14 +292,14 @@ WRONG = [
     ),
     (
         "chords in space",
-        "axes: 3\nrobots: {count: 5}\n",
-        "2:17: mission.behaviors[1]: ",
-        "expected 6 robots, or leave",
+        "axes: 3\nrobots: {count: 5}\nmission: {behaviors: [chords]}\n",
+        "3:23: mission.behaviors[0]: ",
+        "expected 6 robots, or vertices",
     ),
     (
         "chords of one robot",
-        "robots: {count: 1}\n",
-        "1:17: mission.behaviors[1]: ",
+        "robots: {count: 1}\nmission: {behaviors: [chords]}\n",
+        "2:23: mission.behaviors[0]: ",
         "expected at least 2 robots",
     ),
     (

@@ -2,9 +2,11 @@
 
 from escort_mj.control.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.control.behaviors.chords import Chords
+from escort_mj.control.behaviors.repulsion import Repulsion
 from escort_mj.control.behaviors.surface import Surface
+from escort_mj.control.behaviors.vertices import Vertices
 
-BEHAVIORS = (AvoidObstacles, Chords, Surface)
-BehaviorParameters = AvoidObstacles | Chords | Surface
+BEHAVIORS = (AvoidObstacles, Chords, Vertices, Repulsion, Surface)
+BehaviorParameters = AvoidObstacles | Chords | Vertices | Repulsion | Surface
 
-__all__ = ["BEHAVIORS", "AvoidObstacles", "BehaviorParameters", "Chords", "Surface"]
+__all__ = ["BEHAVIORS", "AvoidObstacles", "BehaviorParameters", "Chords", "Repulsion", "Surface", "Vertices"]

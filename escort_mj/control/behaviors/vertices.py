@@ -1,0 +1,128 @@
+"""Spread to the vertices of the even figure (paper remark 1), each robot to its own, for any n and any p.
+
+The figure is turned to fit the robots at every step, so that nobody is told where it points: only the
+tangential distance to the own vertex is a task. It is orthogonal to the surface task by construction, which
+is the paper's condition for tasks without conflict (eq. 19).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.control.parameters import Parameters
+from escort_mj.kernels import inlined, matrix_at, stack_memory
+
+Array = NDArray[np.float64]
+
+
+class Vertices(Parameters):
+    """Spreads any number of robots evenly: the vertices of the figure of least Coulomb energy."""
+
+    behavior: Literal["vertices"] = "vertices"
+    gain: PositiveFloat = 0.8
+    """Gain of the tangential distance to the vertex [1/s]."""
+
+
+@inlined
+def turn_figure(q: Array, center: Array, vertices: Array, rotation: Array) -> None:
+    """One step of the rotation that fits the figure to the robots, from the step before.
+
+    With H the correlation of robots and vertices and M = H R^T, R is best where M is symmetric; a skew step
+    (M - M^T) / tr M brings it there, and one Newton-Schulz step keeps R a rotation.
+
+    Args:
+        q: Measured positions, shape (n, p) [m].
+        center: Position of the target, shape (p,) [m].
+        vertices: Unit vector of each robot's vertex in the figure's own frame, shape (n, p).
+        rotation: R, shape (p, p); changed in place.
+    """
+    n, p = q.shape
+    memory = stack_memory()
+    m = matrix_at(memory, p, p)
+    old = matrix_at(memory + 8 * p * p, p, p)
+    for a in range(p):
+        for b in range(p):
+            m[a, b] = 0.0
+            old[a, b] = rotation[a, b]
+    for i in range(n):
+        square = 0.0
+        for a in range(p):
+            square += (q[i, a] - center[a]) * (q[i, a] - center[a])
+        if square == 0.0:
+            continue
+        inverse = 1.0 / math.sqrt(square)
+        for b in range(p):
+            vertex = 0.0
+            for c in range(p):
+                vertex += rotation[b, c] * vertices[i, c]
+            for a in range(p):
+                m[a, b] += inverse * (q[i, a] - center[a]) * vertex
+    trace = 0.0
+    for a in range(p):
+        trace += m[a, a]
+    if trace <= 0.0:
+        return
+    for a in range(p):
+        for b in range(p):
+            total = 0.0
+            for c in range(p):
+                total += (m[a, c] - m[c, a]) * old[c, b]
+            rotation[a, b] = old[a, b] + total / trace
+    for a in range(p):
+        for b in range(p):
+            total = 0.0
+            for c in range(p):
+                total += rotation[c, a] * rotation[c, b]
+            m[a, b] = (3.0 if a == b else 0.0) - total
+            old[a, b] = rotation[a, b]
+    for a in range(p):
+        for b in range(p):
+            total = 0.0
+            for c in range(p):
+                total += old[a, c] * m[c, b]
+            rotation[a, b] = 0.5 * total
+
+
+@inlined
+def to_vertex(
+    robot: int, q: Array, center: Array, radius: float, gain: float, vertices: Array, rotation: Array,
+    direction: Array, part: Array,
+) -> float:  # fmt: skip
+    """Velocity toward the robot's vertex, along the sphere.
+
+    Args:
+        robot: Which robot, from 0.
+        q: Measured positions, shape (n, p) [m].
+        center: Position of the target, shape (p,) [m].
+        radius: Distance to keep from the target [m].
+        gain: Gain [1/s].
+        vertices: Unit vectors in the figure's own frame, shape (n, p).
+        rotation: The figure's rotation, shape (p, p).
+        direction: Result, shape (p,): x = q_i - c, which the task leaves to lower priorities.
+        part: Result, shape (p,): the tangential velocity [m/s].
+
+    Returns:
+        1 / |x|^2 [1/m^2]; 0 where x is 0.
+    """
+    p = q.shape[1]
+    square = 0.0
+    for k in range(p):
+        direction[k] = q[robot, k] - center[k]
+        square += direction[k] * direction[k]
+    weight = 1.0 / square if square > 0.0 else 0.0
+    along = 0.0
+    for k in range(p):
+        vertex = 0.0
+        for c in range(p):
+            vertex += rotation[k, c] * vertices[robot, c]
+        part[k] = gain * (radius * vertex - direction[k])
+        along += part[k] * direction[k]
+    along *= weight
+    for k in range(p):
+        part[k] -= along * direction[k]
+    return weight

@@ -1,0 +1,155 @@
+"""Even points on a sphere in any dimension: the Thomson problem, solved once and kept (paper remark 1).
+
+The tests ask for the best known energies of 4, 5, 6, 8, 12, 20 and 32 points in space.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+STARTS = 24  # random starts of the optimiser
+LARGE = 64  # from so many points on, few starts: the energies of the minima lie close together
+ROTATIONS = 200  # starts of the search for the best assignment
+
+
+class Figure(NamedTuple):
+    """An even figure, and the place of each robot in it.
+
+    Attributes:
+        vertices: Unit vector of each robot's place, turned to where the robots start, shape (n, p).
+        edges: Nearest neighbors, lower robot first, shape (edges, 2).
+        lengths: Distance of each edge on the unit sphere, shape (edges,).
+    """
+
+    vertices: Array
+    edges: NDArray[np.int64]
+    lengths: Array
+
+
+def energy(points: Array) -> float:
+    """Coulomb energy sum 1 / |x_i - x_j| of unit vectors, shape (n, p)."""
+    i, j = np.triu_indices(len(points), 1)
+    return float((1.0 / np.linalg.norm(points[i] - points[j], axis=1)).sum())
+
+
+@lru_cache(maxsize=64)
+def even_points(count: int, axes: int) -> Array:
+    """Points of least energy on the unit sphere, shape (count, axes): a regular polygon where axes is 2.
+
+    Found by many starts of an optimiser, and kept in the user's cache.
+    """
+    if count == 1:
+        return np.eye(1, axes)
+    if axes == 2:
+        angle = 2.0 * math.pi * np.arange(count) / count
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    path = platformdirs.user_cache_path("escort_mj") / "figures" / f"{axes}-{count}.npy"
+    try:
+        kept = np.load(path, allow_pickle=False)
+        if kept.shape == (count, axes):
+            return np.asarray(kept, dtype=float)
+    except (OSError, ValueError):
+        pass
+    points = _solve(count, axes)
+    _keep(path, points)
+    return points
+
+
+def _keep(path: Path, points: Array) -> None:
+    """Writes a solution for next time, where the cache can be written."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(f".{os.getpid()}-{path.name}")
+        np.save(temporary, points)
+        os.replace(temporary, path)
+    except OSError:
+        pass
+
+
+def _solve(count: int, axes: int) -> Array:
+    """Least energy over many starts of L-BFGS on unnormalised points."""
+    from scipy.optimize import minimize
+
+    def loss(flat: Array) -> tuple[float, Array]:
+        raw = flat.reshape(count, axes)
+        length = np.linalg.norm(raw, axis=1, keepdims=True)
+        x = raw / length
+        offset = x[:, None] - x[None]
+        distance = np.linalg.norm(offset, axis=2) + np.eye(count)
+        inverse = 1.0 / distance - np.eye(count)
+        push = -(offset * (inverse / distance**2)[:, :, None]).sum(axis=1)
+        slope = (push - (push * x).sum(axis=1, keepdims=True) * x) / length
+        return 0.5 * float(inverse.sum()), slope.ravel()
+
+    best: tuple[float, Array] | None = None
+    for start in range(STARTS if count < LARGE else 3):
+        random = np.random.Generator(np.random.Philox(start)).random((count, axes))
+        found = minimize(
+            loss, (2.0 * random - 1.0).ravel(), jac=True, method="L-BFGS-B",
+            options={"maxiter": 5000, "maxfun": 20000, "ftol": 1e-15, "gtol": 1e-9},
+        )  # fmt: skip
+        if best is None or found.fun < best[0] - 1e-9:
+            points = found.x.reshape(count, axes)
+            best = (float(found.fun), points / np.linalg.norm(points, axis=1, keepdims=True))
+    assert best is not None
+    return best[1]
+
+
+def figure(positions: Array, center: Array) -> Figure:
+    """The even figure for a team, turned and assigned so that the robots have the least way to go.
+
+    Args:
+        positions: Initial positions, shape (n, p) [m].
+        center: Initial position of the target, shape (p,) [m].
+    """
+    count, axes = positions.shape
+    offset = positions - center
+    directions = offset / np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-12)
+    vertices = _nearest_placing(even_points(count, axes), directions)
+    i, j = np.triu_indices(count, 1)
+    distance = np.linalg.norm(vertices[i] - vertices[j], axis=1)
+    nearest = np.full(count, np.inf)
+    np.minimum.at(nearest, i, distance)
+    np.minimum.at(nearest, j, distance)
+    edge = distance <= 1.2 * np.maximum(nearest[i], nearest[j]) if count > 1 else np.zeros(0, dtype=bool)
+    return Figure(vertices, np.stack([i[edge], j[edge]], axis=1).astype(np.int64), distance[edge])
+
+
+def _nearest_placing(points: Array, directions: Array) -> Array:
+    """Rotates points and gives one to each direction: assignment and rotation in turn, many times."""
+    from scipy.optimize import linear_sum_assignment
+
+    axes = points.shape[1]
+    random = np.random.Generator(np.random.Philox(0))
+    best: tuple[float, Array] | None = None
+    for trial in range(ROTATIONS):
+        rotation = np.eye(axes) if trial == 0 else _rotation(random.standard_normal((axes, axes)))
+        for _ in range(30):
+            turned = points @ rotation.T
+            placed = points[linear_sum_assignment(directions @ turned.T, maximize=True)[1]]
+            fitted = _rotation(directions.T @ placed)
+            if np.allclose(fitted, rotation, atol=1e-12):
+                break
+            rotation = fitted
+        alignment = float((directions * (placed @ rotation.T)).sum())
+        if best is None or alignment > best[0] + 1e-9:
+            best = (alignment, placed @ rotation.T)
+    assert best is not None
+    return best[1]
+
+
+def _rotation(matrix: Array) -> Array:
+    """The proper rotation nearest to a matrix (Kabsch)."""
+    u, _, vt = np.linalg.svd(matrix)
+    u[:, -1] *= np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    return np.asarray(u @ vt)
