@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -61,10 +62,12 @@ def check_team(scenario: Scenario) -> Iterator[Finding]:
 
 
 def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
-    """No two obstacles of one name."""
+    """No two obstacles of one name, and none with a name that the world has for something else."""
     seen: dict[str, int] = {}
     for index, obstacle in enumerate(scenario.obstacles):
         name = obstacle.name or f"obstacle_{index + 1}"
+        if name in ("target", "world") or re.fullmatch(r"robot_\d+", name):
+            yield Finding(("obstacles", index, "name"), f"found {name}; robots, target and world have theirs")
         if name in seen:
             yield Finding(("obstacles", index, "name"), f"found {name} again; obstacles[{seen[name]}] has it")
         seen.setdefault(name, index)

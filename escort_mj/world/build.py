@@ -17,12 +17,13 @@ from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import graft, load_part, new_root
-from escort_mj.world.wiring import Group, wire
+from escort_mj.world.wiring import PLAN_SIZE, Group, wire
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
 STANDARD_GRAVITY = 9.81
 PATH_SAMPLES = 500
+MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 
 @dataclass(frozen=True)
@@ -81,10 +82,10 @@ def build(scenario: Scenario) -> World:
     plan = pack(setup, stride, coordinates)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
-    root.custom.add("numeric", name="escort_plan", data=plan)
-    wiring = root.custom.add("numeric", name="escort_wiring", data=np.zeros(1))
+    plan[PLAN_SIZE] = len(plan)
+    _add_numbers(root, "escort_plan", plan)
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
-    wiring.data = wire(model, len(robots.mass))
+    _add_numbers(root, "escort_wiring", wire(model, len(robots.mass)))
     xml = root.to_xml_string()
     sizes = {
         "robot": len(robots.mass),
@@ -93,6 +94,16 @@ def build(scenario: Scenario) -> World:
         "coordinate": coordinates,
     }
     return World(mujoco.MjModel.from_xml_string(xml), xml, setup, robots, stride, sizes)
+
+
+def _add_numbers(root: Any, name: str, numbers: NDArray[Any]) -> None:
+    """Adds numbers to what the model carries; MuJoCo reads few at once, and keeps all one behind another.
+
+    Numbers too small to be normal are none: MuJoCo's reader refuses them.
+    """
+    numbers = np.where(np.abs(numbers) < np.finfo(float).tiny, 0.0 * numbers, numbers)
+    for part, first in enumerate(range(0, len(numbers), MOST_NUMBERS), 1):
+        root.custom.add("numeric", name=f"{name}_{part}", data=numbers[first : first + MOST_NUMBERS])
 
 
 def _set_physics(root: Any, scenario: Scenario) -> None:

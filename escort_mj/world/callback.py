@@ -26,7 +26,7 @@ from escort_mj.control.plan import MAGIC, axes_of, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE, OPTIONS, double_at, inlined, int_at, pointer_at, vector_at
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.watch import watch
-from escort_mj.world.wiring import unpack_wiring
+from escort_mj.world.wiring import wiring_behind
 
 INT = 4  # bytes
 
@@ -38,7 +38,7 @@ def callbacks() -> tuple[Any, Any]:
     Field offsets are variables of this closure: numba keys its cache by them, as it would not by globals.
     """
     m_numbers = offset("mjModel", "nnumericdata")
-    m_numeric, m_numeric_address = offset("mjModel", "numeric_data"), offset("mjModel", "numeric_adr")
+    m_numeric = offset("mjModel", "numeric_data")
     m_cone = offset("mjModel", "opt.cone")
     d_time, d_userdata = offset("mjData", "time"), offset("mjData", "userdata")
     d_qpos, d_qvel, d_ctrl = offset("mjData", "qpos"), offset("mjData", "qvel"), offset("mjData", "ctrl")
@@ -58,9 +58,8 @@ def callbacks() -> tuple[Any, Any]:
 
     @inlined
     def wiring_of(m: int) -> Any:
-        """The wiring that a model carries beside its plan."""
-        second = int_at(pointer_at(m + m_numeric_address) + INT)
-        return unpack_wiring(pointer_at(m + m_numeric) + DOUBLE * second)
+        """The wiring that a model carries behind its plan."""
+        return wiring_behind(pointer_at(m + m_numeric))
 
     @inlined
     def control(m: int, d: int, axes: int) -> None:

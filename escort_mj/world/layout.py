@@ -69,8 +69,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     """
     for field in ("qpos", "qvel", "ctrl", "userdata", "qfrc_applied", "actuator_force", "mocap_pos"):
         _compare("mjData", field, data._address, ctypes.c_void_p, getattr(data, field).ctypes.data)
-    for field in ("numeric_data", "numeric_adr"):
-        _compare("mjModel", field, model._address, ctypes.c_void_p, getattr(model, field).ctypes.data)
+    _compare("mjModel", "numeric_data", model._address, ctypes.c_void_p, model.numeric_data.ctypes.data)
     _compare("mjModel", "nnumericdata", model._address, ctypes.c_int, model.nnumericdata)
     _compare("mjData", "time", data._address, ctypes.c_double, data.time)
     _check_contacts()

@@ -9,9 +9,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.plan import SCALARS
 from escort_mj.kernels import DOUBLE, shared, vector_at
 
 Array = NDArray[np.float64]
+
+
+PLAN_SIZE = SCALARS - 1  # place in the plan of its own length: the wiring stands behind it
 
 
 class Group(IntEnum):
@@ -59,6 +63,12 @@ def wire(model: mujoco.MjModel, robots: int) -> Array:
     return np.concatenate(
         [[robots, model.ngeom], model.jnt_qposadr[joints], model.jnt_dofadr[joints], groups]
     ).astype(float)
+
+
+@shared
+def wiring_behind(plan: int) -> Wiring:
+    """Views the wiring that stands behind the plan at an address."""
+    return unpack_wiring(plan + DOUBLE * int(vector_at(plan, SCALARS)[PLAN_SIZE]))
 
 
 @shared

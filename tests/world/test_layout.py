@@ -99,7 +99,6 @@ CHECKED = (
     ("mjData", "contact"),
     ("mjData", "efc_force"),
     ("mjModel", "numeric_data"),
-    ("mjModel", "numeric_adr"),
     ("mjModel", "nnumericdata"),
     ("mjModel", "opt.cone"),
     ("mjContact", "dim"),
