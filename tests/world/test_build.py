@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from escort_mj.control.plan import pack
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.schema import Scenario
 from escort_mj.world.build import World, build, obstacle_names
 from escort_mj.world.callback import native_loop
@@ -301,3 +303,14 @@ def test_many_robots() -> None:
     assert plant.data.time == pytest.approx(0.04) and np.isfinite(plant.record).any()
     assert np.array_equal(plant.state.q_measured, plant.state.q)
     assert np.abs(plant.state.tau).max() > 0.0
+
+
+@pytest.mark.parametrize("name", ["target", "world", "robot_1", "robot_99"])
+def test_obstacles_take_no_name_of_the_worlds_own_bodies(name: str) -> None:
+    with pytest.raises(ScenarioError, match=f"found {name}; "):
+        parse_scenario(f"obstacles: [{{position: [30, 30], name: {name}}}]")
+
+
+def test_numbers_too_small_to_be_normal_are_none() -> None:
+    scenario = Scenario.model_validate({**PLANAR, "uncertainty": {"disturbance": [1e-320, 1.0]}})
+    assert build(scenario).model.nu == 6
