@@ -106,6 +106,34 @@ def schema() -> None:
     typer.echo(json.dumps(json_schema(), indent=2))
 
 
+@app.command()
+def reproduce(
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FIG", help="A figure: 5 to 17, or laws; may be given many times."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Where runs, figures and table go.")] = Path(
+        "renders/reproduction"
+    ),
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    docs: Annotated[Path | None, typer.Option(help="Also write the table to this file of the docs.")] = None,
+    again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+) -> None:
+    """Run the paper's simulations, draw its figures, and say what of its claims holds.
+
+    Example: escort-mj reproduce --only 5 --only 6
+    """
+    from escort_mj import api
+    from escort_mj.report.reproduction import reproduce as reproduce_paper
+
+    with _progress("reproducing", " steps") as progress:
+        result = reproduce_paper(api.scenarios_folder(), out, only or (), workers, docs, again, progress)
+    for line in result.lines:
+        typer.echo(line)
+    typer.echo(f"wrote {_shown(out)}: {' '.join(result.written)}")
+    raise typer.Exit(GOOD if result.stated else BROKEN)
+
+
 def _report(result: Run) -> None:
     """Prints the outcome and the verdicts."""
     from escort_mj.expect.verdicts import verdict_lines

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
 from escort_mj import palette
 from escort_mj.errors import UsageError
@@ -40,8 +41,9 @@ if TYPE_CHECKING:
 
     from escort_mj.record.folder import StoredRun
 
-VISIBLE = 0.05  # of the radius: runs that stay closer to each other look alike
+VISIBLE = 0.03  # of what a figure spans: runs that stay closer to each other look alike
 LOUDER = 1.5  # times: tracking errors that differ by less look alike
+AT_ONCE = 0.02  # [s], one sample: where a logarithmic scale puts zero
 HEADROOM = 0.35  # inches, for the reading's name over each of two
 COLORS = {law: palette.from_hex(code) for law, code in zip(LAWS, ("0072B2", "D55E00", "7A7A7A"), strict=True)}
 MARKS = {"unlimited": "^", "limited": "s", "anti_windup": "o"}
@@ -86,7 +88,7 @@ def draw(drawing: Drawing) -> Path:
         for reading in SHOWN
     }
     first, second = (stored[reading] for reading in SHOWN)
-    if not differ(first.trace, second.trace, errors=shown.kind == "panels"):
+    if not differ(first.trace, second.trace, shown.kind):
         del stored[SHOWN[1]]
     kind = _kind(shown.kind, first.trace)
     title = f"Fig. {shown.key}: {LAWS[shown.law]}, {CASES[shown.case]}: {kind.words}"
@@ -96,24 +98,31 @@ def draw(drawing: Drawing) -> Path:
         for part, (reading, run) in zip(parts, stored.items(), strict=True):
             part.suptitle(READINGS[reading].words + _ending(run), fontsize=9.0, color=_ink(run))
             kind.draw(part, run.trace)
+        if shown.kind != "paths" and all(run.outcome["outcome"] == "completed" for run in stored.values()):
+            _same_scales([part.axes for part in parts])
     return path
 
 
-def differ(one: xarray.Dataset, other: xarray.Dataset, errors: bool) -> bool:
+def differ(one: xarray.Dataset, other: xarray.Dataset, kind: str) -> bool:
     """Whether two readings of one simulation look different.
 
     Args:
         one: A trace.
         other: Another of the same scenario but for its reading.
-        errors: Whether tracking errors are shown too.
+        kind: The figure's kind: what it spans, and whether it shows tracking errors.
     """
     if one.sizes["time"] != other.sizes["time"]:
         return True
-    apart = np.linalg.norm(one["q"].values - other["q"].values, axis=2).max()
-    if apart > VISIBLE * float(one.attrs["mission_radius"]):
+    low, high = paths.bounds(one)
+    span = float((high - low).max()) if kind == "paths" else 2.0 * float(one.attrs["mission_radius"])
+    apart = np.linalg.norm(one["q"].values - other["q"].values, axis=2)
+    if kind == "obstacles":  # far from obstacles nothing is shown
+        shown = one["obstacle_distance"].values.min(axis=2) < span
+        apart = apart[shown] if shown.any() else apart
+    if apart.max() > VISIBLE * span:
         return True
     time = one["time"].values
-    for name in ("e", "e_dot") if errors else ():
+    for name in ("e", "e_dot") if kind == "panels" else ():
         # What the bold curves show: the loudest robot's running rms.
         sizes = [np.linalg.norm(trace[name].values, axis=2).T for trace in (one, other)]
         loudest = [np.max([running_rms(time, curve) for curve in curves], axis=0) + 1e-6 for curves in sizes]
@@ -123,11 +132,21 @@ def differ(one: xarray.Dataset, other: xarray.Dataset, errors: bool) -> bool:
     return False
 
 
+def _same_scales(parts: Sequence[Sequence[Axes]]) -> None:
+    """The same scale for the same panel of each part, so that they can be compared by eye."""
+    for panels in zip(*parts, strict=True):
+        low, high = zip(*(axes.get_ylim() for axes in panels), strict=True)
+        inverted = low[0] > high[0]
+        for axes in panels:
+            axes.set_ylim((max if inverted else min)(low), (min if inverted else max)(high))
+            log_ticks(axes)
+
+
 def compare_laws(canvas: Figure, runs: Sequence[Measured]) -> None:
     """One panel per quantity: cases from left to right, a color per law, a mark per reading."""
     grid = canvas.subplots(3, 2, sharex=True)
     heads = {
-        "tracking_time": "Time until every |e| < 1 % of R",
+        "tracking_time": "Time until every |e| < 1 % of R (lowest: at once)",
         "settling_time": "Settling time, 5 % of R",
         "radius_error": "Tail error of the radius",
         "true_e_rms": "Tail rms |e|, without noise",
@@ -151,6 +170,20 @@ def compare_laws(canvas: Figure, runs: Sequence[Measured]) -> None:
     canvas.legend(handles, words, loc="outside lower center", ncols=4, columnspacing=1.3)
 
 
+def log_ticks(axes: Axes) -> None:
+    """Readable ticks of a logarithmic scale that spans little; leaves any other scale alone."""
+    if axes.get_yscale() != "log":
+        return
+    low, high = axes.get_ylim()
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    if high / low < 100:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
+        axes.yaxis.set_major_formatter("{x:g}")
+    else:
+        axes.yaxis.set_major_locator(LogLocator(numticks=6))
+        axes.yaxis.set_major_formatter(LogFormatterSciNotation())
+
+
 def _scatter(axes: Axes, name: str, runs: Sequence[Measured]) -> None:
     """One quantity of every run; what has no finite value stands as a cross on top."""
     for column in range(1, len(CASES)):
@@ -165,11 +198,13 @@ def _scatter(axes: Axes, name: str, runs: Sequence[Measured]) -> None:
         if value is None or not np.isfinite(value):
             axes.plot(x, 0.965, "x", transform=top, color=COLORS[law], markersize=4, clip_on=False)
         else:
+            value = max(value, AT_ONCE) if QUANTITIES[name].unit == "s" else value
             axes.plot(x, value, MARKS[reading], color=COLORS[law], markersize=3.4, markerfacecolor="white")
     axes.set_yscale("log")
     axes.set_xlim(-0.55, len(CASES) - 0.45)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * (high / low) ** 0.1)
+    log_ticks(axes)
 
 
 def _kind(name: str, trace: xarray.Dataset) -> Kind:
