@@ -146,7 +146,7 @@ def compare_laws(canvas: Figure, runs: Sequence[Measured]) -> None:
     """One panel per quantity: cases from left to right, a color per law, a mark per reading."""
     grid = canvas.subplots(3, 2, sharex=True)
     heads = {
-        "tracking_time": "Time until every |e| < 1 % of R (lowest: at once)",
+        "tracking_time": "Tracking time, |e| < 1 % of R (lowest: 0)",
         "settling_time": "Settling time, 5 % of R",
         "radius_error": "Tail error of the radius",
         "true_e_rms": "Tail rms |e|, without noise",

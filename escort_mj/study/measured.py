@@ -33,6 +33,7 @@ QUANTITIES = {
     "tracking_time": Quantity("s", "time after which every |e| stays below 1 % of R"),
     "error_peak": Quantity("m", "largest |e|"),
     "radius_error": Quantity("m", "tail mean of | |q - c| - R |"),
+    "radius_error_max": Quantity("m", "tail maximum of | |q - c| - R |"),
     "spacing_error": Quantity("m", "tail mean deviation of neighbors' distances from even"),
     "e_rms": Quantity("m", "tail rms of |e|, with the measurement noise in it"),
     "e_dot_rms": Quantity("m/s", "tail rms of |e_dot|, with the measurement noise in it"),
@@ -147,6 +148,7 @@ def _steady(tail: xarray.Dataset) -> dict[str, float | None]:
 
     return {
         "radius_error": measure("radius_error_mean", tail).value,
+        "radius_error_max": measure("radius_error_max", tail).value,
         "spacing_error": measure("spacing_error_mean", tail).value,
         "e_rms": measure("tracking_error_rms", tail).value,
         "e_dot_rms": measure("velocity_error_rms", tail).value,

@@ -6,7 +6,10 @@ import multiprocessing
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from typing import TypeVar
+
+from escort_mj.errors import EscortError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -40,6 +43,9 @@ def side_by_side(
 
     Returns:
         One result per item, in the order of the items.
+
+    Raises:
+        EscortError: If a process was killed; whatever the function itself raises.
     """
     workers = min(workers, len(items))
     results: list[Result] = []
@@ -60,5 +66,9 @@ def side_by_side(
             if progress is not None:
                 progress(len(items) - len(pending), len(items))
         return [future.result() for future in futures]
+    except BrokenProcessPool:
+        raise EscortError(
+            "a process was killed from outside (out of memory?); what had ended is kept: run this again"
+        ) from None
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

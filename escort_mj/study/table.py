@@ -15,6 +15,7 @@ HEADS = {
     "tracking_time": "tracks",
     "error_peak": "peak of e",
     "radius_error": "radius",
+    "radius_error_max": "radius, worst",
     "spacing_error": "spacing",
     "e_rms": "rms e",
     "e_dot_rms": "rms e_dot",

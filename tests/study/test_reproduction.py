@@ -1,11 +1,13 @@
 import json
 import math
+import os
+import signal
 from pathlib import Path
 
 import pytest
 
 from escort_mj.api import scenarios_folder
-from escort_mj.errors import UsageError
+from escort_mj.errors import EscortError, UsageError
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import dump_scenario, load_scenario
 from escort_mj.study import runs as study_runs
@@ -125,11 +127,21 @@ def test_results_come_in_the_order_of_the_items(workers):
     assert side_by_side(double, [], workers) == []
 
 
+def kill_itself(item):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_worker_that_is_killed_is_said_in_one_sentence():
+    with pytest.raises(EscortError, match="killed from outside"):
+        side_by_side(kill_itself, [1, 2], 2)
+
+
 VALUES = {
     "settling_time": 5.0,
     "tracking_time": 1.0,
     "error_peak": 0.1,
     "radius_error": 0.001,
+    "radius_error_max": 0.003,
     "spacing_error": 0.001,
     "e_rms": 0.014,
     "e_dot_rms": 0.016,
@@ -239,7 +251,7 @@ def test_the_table_is_complete_and_one_cell_stays_one_cell():
     text = markdown(runs)
     rows = [line.replace("\\|", "") for line in text.splitlines() if line.startswith("|")]
     assert len(rows) == (2 + len(CLAIMS)) + (2 + 21) + 3 * (2 + 21)
-    assert {line.count("|") for line in rows} == {9, 7, 18}
+    assert {line.count("|") for line in rows} == {9, 7, 19}
     assert "not run" in markdown(runs[:3])
 
 
