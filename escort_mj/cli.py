@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="escort-mj",
-    help="Multi-robot escort missions on real physics: one YAML in, a run with verdicts, figures and a video out.",
+    help="Multi-robot escort missions on real physics: one YAML in, verdicts, figures and a video out.",
     epilog="Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 the run diverged or broke.",
     no_args_is_help=True,
     add_completion=True,

@@ -76,7 +76,7 @@ SIGNALS: tuple[Signal, ...] = (
     ),
     Signal("contacts", (), "1", "most pairs of bodies touching at once since the previous sample"),
     Signal("contact_force", (), "N", "largest normal contact force since the previous sample"),
-    Signal("contact_onsets", (), "1", "touches begun so far"),
+    Signal("contact_onsets", (), "1", "touches begun so far, pair by pair"),
     Signal("saturated_time", ("robot",), "s", "time so far in which a motor was at its limit"),
     Signal("effort", ("robot",), "N^2 s", "integral so far of the squared force"),
     Signal("work", ("robot",), "J", "integral so far of |force . velocity|"),

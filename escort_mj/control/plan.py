@@ -35,6 +35,7 @@ LEVEL_SIZE = 6
 AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 MAX_CYCLES = 2
+PAIRS_PER_ROBOT = 8  # more touches than that at once are not told apart
 MAX_LEVELS = 8
 CLOCK_SIZE = 8
 
@@ -109,6 +110,9 @@ class State(NamedTuple):
     rho_hat_rate: Array  # (n, p)
     force_before: Array  # (n, p): force of the step before, for its variation
     rotation: Array  # (p, p): of the even figure
+    touching: (
+        Array  # (2, PAIRS_PER_ROBOT * n): keys of the pairs that touched in the step before, and in this
+    )
     clock: Array  # (CLOCK_SIZE,): see the constants below
     switching: Array  # (n * p,): scratch, the smoothed sign of s
     stack: Array  # (2 * STACK_DEPTH,): scratch of `program.evaluate`
@@ -265,6 +269,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, rho_hat_rate = _take(at, n, p)
     at, force_before = _take(at, n, p)
     at, rotation = _take(at, p, p)
+    at, touching = _take(at, 2, PAIRS_PER_ROBOT * n)
     at, clock = _take(at, 1, CLOCK_SIZE)
     at, switching = _take(at, 1, n * p)
     at, stack = _take(at, 1, 2 * STACK_DEPTH)
@@ -274,7 +279,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
         robot_distance_min[0], obstacle_clearance_worst[0], robot_clearance_worst[0],
         contacts[0], contact_force[0], contact_onsets[0],
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
-        q_d_rate, rho_hat_rate, force_before, rotation, clock[0], switching[0], stack[0],
+        q_d_rate, rho_hat_rate, force_before, rotation, touching, clock[0], switching[0], stack[0],
     )  # fmt: skip
 
 
@@ -282,4 +287,4 @@ def state_size(plan: Array) -> int:
     """Length of the state vector that belongs to a packed plan."""
     n, p, m, nq = (int(size) for size in plan[1:5])
     record = record_size({"robot": n, "axis": p, "obstacle": m, "coordinate": nq})
-    return record + 4 * n * p + p * p + CLOCK_SIZE + 2 * STACK_DEPTH
+    return record + 4 * n * p + p * p + 2 * PAIRS_PER_ROBOT * n + CLOCK_SIZE + 2 * STACK_DEPTH

@@ -51,6 +51,12 @@ def check_team(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(("robots", "placement"), "found both positions and placement; give one of them")
     first: dict[int, int] = {}
     for index, override in enumerate(robots.overrides):
+        if robots.kind == "rolling_sphere" and override.radius not in (None, robots.radius):
+            yield Finding(
+                ("robots", "overrides", index, "radius"),
+                f"found {override.radius:g} m beside {robots.radius:g} m; rolling spheres share one radius, "
+                "because distances of planar missions are measured at one height",
+            )
         path: Path = ("robots", "overrides", index, "robot")
         if override.robot > count:
             yield Finding(path, f"found robot {override.robot}; expected 1 to {count}")

@@ -15,7 +15,7 @@ from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import record_size
 
-MAX_STEPS = 1e9
+MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
 MAX_TRACE = 4 * 2**30  # bytes
 
 

@@ -12,7 +12,17 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 from escort_mj.control.behaviors import AvoidObstacles, Surface, Vertices
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.parameters import Parameters
-from escort_mj.scenario.fields import BODY_NAME, RUN_NAME, Behavior, Component, Law, Mass, Radius, Vector
+from escort_mj.scenario.fields import (
+    BODY_NAME,
+    RUN_NAME,
+    Behavior,
+    Component,
+    Force,
+    Law,
+    Mass,
+    Radius,
+    Vector,
+)
 from escort_mj.signals import METRIC_NAMES
 
 MAX_ROBOTS = 5000
@@ -74,7 +84,7 @@ class RobotOverride(Parameters):
     """Mass [kg]."""
     radius: Radius | None = None
     """Radius [m]."""
-    force_limit: PositiveFloat | None = None
+    force_limit: Force | None = None
     """Largest force per axis [N]."""
     position: Vector | None = None
     """Initial position [m]."""
@@ -91,7 +101,7 @@ class Robots(Parameters):
     """Mass of each [kg]."""
     radius: Radius = 0.2
     """Radius of each body [m]."""
-    force_limit: PositiveFloat | None = 10.0
+    force_limit: Force | None = 10.0
     """Largest force of each motor, one motor per axis [N]; null: no limit."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial positions, one row per robot [m]; null: drawn as `placement` says."""

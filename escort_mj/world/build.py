@@ -63,7 +63,7 @@ def build(scenario: Scenario) -> World:
     stride = round(1.0 / (scenario.recording.rate * scenario.physics.timestep))
     coordinates = len(robots.mass) * (7 if scenario.robots.kind == "rolling_sphere" else scenario.axes)
 
-    root = new_root("arena", scenario.name)
+    root = new_root("arena", "mission")
     _set_physics(root, scenario)
     if scenario.axes == 2:
         floor = load_part("floor").find("geom", "floor")

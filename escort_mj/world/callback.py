@@ -113,6 +113,8 @@ def callbacks() -> tuple[Any, Any]:
                 geom1, geom2 = int_at(contact + c_geoms), int_at(contact + c_geoms + INT)
                 if efc < 0 or geom1 < 0 or geom2 < 0 or group[geom1] == 0.0 or group[geom2] == 0.0:
                     continue
+                if touching < state.touching.shape[1]:
+                    state.touching[1, touching] = geom1 * group.shape[0] + geom2
                 touching += 1
                 dim = int_at(contact + c_dim)
                 rows = 2 * (dim - 1) if int_at(m + m_cone) == pyramidal and dim > 1 else 1

@@ -19,7 +19,8 @@ def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None
 
     Args:
         plan: Gives radii, limits, timestep and the sampling stride.
-        state: `q`, `v`, `tau`, `force` of this step are read; the record's worst and totals are written.
+        state: `q`, `v`, `tau`, `force` and the keys of the pairs that touch in this step are read; the
+            record's worst and totals are written.
         contacts: Pairs of bodies that touch in this step.
         contact_force: Their largest normal force [N].
     """
@@ -38,9 +39,25 @@ def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None
     state.contacts[0] = max(state.contacts[0], contacts)
     state.contact_force[0] = max(state.contact_force[0], contact_force)
     if not again:
-        state.contact_onsets[0] += max(contacts - clock[CONTACTS_BEFORE], 0.0)
-        clock[CONTACTS_BEFORE] = contacts
+        state.contact_onsets[0] += _onsets(state, min(contacts, state.touching.shape[1]))
         _watch_effort(plan, state, first)
+
+
+@inlined
+def _onsets(state: State, contacts: int) -> int:
+    """How many of this step's touching pairs did not touch in the step before, which they then become."""
+    before, now = state.touching[0], state.touching[1]
+    known = int(state.clock[CONTACTS_BEFORE])
+    begun = 0
+    for c in range(contacts):
+        old = False
+        for k in range(known):
+            old = old or before[k] == now[c]
+        begun += 0 if old else 1
+    for c in range(contacts):
+        before[c] = now[c]
+    state.clock[CONTACTS_BEFORE] = contacts
+    return begun
 
 
 @inlined

@@ -33,7 +33,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         axes=axes,
         target={"position": draw(st.none() | st.tuples(*[numbers | expressions] * axes))},
         robots={"positions": draw(st.none() | st.lists(vector, min_size=1, max_size=3))},
-        obstacles=[{"position": draw(vector), "radius": draw(st.floats(1e-9, 1e3))}],
+        obstacles=[{"position": draw(vector), "radius": draw(st.floats(1e-3, 1e3))}],
         mission={"max_speed": draw(st.none() | st.floats(1e-6, 1e6))},
         controller={"law": draw(st.sampled_from(["apd_smc", "asmc"])), "slope": draw(st.floats(1e-3, 1e3))},
         expect=[{"metric": "contacts", "at_most": draw(st.floats(allow_nan=False, allow_infinity=False))}],

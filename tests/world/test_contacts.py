@@ -81,13 +81,7 @@ def test_contacts_are_those_of_mujoco(keys, steps, least, cone, make_world, drif
     onsets = np.cumsum(
         [len(now - before) for before, now in zip([set(), *_pairs(seen)], _pairs(seen), strict=False)]
     )
-    if keys is not CROWD:
-        np.testing.assert_array_equal(record["contact_onsets"], onsets)
-    elif not np.array_equal(record["contact_onsets"], onsets):
-        missed = onsets[-1] - record["contact_onsets"][-1]
-        pytest.xfail(
-            f"{missed:.0f} of {onsets[-1]} touches began in a step in which others ended: not counted"
-        )
+    np.testing.assert_array_equal(record["contact_onsets"], onsets)
 
 
 def _pairs(seen: list) -> list[set]:
@@ -173,30 +167,4 @@ def test_one_touch_that_relieves_another_is_an_onset(drifting, record_steps) -> 
 
     record = record_steps(world, 110, launch)
     assert np.flatnonzero(record["contacts"]).tolist() == [60, 61]
-    if record["contact_onsets"][-1] != 2:
-        pytest.xfail("onsets are counted by the number of touches, not pair by pair")
-
-
-def test_clearance_of_rolling_spheres_of_unlike_size(make_world) -> None:
-    """Their centers are at unlike heights, and surfaces are farther apart than seen from above."""
-    robots = {"kind": "rolling_sphere", "positions": [[3, 0]], "overrides": [{"robot": 1, "radius": 0.6}]}
-    world = make_world(
-        robots=robots,
-        obstacles=[{"position": [1.5, 0], "radius": 0.3}],
-        mission={"radius": 0.5, "behaviors": ["surface"]},
-        recording={"rate": 500},
-    )
-    with native_loop():
-        plant = Plant(world)
-        while not plant.state.contacts[0]:
-            plant.step(1)
-            assert plant.data.time < 5.0
-        dist = min(
-            contact.dist
-            for contact in plant.data.contact
-            if "floor" not in {world.model.geom(int(g)).name for g in contact.geom}
-        )
-        clearance = plant.state.obstacle_clearance_worst[0]
-    assert clearance <= dist + 1e-12, "a clearance may err to the safe side alone"
-    if clearance < dist - 1e-3:
-        pytest.xfail(f"clearance {clearance:.3f} m where surfaces are {dist:.4f} m apart: seen from above")
+    assert record["contact_onsets"][-1] == 2
