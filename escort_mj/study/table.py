@@ -10,6 +10,7 @@ from escort_mj.study.measured import QUANTITIES, TAIL, Measured
 from escort_mj.study.reproduction import CASES, LAWS, READINGS
 
 SHORT = {True: "yes", False: "no", None: "-"}
+VERSUS = ["case", "reading", "faster", "times", "more precise", "tail errors"]
 HEADS = {
     "settling_time": "settles",
     "tracking_time": "tracks",
@@ -49,7 +50,13 @@ def table(runs: Sequence[Measured]) -> dict[str, Any]:
         "readings": {name: reading.words for name, reading in READINGS.items()},
         "quantities": {name: quantity._asdict() for name, quantity in QUANTITIES.items()},
         "claims": claims,
-        "comparison": [_compared(case, readings[reading], reading) for case in CASES for reading in READINGS],
+        "comparison": [
+            _compared(case, readings[reading], reading, other)
+            for other in LAWS
+            if other != "apd_smc"
+            for case in CASES
+            for reading in READINGS
+        ],
         "runs": [
             {
                 "name": run.simulation.name,
@@ -72,16 +79,13 @@ def by_reading(runs: Iterable[Measured]) -> dict[str, Runs]:
     return dict(found)
 
 
-def _compared(case: str, runs: Runs, reading: str) -> dict[str, Any]:
-    """Whether APD-SMC is faster and more precise than ASMC in one case, in one reading."""
-    ours, theirs = runs.get((case, "apd_smc")), runs.get((case, "asmc"))
-    both = ours is not None and theirs is not None
-    return {
-        "case": case,
-        "reading": reading,
-        "faster": better(ours, theirs, SPEED) if both else None,  # type: ignore[arg-type]
-        "more_precise": better(ours, theirs, PRECISION) if both else None,  # type: ignore[arg-type]
-    }
+def _compared(case: str, runs: Runs, reading: str, other: str) -> dict[str, Any]:
+    """Whether APD-SMC is faster and more precise than another law in one case, in one reading."""
+    ours, theirs = runs.get((case, "apd_smc")), runs.get((case, other))
+    answers: dict[str, bool | None] = {"faster": None, "more_precise": None}
+    if ours is not None and theirs is not None:
+        answers = {"faster": better(ours, theirs, SPEED), "more_precise": better(ours, theirs, PRECISION)}
+    return {"case": case, "reading": reading, "than": other, **answers}
 
 
 def markdown(runs: Sequence[Measured]) -> str:
@@ -113,7 +117,13 @@ def markdown(runs: Sequence[Measured]) -> str:
         "APD-SMC / ASMC. Times: until the formation settles; until references are tracked. Tail errors: of",
         "the radius; |e|; |e_dot|.",
         "",
-        *_rows(["case", "reading", "faster", "times", "more precise", "tail errors"], _versus(runs)),
+        *_rows(VERSUS, _versus(runs, "asmc")),
+        "",
+        "## Does the adaptation help?",
+        "",
+        "APD-SMC / PD-SMC, the same law without it; the columns are the same.",
+        "",
+        *_rows(VERSUS, _versus(runs, "pd_smc")),
         "",
         "## Everything that was measured",
         "",
@@ -146,12 +156,12 @@ def _claim_rows(claims: Iterable[dict[str, Any]]) -> Iterator[list[str]]:
         ]
 
 
-def _versus(runs: Iterable[Measured]) -> Iterator[list[str]]:
+def _versus(runs: Iterable[Measured], other: str) -> Iterator[list[str]]:
     readings = by_reading(runs)
     for case in CASES:
         for reading, words in READINGS.items():
             ours = readings[reading].get((case, "apd_smc"))
-            theirs = readings[reading].get((case, "asmc"))
+            theirs = readings[reading].get((case, other))
             if ours is None or theirs is None:
                 yield [CASES[case], words.words, "-", "not run", "-", "not run"]
                 continue
