@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import llvmlite.binding
 import numba
 import numpy as np
 import platformdirs
@@ -57,6 +58,10 @@ def _cache_folder() -> str:
     return tempfile.mkdtemp(prefix="escort_mj-kernels-")
 
 
+# LLVM's model of Zen 3 and later unrolls the law's short loops until they miss the instruction cache:
+# tuned as for Zen 2, with all features of the machine, a controlled step takes 6 % less.
+if numba.config.CPU_NAME is None and llvmlite.binding.get_host_cpu_name() in ("znver3", "znver4", "znver5"):
+    numba.config.CPU_NAME = "znver2"
 if "NUMBA_CACHE_DIR" not in os.environ:
     numba.config.CACHE_DIR = _cache_folder()
 

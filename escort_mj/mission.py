@@ -163,7 +163,7 @@ def _examine(block: Array, plant: Plant, bound: float, scenario: Scenario) -> tu
 
 @contextlib.contextmanager
 def _interruptible() -> Iterator[list[str]]:
-    """Turns Ctrl-C and a polite kill into a note, so that the run ends in order; a second one ends it at once."""
+    """Turns Ctrl-C and a polite kill into a note, so that the run ends in order; a second ends it."""
     notes: list[str] = []
 
     def note(number: int, frame: Any) -> None:
