@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
+from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from escort_mj import palette
 from escort_mj.errors import UsageError
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 VISIBLE = 0.03  # of what a figure spans: runs that stay closer to each other look alike
 LOUDER = 1.5  # times: tracking errors that differ by less look alike
 AT_ONCE = 0.02  # [s], one sample: where a logarithmic scale puts zero
+ZOOM = 1.18  # of a view in space
 HEADROOM = 0.35  # inches, for the reading's name over each of two
 COLORS = {law: palette.from_hex(code) for law, code in zip(LAWS, ("0072B2", "D55E00", "7A7A7A"), strict=True)}
 MARKS = {"unlimited": "^", "limited": "s", "anti_windup": "o"}
@@ -98,6 +100,10 @@ def draw(drawing: Drawing) -> Path:
         for part, (reading, run) in zip(parts, stored.items(), strict=True):
             part.suptitle(READINGS[reading].words + _ending(run), fontsize=9.0, color=_ink(run))
             kind.draw(part, run.trace)
+            for axes in part.axes:
+                if isinstance(axes, Axes3D):  # its labels need more room in half of a figure
+                    limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
+                    axes.set_box_aspect(np.ptp(limits, axis=1), zoom=ZOOM)
         if shown.kind != "paths" and all(run.outcome["outcome"] == "completed" for run in stored.values()):
             _same_scales([part.axes for part in parts])
     return path
