@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from importlib.resources import files
 from pathlib import Path
 
-from escort_mj.errors import RenderError
+from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, Run, fly
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import Scenario
@@ -22,6 +23,12 @@ def scenarios_folder() -> Path:
     return package / "scenarios" if (package / "scenarios").is_dir() else package.parent / "scenarios"
 
 
+def shipped_scenarios() -> list[str]:
+    """Names of the scenarios that come with the package."""
+    folder = scenarios_folder()
+    return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.yaml"))
+
+
 def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:
     """Reads and checks a scenario.
 
@@ -31,11 +38,15 @@ def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Sc
 
     Raises:
         ScenarioError: With every fault of the file at once.
+        UsageError: If there is neither such a file nor such a shipped scenario.
     """
     name = os.fspath(path)
-    shipped = scenarios_folder() / f"{name}.yaml"
-    if not Path(name).exists() and not name.endswith((".yaml", ".yml")) and shipped.is_file():
-        path = shipped
+    if not Path(name).exists() and not name.endswith((".yaml", ".yml")):
+        if name not in shipped_scenarios():
+            close = difflib.get_close_matches(name, shipped_scenarios(), 1)
+            hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(shipped_scenarios())}"
+            raise UsageError(f"{name}: there is no such file or shipped scenario; {hint}")
+        path = scenarios_folder() / f"{name}.yaml"
     return _load_file(path, overrides)
 
 
@@ -63,8 +74,8 @@ def run(
         scenario = load_scenario(scenario)
     if out is None:
         return fly(scenario, None, progress)
-    folder = RunFolder.create(Path(out))
-    result = fly(scenario, folder, progress)
+    with RunFolder.create(Path(out)) as folder:
+        result = fly(scenario, folder, progress)
     if figures:
         from escort_mj.report.figures import draw_figures
 

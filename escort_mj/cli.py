@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from escort_mj.errors import EscortError
+from escort_mj.errors import EscortError, ScenarioError
 
 if TYPE_CHECKING:
     from escort_mj.mission import Run
@@ -50,14 +50,16 @@ def run(
 ) -> None:
     """Run one scenario and write its run folder.
 
-    Example: escort-mj run main --set controller.law=asmc --set duration=20 --no-video
+    Example: escort-mj run main --set controller=asmc --set mission.max_speed=1 --no-video
     """
     from escort_mj import api
     from escort_mj.record.folder import RunFolder
 
     mission = api.load_scenario(scenario, overrides or ())
-    folder = RunFolder.create(out if out is not None else Path("renders") / mission.name)
-    with _progress("simulating", " s") as progress:
+    with (
+        RunFolder.create(out if out is not None else Path("renders") / mission.name) as folder,
+        _progress("simulating", " s") as progress,
+    ):
         result = api.fly(mission, folder, progress)
     _report(result)
     written = ["scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
@@ -89,13 +91,14 @@ def show(
     run_folder: Annotated[Path, typer.Argument(help="A run folder.", exists=True, file_okay=False)],
 ) -> None:
     """Say what a run folder holds; recovers the trace of a run that was killed."""
+    from escort_mj.expect.verdicts import Verdict, verdict_lines
     from escort_mj.record.folder import open_run
 
     stored = open_run(run_folder)
     typer.echo(f"{_shown(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}")
     typer.echo(f"trace: {stored.trace.sizes['time']} samples of {stored.trace.sizes['robot']} robots")
-    for verdict in stored.verdicts:
-        typer.echo(f"  {'pass' if verdict['passed'] else 'FAIL'}  {verdict['message']}")
+    for line in verdict_lines([Verdict(**verdict) for verdict in stored.verdicts]):
+        typer.echo(line)
 
 
 @app.command()
@@ -202,12 +205,24 @@ def _shown(path: Path) -> str:
 
 
 def main() -> None:
-    """Entry point: runs a command; errors that the user can cause become one message and an exit code."""
+    """Entry point: runs a command; errors become one message and an exit code, never a traceback."""
     try:
         app()
-    except EscortError as error:
-        typer.echo(f"escort-mj: {error}" if "\n" not in str(error) else str(error), err=True)
+    except ScenarioError as error:
+        typer.echo(str(error), err=True)
         sys.exit(error.exit_code)
+    except EscortError as error:
+        typer.echo(f"escort-mj: {error}", err=True)
+        sys.exit(error.exit_code)
+    except Exception as error:
+        if os.environ.get("ESCORT_MJ_TRACEBACK"):
+            raise
+        typer.echo(
+            f"escort-mj: the program broke: {type(error).__name__}: {error}\n"
+            "ESCORT_MJ_TRACEBACK=1 shows where; please report it.",
+            err=True,
+        )
+        sys.exit(BROKEN)
 
 
 if __name__ == "__main__":

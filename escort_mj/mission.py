@@ -141,6 +141,9 @@ def _examine(block: Array, plant: Plant, bound: float, scenario: Scenario) -> tu
     # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
     finite = ~np.isnan(block).any(axis=1) & np.isfinite(block[:, 1 : 1 + 12 * n * p]).all(axis=1)
     keep = len(block) if finite.all() else int(np.argmin(finite))
+    if warnings := plant.warnings():
+        words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
+        return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
     place = 1 + 12 * n * p
     target = block[:keep, place : place + p]
     distance = np.linalg.norm(block[:keep, 1 : 1 + n * p].reshape(-1, n, p) - target[:, None], axis=2)
@@ -155,9 +158,6 @@ def _examine(block: Array, plant: Plant, bound: float, scenario: Scenario) -> tu
     if keep < len(block):
         moment = f" after {block[keep - 1, 0]:.2f} s" if keep else ""
         return keep, Outcome.DIVERGED, f"the state is no longer a number{moment}"
-    if warnings := plant.warnings():
-        words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
-        return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
     return keep, Outcome.COMPLETED, ""
 
 

@@ -1,0 +1,113 @@
+"""The user's way: commands, their exit codes, and what they print."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import escort_mj.cli as cli
+
+FIVE_LINES = """\
+name: five
+duration: 2
+robots: {count: 5}
+target: {position: ["0.2*t", 0]}
+expect: [{metric: contacts, at_most: 0}]
+"""
+
+
+def call(monkeypatch, capfd, *arguments: str) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of a command, run in this process."""
+    monkeypatch.setattr(sys, "argv", ["escort-mj", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    out, err = capfd.readouterr()
+    assert "Traceback" not in out + err
+    return int(stop.value.code or 0), out, err
+
+
+@pytest.fixture
+def command(monkeypatch, capfd, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "five.yaml").write_text(FIVE_LINES)
+    return lambda *arguments: call(monkeypatch, capfd, *arguments)
+
+
+QUIET = ("--no-video", "--no-figures")
+
+
+def test_a_good_run(command, tmp_path: Path) -> None:
+    code, out, err = command("run", "five.yaml", *QUIET)
+    assert code == 0 and err == ""
+    assert "five: completed" in out and "pass  contacts" in out
+    folder = tmp_path / "renders" / "five"
+    written = {"scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json", "outcome.json"}
+    assert {path.name for path in folder.iterdir()} == written
+    verdicts = json.loads((folder / "verdicts.json").read_text())
+    assert [verdict["metric"] for verdict in verdicts] == ["outcome", "contacts"]
+    code, out, _ = command("show", str(folder))
+    assert code == 0 and "101 samples of 5 robots" in out and "pass  contacts" in out
+
+
+def test_a_failed_verdict(command) -> None:
+    code, out, _ = command(
+        "run", "five.yaml", *QUIET, "--set", "expect=[{metric: settling_time, at_most: 0.1}]"
+    )
+    assert code == 1 and "FAIL  settling_time" in out and "at most 0.1 s" in out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "maim"), 'did you mean "main"?'),
+        (("run", "zzz"), "paper/case1_2d"),
+        (("run", "missing.yaml"), "missing.yaml"),
+        (("run", "five.yaml", "--set", "robots.masss=2"), 'did you mean "mass"?'),
+        (("run", "five.yaml", "--set", "physics.integrator=RK4"), "four times a step"),
+        (("run", "five.yaml", "--nonsense"), "No such option"),
+        (("fly", "five.yaml"), "No such command"),
+        (("show", "."), "run folder"),
+        (("run", "five.yaml", "--out", "."), "holds files but no run"),
+    ],
+)
+def test_bad_input_is_one_message_and_exit_code_2(command, arguments, words) -> None:
+    code, _, err = command(*arguments)
+    assert code == 2 and words in err
+
+
+def test_a_diverged_run(command, tmp_path: Path) -> None:
+    code, out, _ = command(
+        "run", "paper/case1_3d", *QUIET, "--set", "controller.anti_windup=false", "--out", "div"
+    )
+    assert code == 3 and "diverged" in out
+    code, out, _ = command("show", "div")
+    assert code == 0 and "diverged" in out
+
+
+def test_a_program_error_is_one_message(command, monkeypatch) -> None:
+    monkeypatch.setattr("escort_mj.mission.build", lambda scenario: 1 / 0)
+    code, _, err = command("run", "five.yaml", *QUIET)
+    assert code == 3 and "ZeroDivisionError" in err
+    assert json.loads(Path("renders/five/outcome.json").read_text())["outcome"] == "failed"
+
+
+def test_schema_is_the_shipped_one(command) -> None:
+    code, out, _ = command("schema")
+    shipped = Path(__file__).parent.parent / "scenarios" / "schema.json"
+    assert code == 0 and json.loads(out) == json.loads(shipped.read_text())
+
+
+def test_help_names_the_commands_and_exit_codes(command) -> None:
+    code, out, _ = command("--help")
+    assert code == 0
+    for word in ("run", "show", "render", "reproduce", "schema", "1 a verdict failed"):
+        assert word in out
+
+
+def test_it_starts_without_loading_what_draws() -> None:
+    script = "import sys, escort_mj.cli, escort_mj; print(sorted(set(sys.modules) & set(sys.argv[1:])))"
+    heavy = ["matplotlib", "mediapy", "mujoco", "xarray", "h5py", "numba", "pandas"]
+    done = subprocess.run([sys.executable, "-c", script, *heavy], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,162 @@
+"""Whole runs: what is sampled, how runs end, and that they repeat to the bit."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+import escort_mj
+from escort_mj import Outcome
+from escort_mj.record.folder import RunFolder
+
+SHORT = ["duration=3", "expect=[]"]
+
+
+def run(name: str, *overrides: str, out: Path | None = None) -> escort_mj.Run:
+    return escort_mj.run(escort_mj.load_scenario(name, [*SHORT, *overrides]), out, figures=False, video=False)
+
+
+@pytest.mark.parametrize("name", ["main", "paper/case1_3d"])
+def test_all_control_signals_of_a_sample_belong_to_one_evaluation(name: str) -> None:
+    result = run(name)
+    trace = result.trace
+    np.testing.assert_array_equal(trace.e, trace.q_d - trace.q_measured)
+    np.testing.assert_array_equal(trace.e_dot, trace.v_d - trace.v_measured)
+    slope = result.scenario.controller.slope
+    np.testing.assert_allclose(trace.s, trace.e_dot + slope * trace.e, rtol=1e-14, atol=1e-14)
+    law = result.scenario.controller
+    tau = trace.rho_hat + law.proportional_gain * trace.e + law.derivative_gain * trace.e_dot
+    tau = tau + law.switching_gain * np.tanh(trace.s)
+    np.testing.assert_allclose(trace.tau, tau, rtol=1e-12, atol=1e-10)
+    np.testing.assert_array_equal(trace.force, np.clip(trace.tau, -10.0, 10.0))
+
+
+def test_samples_begin_at_the_start_and_come_at_the_recording_rate() -> None:
+    positions = [[5, 1], [-4, 3], [0, -6]]
+    result = run("main", f"robots={{positions: {positions}}}", "recording.rate=25", "duration=2.03")
+    np.testing.assert_allclose(result.trace.time, np.arange(51) * 0.04, atol=1e-12)
+    np.testing.assert_array_equal(result.trace.q[0], positions)
+    np.testing.assert_array_equal(result.trace.q_d[0], positions)
+    assert result.outcome is Outcome.COMPLETED
+
+
+def test_without_noise_measurements_are_true() -> None:
+    trace = run("main", "uncertainty.noise={position: 0, velocity: 0}").trace
+    np.testing.assert_array_equal(trace.q, trace.q_measured)
+    np.testing.assert_array_equal(trace.v, trace.v_measured)
+
+
+def test_runs_repeat_to_the_bit_alone_and_side_by_side() -> None:
+    names = ["main", "paper/case1_3d", "main", "paper/case1_2d"]
+    alone = [run(name).trace for name in names]
+    beside: dict[int, escort_mj.Run] = {}
+    threads = [
+        threading.Thread(target=lambda i=i, name=name: beside.__setitem__(i, run(name)))
+        for i, name in enumerate(names)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for i, trace in enumerate(alone):
+        assert trace.drop_attrs().identical(beside[i].trace.drop_attrs())
+    assert alone[0].drop_attrs().identical(alone[2].drop_attrs())
+    assert not np.array_equal(alone[0].q, run("main", "seed=9").trace.q)
+
+
+def test_the_paper_as_printed_diverges_in_space_and_leaves_a_readable_folder(tmp_path: Path) -> None:
+    scenario = escort_mj.load_scenario("paper/case1_3d", ["controller.anti_windup=false"])
+    result = escort_mj.run(scenario, tmp_path, figures=False, video=False)
+    assert result.outcome is Outcome.DIVERGED and not result.passed
+    stored = escort_mj.open_run(tmp_path)
+    assert stored.outcome["outcome"] == "diverged"
+    assert "m from the target at" in stored.outcome["message"]
+    for name, variable in stored.trace.variables.items():
+        if variable.dtype.kind == "f":
+            assert not np.isnan(variable.values).any(), name
+    assert "NaN" not in (tmp_path / "metrics.json").read_text()
+    again = escort_mj.load_scenario(tmp_path / "scenario.yaml")
+    assert again == scenario
+
+
+def test_a_warning_of_mujoco_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A milligram under a meganewton: an acceleration that MuJoCo calls bad."""
+    monkeypatch.chdir(tmp_path)
+    result = run(
+        "main",
+        "robots.mass=1e-6",
+        "robots.force_limit=1e6",
+    )
+    assert result.outcome is Outcome.UNSTABLE
+    assert "BADQACC" in result.message
+    assert np.isfinite(result.trace.q).all()
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+def test_callbacks_are_gone_after_a_run() -> None:
+    run("main", "duration=0.1")
+    assert mujoco.get_mjcb_control() is None and mujoco.get_mjcb_sensor() is None
+
+
+LONG = (
+    "import sys, escort_mj; "
+    "escort_mj.run(escort_mj.load_scenario('main', ['duration=100000', 'recording.rate=10', 'expect=[]']), "
+    "sys.argv[1], figures=False, video=False)"
+)
+
+
+def started(folder: Path) -> subprocess.Popen[bytes]:
+    """A child in the middle of a long run."""
+    child = subprocess.Popen([sys.executable, "-c", LONG, str(folder)], stderr=subprocess.PIPE)
+    samples = folder / "journal" / "samples.f64"
+    deadline = time.monotonic() + 120.0
+    while not (samples.exists() and samples.stat().st_size > 500_000):
+        assert child.poll() is None, child.stderr and child.stderr.read().decode()
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    return child
+
+
+def test_a_killed_run_opens_and_says_how_far_it_came(tmp_path: Path) -> None:
+    child = started(tmp_path / "run")
+    live = escort_mj.open_run(tmp_path / "run")
+    assert live.outcome["outcome"] == "running"
+    child.kill()
+    child.wait()
+    stored = escort_mj.open_run(tmp_path / "run")
+    assert stored.outcome["outcome"] == "killed"
+    reached = float(stored.trace.time[-1])
+    assert f"{reached:.2f} s" in stored.outcome["message"]
+    samples = min(stored.trace.sizes["time"], 200)
+    expected = run("main", f"duration={samples / 10 - 0.1:.1f}", "recording.rate=10").trace
+    np.testing.assert_array_equal(stored.trace.q[:samples], expected.q)
+    assert (tmp_path / "run" / "trace.nc").is_file()
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_ends_in_order(tmp_path: Path, number: signal.Signals) -> None:
+    child = started(tmp_path / "run")
+    os.kill(child.pid, number)
+    child.wait(60)
+    outcome = json.loads((tmp_path / "run" / "outcome.json").read_text())
+    assert outcome["outcome"] == "interrupted" and number.name in outcome["message"]
+    assert escort_mj.open_run(tmp_path / "run").trace.sizes["time"] > 100
+
+
+def test_a_run_that_breaks_is_marked_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: RunFolder, block: np.ndarray) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(RunFolder, "append", full)
+    with pytest.raises(OSError, match="No space left"):
+        run("main", out=tmp_path / "run")
+    outcome = json.loads((tmp_path / "run" / "outcome.json").read_text())
+    assert outcome["outcome"] == "failed" and "No space left" in outcome["message"]
