@@ -107,7 +107,7 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         getattr(axes, f"{name}axis").set_pane_color((0.97, 0.975, 0.98, 1.0))
         ticks = int(np.clip(round(7 * size / half.max()), 2, 7))
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(ticks))
-    axes.set_box_aspect(half, zoom=1.3)
+    axes.set_box_aspect(half, zoom=1.05)
     axes.view_init(elev=22, azim=-62)
     floor = middle[2] - half[2]
 
@@ -133,6 +133,9 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         path = np.clip(q[rows, index], -RANGE, RANGE)
         axes.plot(*path.T, color=color, linewidth=_width(count), zorder=3.5)
     _ends(axes, trace)
+    for artist in (*axes.lines, *axes.collections):
+        artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
+        artist.set_in_layout(False)
     name_robots(figure, [axes], count, _keys(trace))
 
 
