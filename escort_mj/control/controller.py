@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors.avoid_obstacles import avoidance
-from escort_mj.control.behaviors.chords import chord
+from escort_mj.control.behaviors.distance import keep_distance
 from escort_mj.control.behaviors.repulsion import repel
-from escort_mj.control.behaviors.surface import surface
 from escort_mj.control.behaviors.vertices import to_vertex, turn_figure
 from escort_mj.control.laws.sliding import is_winding_up, smooth_signs
 from escort_mj.control.noise import measure_with_noise
@@ -189,12 +188,12 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
             cycles = plan.predecessors.shape[0]
             for c in range(cycles):
                 other = int(plan.predecessors[c, i])
-                weights[c], speeds[c] = chord(
-                    i, other, state.q_measured, plan.chord_length, row[1], directions[c]
+                weights[c], speeds[c] = keep_distance(
+                    state.q_measured[i], state.q_measured[other], plan.chord_length, row[1], directions[c]
                 )
         else:
-            weights[0], speeds[0] = surface(
-                i, state.q_measured, state.target_position, plan.radius, row[1], directions[0]
+            weights[0], speeds[0] = keep_distance(
+                state.q_measured[i], state.target_position, plan.radius, row[1], directions[0]
             )
         compose(level, levels, cycles, directions, weights, speeds, parts)
         if avoiding:  # an avoidance below has bent the feed-forward: only its remainder is projected
