@@ -30,7 +30,7 @@ from escort_mj.signals import record_size
 Array = NDArray[np.float64]
 
 MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
-SCALARS = 32
+SCALARS = 48
 LEVEL_SIZE = 6
 AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
