@@ -11,7 +11,8 @@ from pydantic import ValidationError
 
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import LAWS, ApdSmc, Asmc, PdSmc
-from escort_mj.control.reference import ReferenceController, switching
+from escort_mj.control.reference import ReferenceController
+from escort_mj.control.reference.laws import switching
 from escort_mj.control.setup import Setup
 
 

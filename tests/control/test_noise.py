@@ -9,7 +9,8 @@ from scipy import stats
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.noise import measure_with_noise
-from escort_mj.control.reference import NOISE_KEY, ReferenceController, ball_noise
+from escort_mj.control.reference import ReferenceController
+from escort_mj.control.reference.noise import NOISE_KEY, ball_noise
 from escort_mj.control.setup import Setup
 from escort_mj.kernels import kernel
 

@@ -11,17 +11,10 @@ from hypothesis import strategies as st
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
 from escort_mj.control.formation import arrange
 from escort_mj.control.laws import ApdSmc
-from escort_mj.control.reference import (
-    ReferenceController,
-    ReferenceSignals,
-    avoidance,
-    distance,
-    escape_gain,
-    half_squared_distance,
-    intrusion,
-    resolve,
-    spend,
-)
+from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.reference.behaviors import avoidance, escape_gain, intrusion
+from escort_mj.control.reference.outer import spend
+from escort_mj.control.reference.tasks import distance, half_squared_distance, resolve
 from escort_mj.control.setup import Setup
 
 TARGET_VELOCITY = np.array([0.3, -0.2, 0.1])

@@ -9,7 +9,8 @@ import pytest
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
 from escort_mj.control.formation import OCTAHEDRON, Arrangement, arrange
 from escort_mj.control.laws import ApdSmc
-from escort_mj.control.reference import ReferenceController, ReferenceSignals, intrusion
+from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.reference.behaviors import intrusion
 from escort_mj.control.setup import Setup
 
 PAPER_2D = np.array([(5, 10), (-5, 5), (-5, -5), (5, -10), (5, 0)], dtype=float)

@@ -1,0 +1,140 @@
+"""The behaviors as tasks: velocity J^+ Lambda sigma~ and null space I - J^+ J of each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
+from escort_mj.control.reference.tasks import (
+    block_diagonal,
+    directions,
+    distance,
+    half_squared_distance,
+    resolve,
+)
+from escort_mj.control.setup import Setup
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def escort(behavior: Chords | Surface, q: Array, c: Array, setup: Setup) -> tuple[Array, Array]:
+    """Velocity and null space of an escort behavior, summed over the formation's cycles (eqs. 2, 4, 5).
+
+    Returns:
+        Velocity, shape (p n,) [m/s], and projector, shape (p n, p n).
+    """
+    if isinstance(behavior, Chords):
+        assert setup.arrangement is not None
+        length, anchors = setup.arrangement.length, [q[robots] for robots in setup.arrangement.predecessors]
+    else:
+        length, anchors = setup.radius, [np.broadcast_to(c, q.shape)]
+    velocity, projector = np.zeros(q.size), np.zeros((q.size, q.size))
+    for anchor in anchors:
+        sigma, jacobian = half_squared_distance(q, anchor)
+        v_c, projector_c = resolve(jacobian, behavior.gain * (0.5 * length**2 - sigma))
+        velocity, projector = velocity + v_c, projector + projector_c
+    return velocity, projector
+
+
+def spread(
+    behavior: Vertices | Repulsion, q: Array, c: Array, rotation: Array, setup: Setup
+) -> tuple[Array, Array]:
+    """Velocity and null space of a behavior that moves robots along the sphere (remark 1).
+
+    Its task is all that is tangential: J is the projector on the tangent spaces, shape (p n, p n).
+
+    Args:
+        behavior: Its parameters.
+        q: Positions.
+        c: Position of the target, shape (p,) [m].
+        rotation: Of the even figure, shape (p, p).
+        setup: Gives the radius and the figure.
+
+    Returns:
+        Velocity, shape (p n,) [m/s], and projector, shape (p n, p n).
+    """
+    x = q - c
+    radial = block_diagonal(x)
+    tangential = np.eye(q.size) - np.linalg.pinv(radial) @ radial
+    if isinstance(behavior, Vertices):
+        assert setup.figure is not None
+        wish = behavior.gain * (setup.radius * setup.figure.vertices @ rotation.T - x)
+    else:
+        u = directions(x)
+        offset = u[:, None] - u
+        apart = np.linalg.norm(offset, axis=2)
+        with np.errstate(divide="ignore"):
+            weight = np.where(apart > 1e-12, apart**-3.0, 0.0)
+        weight[:, np.linalg.norm(x, axis=1) == 0.0] = 0.0
+        push = (tangential @ np.einsum("ij,ijk->ik", weight, offset).ravel()).reshape(q.shape) / len(q)
+        push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
+        speed = np.linalg.norm(push, axis=1, keepdims=True)
+        wish = behavior.gain * setup.radius * push / np.maximum(speed, 1.0)
+    return tangential @ wish.ravel(), np.eye(q.size) - tangential
+
+
+def turned(rotation: Array, q: Array, c: Array, vertices: Array) -> Array:
+    """One step of the rotation that fits the even figure to the robots, shape (p, p).
+
+    A skew step to where the correlation of robots and turned vertices is symmetric, then one Newton-Schulz
+    step back to the rotations.
+    """
+    m = directions(q - c).T @ vertices @ rotation.T
+    if np.trace(m) <= 0.0:
+        return rotation
+    rotation = rotation + (m - m.T) / np.trace(m) @ rotation
+    return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))
+
+
+def intrusion(avoid: AvoidObstacles, q: Array, setup: Setup) -> tuple[Array, Array]:
+    """How deep the worst intruder is in each robot's safe sphere, and where it stands (eq. 3, remark 2).
+
+    Returns:
+        sigma~, not positive where nobody intrudes, shape (n,) [m], and positions, shape (n, p) [m].
+    """
+    centers = np.concatenate([setup.obstacle_position, q])
+    gaps = np.linalg.norm(q[:, None] - centers, axis=2)
+    if avoid.measure == "surface":
+        radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+        gaps -= setup.robot_radius[:, None] + radii
+    obstacles, robots = len(setup.obstacle_position), np.arange(len(q))
+    teammate_distance = setup.teammate_distance(avoid) if avoid.teammates else -np.inf
+    depth = np.repeat([avoid.safe_distance, teammate_distance], [obstacles, len(q)]) - gaps
+    depth[robots, obstacles + robots] = -np.inf  # nobody avoids itself
+    worst = np.argmax(depth, axis=1)
+    return depth[robots, worst], centers[worst]
+
+
+def escape_gain(avoid: AvoidObstacles, depth: Array, speed: Array, error: Array, slope: float) -> Array:
+    """State-dependent gain lambda = lambda* + rho by the quadratic of eq. 24, shape (k,) [1/s].
+
+    Args:
+        avoid: The behavior's parameters.
+        depth: sigma~, positive, shape (k,) [m].
+        speed: |v|, shape (k,) [m/s].
+        error: |e|, shape (k,) [m].
+        slope: gamma of the sliding surface [1/s].
+    """
+    g = slope * error
+    a, b = depth**2, 2.0 * depth * (speed - (2.0 * g if avoid.gain == "printed" else g))
+    # b^2 + 4ac with c = g^2 + 2g|v| - |v|^2, multiplied out: where g << |v| it cancels to rounding noise.
+    discriminant = 4.0 * a * (5.0 * g**2 - 2.0 * g * speed if avoid.gain == "printed" else 2.0 * g**2)
+    return (b + np.sqrt(np.maximum(discriminant, 0.0))) / (2.0 * a) + avoid.gain_margin
+
+
+def avoidance(avoid: AvoidObstacles, q: Array, v: Array, e: Array, setup: Setup) -> tuple[Array, Array, Mask]:
+    """Velocity and null space of obstacle avoidance; zero and the identity where it is inactive (eqs. 2, 3).
+
+    Returns:
+        Velocity, shape (p n,) [m/s], projector, shape (p n, p n), and who avoids, shape (n,).
+    """
+    depth, intruder = intrusion(avoid, q, setup)
+    active = depth > 0.0
+    jacobian = np.where(active[:, None], distance(q, intruder).jacobian, 0.0)
+    speed, error = np.linalg.norm(v, axis=1), np.linalg.norm(e, axis=1)
+    rate = np.zeros(len(q))
+    gain = escape_gain(avoid, depth[active], speed[active], error[active], setup.law.slope)
+    rate[active] = gain * depth[active]
+    return *resolve(jacobian, rate), active

@@ -1,0 +1,106 @@
+"""The twin's controller: its state, and one evaluation of the law after another."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.reference.behaviors import turned
+from escort_mj.control.reference.laws import switching
+from escort_mj.control.reference.noise import ball_noise
+from escort_mj.control.reference.outer import outer_loop
+from escort_mj.control.setup import Setup
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class ReferenceSignals(NamedTuple):
+    """One evaluation of the law; names, units and meanings as in `escort_mj.signals`."""
+
+    q_measured: Array  # (n, p)
+    v_measured: Array  # (n, p)
+    q_d: Array  # (n, p)
+    v_d: Array  # (n, p)
+    e: Array  # (n, p)
+    e_dot: Array  # (n, p)
+    s: Array  # (n, p)
+    tau: Array  # (n, p)
+    rho_hat: Array  # (n, p)
+    disturbance: Array  # (n, p)
+    target_position: Array  # (p,)
+    target_velocity: Array  # (p,)
+    avoidance_active: Mask  # (n,)
+
+
+class ReferenceController:
+    """The whole law with its state: reference position q_d [m] and estimate rho_hat [N], both (n, p)."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.setup = setup
+        self.gains = setup.law.gains()
+
+    def reset(self, q0: Array) -> None:
+        """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
+        self.q_d = np.array(q0, dtype=np.float64)
+        self.rho_hat = np.full_like(self.q_d, self.gains.rho_hat_0)
+        self._time: float | None = None
+        self._rotation = np.eye(self.setup.axes)
+        self._q_d_rate = np.zeros_like(self.q_d)
+        self._rho_hat_rate = np.zeros_like(self.q_d)
+
+    def evaluate(self, t: float, q: Array, v: Array) -> ReferenceSignals:
+        """Advances the state if time has advanced, then evaluates the law.
+
+        Args:
+            t: Time [s]; the state moves one timestep if this is later than at the last evaluation.
+            q: True positions, shape (n, p) [m].
+            v: True velocities, shape (n, p) [m/s].
+        """
+        setup, law = self.setup, self.setup.law
+        moved = self._time is None or t > self._time
+        if self._time is not None and moved:
+            self.q_d = self.q_d + setup.timestep * self._q_d_rate
+            self.rho_hat = self.rho_hat + setup.timestep * self._rho_hat_rate
+        self._time = t
+
+        noise_q, noise_v = self._noise(t)
+        q_m, v_m = q + noise_q, v + noise_v
+        target, target_velocity = setup.target.position(t), setup.target.velocity(t)
+        push = np.zeros(q.shape)
+        if setup.disturbance is not None:
+            push += setup.disturbance.position(t)
+
+        if moved and setup.figure is not None:
+            self._rotation = turned(self._rotation, q_m, target, setup.figure.vertices)
+        e = self.q_d - q_m
+        v_d, active = outer_loop(setup, self._rotation, q_m, v_m, e, target, target_velocity)
+        e_dot = v_d - v_m
+        s = e_dot + law.slope * e
+        sw = switching(s, law.smoothing, law.boundary_layer)
+        tau = self.rho_hat + self.gains.kp * e + self.gains.kd * e_dot + self.gains.k * sw
+
+        outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & law.anti_windup
+        self._q_d_rate = np.where(outward, v_m, v_d)
+        self._rho_hat_rate = np.where(outward, 0.0, self.gains.mu * s)
+        return ReferenceSignals(
+            q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active
+        )
+
+    def _noise(self, t: float) -> tuple[Array, Array]:
+        """Measurement noise of all robots at t, of positions [m] and velocities [m/s], shape (n, p) each.
+
+        A ball of radius 0 draws nothing, so that the other ball's points come first in the stream.
+        """
+        setup = self.setup
+        step = round(t / setup.timestep)
+        radii = [setup.noise_position, setup.noise_velocity]
+        noise = np.zeros((2, setup.count, setup.axes))
+        drawn = [channel for channel, radius in enumerate(radii) if radius > 0.0]
+        for robot in range(setup.count if drawn else 0):
+            points = ball_noise(setup.seed, robot, step, setup.axes, len(drawn))
+            for channel, point in zip(drawn, points, strict=True):
+                noise[channel, robot] = radii[channel] * point
+        return noise[0], noise[1]
