@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.control.plan import pack, state_size
+from escort_mj.control.packing import pack
+from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario

@@ -10,7 +10,8 @@ from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surfa
 from escort_mj.control.controller import evaluate
 from escort_mj.control.formation import arrange, chords_exist
 from escort_mj.control.laws import ApdSmc, Asmc, PdSmc
-from escort_mj.control.plan import State, pack, state_size, unpack_plan, unpack_state
+from escort_mj.control.packing import pack
+from escort_mj.control.plan import State, state_size, unpack_plan, unpack_state
 from escort_mj.control.program import Op
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.setup import Setup

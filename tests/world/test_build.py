@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.control.plan import pack
+from escort_mj.control.packing import pack
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.schema import Scenario

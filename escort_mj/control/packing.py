@@ -1,0 +1,79 @@
+"""Packs what the controller is told into the flat vector of numbers that `plan.unpack_plan` reads."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
+from escort_mj.control.laws.sliding import SMOOTHINGS
+from escort_mj.control.nsb import UNLIMITED
+from escort_mj.control.plan import AVOID_OBSTACLES, KINDS, MAGIC, SCALARS
+from escort_mj.control.setup import Setup
+
+Array = NDArray[np.float64]
+
+
+def pack(setup: Setup, stride: int, coordinates: int) -> Array:
+    """Packs a setup into the flat vector that `unpack_plan` reads.
+
+    Args:
+        setup: What the controller is told.
+        stride: Physics steps between two samples.
+        coordinates: Number of MuJoCo's generalized positions, for the record.
+    """
+    n, p, m = setup.count, setup.axes, len(setup.obstacle_radius)
+    code, target_span, pieces = setup.target.programs()
+    disturbance_span = np.zeros((p, 2))
+    if setup.disturbance is not None:
+        more_code, spans, more_pieces = setup.disturbance.programs()
+        more_code = more_code.copy()
+        more_code[more_code[:, 0] == 2, 1] += len(pieces)
+        disturbance_span = np.array(spans, dtype=float)
+        disturbance_span[:, 0] += len(code)
+        code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
+    predecessors = setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n))
+    vertices = setup.figure.vertices if setup.figure else np.zeros((0, p))
+    gains, law = setup.law.gains(), setup.law
+
+    header = np.zeros(SCALARS)
+    header[:10] = [
+        MAGIC, n, p, m, coordinates, len(setup.behaviors), len(predecessors), len(code), len(pieces), stride,
+    ]  # fmt: skip
+    header[10:28] = [
+        setup.timestep, setup.seed, setup.radius, setup.target_feedforward, setup.max_speed,
+        gains.kp, gains.kd, gains.k, gains.mu, gains.rho_hat_0,
+        law.slope, law.boundary_layer, SMOOTHINGS.index(law.smoothing), law.anti_windup,
+        setup.noise_position, setup.noise_velocity,
+        setup.arrangement.length if setup.arrangement else 0.0,
+        len(vertices),
+    ]  # fmt: skip
+    blocks = (
+        header,
+        np.array([_level(setup, behavior) for behavior in setup.behaviors]),
+        predecessors,
+        vertices,
+        setup.obstacle_position,
+        setup.obstacle_radius,
+        setup.robot_radius,
+        setup.force_limit,
+        target_span,
+        disturbance_span,
+        code,
+        pieces,
+    )
+    return np.minimum(np.concatenate([np.ravel(block).astype(float) for block in blocks]), UNLIMITED)
+
+
+def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
+    """One row of the ladder."""
+    if isinstance(behavior, AvoidObstacles):
+        return [
+            AVOID_OBSTACLES,
+            behavior.safe_distance,
+            setup.teammate_distance(behavior),
+            behavior.gain_margin,
+            behavior.measure == "surface",
+            behavior.gain == "printed",
+        ]
+    return [KINDS[type(behavior)], behavior.gain, 0.0, 0.0, 0.0, 0.0]
