@@ -63,6 +63,9 @@ def advance(plan: Plan, state: State) -> bool:
             for k in range(p):
                 state.q_d[i, k] += plan.timestep * state.q_d_rate[i, k]
                 state.rho_hat[i, k] += plan.timestep * state.rho_hat_rate[i, k]
+        for i in range(state.v_d_rate.shape[0]):
+            for k in range(p):
+                state.v_d_filtered[i, k] += plan.timestep * state.v_d_rate[i, k]
     clock[LAST_TIME] = time
     return moved
 

@@ -2,35 +2,104 @@
 
 from __future__ import annotations
 
-from escort_mj.control.laws.sliding import is_winding_up, smooth_signs
-from escort_mj.control.plan import Plan, State
-from escort_mj.kernels import inlined
+from escort_mj.control.laws.computed_torque import force_of
+from escort_mj.control.laws.sliding import smooth_signs
+from escort_mj.control.laws.super_twisting import twist
+from escort_mj.control.laws.tracking import is_winding_up
+from escort_mj.control.plan import COMPUTED_TORQUE, DIFFERENTIATING, PD, SLIDING, SUPER_TWISTING, Plan, State
+from escort_mj.kernels import inlined, stack_memory, vector_at
 
 
 @inlined
 def inner_loop(plan: Plan, state: State) -> None:
     """Forces demanded of all robots and the rates of their state (eqs. 7, 9, 10, 17)."""
     n, p = state.q.shape
-    switching = state.switching
     for i in range(n):
         for k in range(p):
             e_dot = state.v_d[i, k] - state.v_measured[i, k]
             s = e_dot + plan.slope * state.e[i, k]
             state.e_dot[i, k] = e_dot
             state.s[i, k] = s
-            switching[i * p + k] = s / plan.boundary_layer
-    smooth_signs(switching, plan.smoothing)
+            state.switching[i * p + k] = s / plan.boundary_layer
+    if plan.law == SLIDING:
+        _sliding_mode(plan, state)
+    elif plan.law == SUPER_TWISTING:
+        _super_twisting(plan, state)
+    elif plan.law == PD:
+        _pd(plan, state)
+    elif plan.law == COMPUTED_TORQUE:
+        _computed_torque(plan, state)
+
+
+@inlined
+def _demand(plan: Plan, state: State, i: int, k: int, tau: float, rate: float) -> None:
+    """Demands a force, and lets reference and estimate move on unless they would wind up.
+
+    Args:
+        plan: Gives the force limit, and whether there is anti-windup.
+        state: Its `tau` and rates are written.
+        i: Which robot, from 0.
+        k: Which axis, from 0.
+        tau: The force [N].
+        rate: Of the estimate [N/s].
+    """
+    held = plan.anti_windup and is_winding_up(tau, state.s[i, k], plan.force_limit[i])
+    state.tau[i, k] = tau
+    state.rho_hat_rate[i, k] = 0.0 if held else rate
+    state.q_d_rate[i, k] = state.v_measured[i, k] if held else state.v_d[i, k]
+
+
+@inlined
+def _sliding_mode(plan: Plan, state: State) -> None:
+    """Eq. 9, of which APD-SMC, ASMC and PD-SMC are cases."""
+    n, p = state.q.shape
+    smooth_signs(state.switching, plan.smoothing)
     for i in range(n):
-        limit = plan.force_limit[i]
         for k in range(p):
-            s = state.s[i, k]
             tau = (
                 state.rho_hat[i, k]
                 + plan.kp * state.e[i, k]
                 + plan.kd * state.e_dot[i, k]
-                + plan.k * switching[i * p + k]
+                + plan.k * state.switching[i * p + k]
             )
-            held = plan.anti_windup and is_winding_up(tau, s, limit)
-            state.tau[i, k] = tau
-            state.rho_hat_rate[i, k] = 0.0 if held else plan.mu * s
-            state.q_d_rate[i, k] = state.v_measured[i, k] if held else state.v_d[i, k]
+            _demand(plan, state, i, k, tau, plan.mu * state.s[i, k])
+
+
+@inlined
+def _super_twisting(plan: Plan, state: State) -> None:
+    """See `laws/super_twisting.py`."""
+    n, p = state.q.shape
+    smooth_signs(state.switching, plan.smoothing)
+    for i in range(n):
+        for k in range(p):
+            switched = state.switching[i * p + k]
+            tau = state.rho_hat[i, k] + twist(state.s[i, k], switched, plan.k)
+            _demand(plan, state, i, k, tau, plan.mu * switched)
+
+
+@inlined
+def _pd(plan: Plan, state: State) -> None:
+    """See `laws/pd.py`."""
+    n, p = state.q.shape
+    for i in range(n):
+        for k in range(p):
+            tau = plan.kp * state.e[i, k] + plan.kd * state.e_dot[i, k] + state.model_bias[i, k]
+            _demand(plan, state, i, k, tau, 0.0)
+
+
+@inlined
+def _computed_torque(plan: Plan, state: State) -> None:
+    """See `laws/computed_torque.py`. The filtered reference follows v_d at the rate that stands for a_d."""
+    n, p = state.q.shape
+    wish = vector_at(stack_memory(), p)
+    lag = plan.acceleration_filter + plan.timestep
+    for i in range(n):
+        for k in range(p):
+            if state.clock[DIFFERENTIATING] == 0.0:
+                state.v_d_filtered[i, k] = state.v_d[i, k]
+            state.v_d_rate[i, k] = (state.v_d[i, k] - state.v_d_filtered[i, k]) / lag
+            wish[k] = state.v_d_rate[i, k] + plan.kd * state.e_dot[i, k] + plan.kp * state.e[i, k]
+        for k in range(p):
+            tau = force_of(wish, state.model_mass[i], state.model_bias[i], k)
+            _demand(plan, state, i, k, tau, 0.0)
+    state.clock[DIFFERENTIATING] = 1.0

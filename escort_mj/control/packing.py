@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
-from escort_mj.control.laws.sliding import SMOOTHINGS
+from escort_mj.control.laws import ComputedTorque
+from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
-from escort_mj.control.plan import AVOID_OBSTACLES, KINDS, MAGIC, SCALARS
+from escort_mj.control.plan import AVOID_OBSTACLES, KINDS, LAW, LAW_KINDS, MAGIC, SCALARS
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
@@ -35,6 +36,7 @@ def pack(setup: Setup, stride: int, coordinates: int) -> Array:
     predecessors = setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n))
     vertices = setup.figure.vertices if setup.figure else np.zeros((0, p))
     gains, law = setup.law.gains(), setup.law
+    switching = law if isinstance(law, SlidingModeLaw) else SlidingModeLaw()  # the others do not switch
 
     header = np.zeros(SCALARS)
     header[:10] = [
@@ -43,11 +45,14 @@ def pack(setup: Setup, stride: int, coordinates: int) -> Array:
     header[10:28] = [
         setup.timestep, setup.seed, setup.radius, setup.target_feedforward, setup.max_speed,
         gains.kp, gains.kd, gains.k, gains.mu, gains.rho_hat_0,
-        law.slope, law.boundary_layer, SMOOTHINGS.index(law.smoothing), law.anti_windup,
+        law.slope, switching.boundary_layer, SMOOTHINGS.index(switching.smoothing), law.anti_windup,
         setup.noise_position, setup.noise_velocity,
         setup.arrangement.length if setup.arrangement else 0.0,
         len(vertices),
     ]  # fmt: skip
+    header[LAW] = LAW_KINDS[type(law)]
+    if isinstance(law, ComputedTorque):
+        header[LAW + 1] = law.acceleration_filter
     blocks = (
         header,
         np.array([_level(setup, behavior) for behavior in setup.behaviors]),

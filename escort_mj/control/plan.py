@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import Chords, Repulsion, Surface, Vertices
+from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.kernels import DOUBLE, matrix_at, shared, vector_at
 from escort_mj.signals import record_size
@@ -21,9 +22,19 @@ Array = NDArray[np.float64]
 
 MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
 SCALARS = 48
+LAW = 31  # place of the law's kind; its own number behind it
 LEVEL_SIZE = 6
 AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
+SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
+LAW_KINDS = {
+    ApdSmc: SLIDING,
+    Asmc: SLIDING,
+    PdSmc: SLIDING,
+    Pd: PD,
+    ComputedTorque: COMPUTED_TORQUE,
+    SuperTwisting: SUPER_TWISTING,
+}
 MAX_CYCLES = 2
 PAIRS_PER_ROBOT = 8  # more touches than that at once are not told apart
 MAX_LEVELS = 8
@@ -39,6 +50,8 @@ class Plan(NamedTuple):
     radius: float
     target_feedforward: bool
     max_speed: float
+    law: int  # one of LAW_KINDS
+    acceleration_filter: float
     kp: float
     kd: float
     k: float
@@ -106,10 +119,15 @@ class State(NamedTuple):
     clock: Array  # (CLOCK_SIZE,): see the constants below
     switching: Array  # (n * p,): scratch, the smoothed sign of s
     stack: Array  # (2 * STACK_DEPTH,): scratch of `program.evaluate`
+    model_mass: Array  # (n, p * p): mass matrix of each robot; (0, p * p) where the law is not told it
+    model_bias: Array  # (n, p): bias force, and (0, p) likewise
+    v_d_filtered: Array  # (n, p): v_d behind a filter; (0, p) where no law differentiates it
+    v_d_rate: Array  # (n, p): its derivative, and (0, p) likewise
 
 
 # Places in State.clock
 STARTED, LAST_TIME, WATCHED_STEP, CONTACTS_BEFORE = 0, 1, 2, 3
+DIFFERENTIATING = 7  # whether v_d has been differentiated before
 
 
 @shared
@@ -148,12 +166,20 @@ def unpack_plan(address: int, axes: int) -> Plan:
     at, table = _take(at, pieces, PIECE_SIZE)
     return Plan(
         x[10], int(x[9]), int(x[11]), x[12], x[13] != 0.0, x[14],
+        int(x[LAW]), x[LAW + 1],
         x[15], x[16], x[17], x[18], x[19],
         x[20], x[21], int(x[22]), x[23] != 0.0,
         x[24], x[25], x[26],
         ladder, predecessors, vertices, obstacle_position, obstacle_radius[0],
         robot_radius[0], force_limit[0], target, disturbance, code, table,
     )  # fmt: skip
+
+
+@shared
+def _law_rows(x: Array, n: int) -> tuple[int, int]:
+    """Rows of the model that the law is told, and of the velocities that it differentiates."""
+    law = int(x[LAW])
+    return n if law == PD or law == COMPUTED_TORQUE else 0, n if law == COMPUTED_TORQUE else 0
 
 
 @shared
@@ -198,6 +224,11 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, clock = _take(at, 1, CLOCK_SIZE)
     at, switching = _take(at, 1, n * p)
     at, stack = _take(at, 1, 2 * STACK_DEPTH)
+    told, differentiating = _law_rows(x, n)
+    at, model_mass = _take(at, told, p * p)
+    at, model_bias = _take(at, told, p)
+    at, v_d_filtered = _take(at, differentiating, p)
+    at, v_d_rate = _take(at, differentiating, p)
     return State(
         time[0], q, v, q_measured, v_measured, q_d, v_d, e, e_dot, s, tau, rho_hat, disturbance,
         target_position[0], target_velocity[0], avoidance_active[0], force, obstacle_distance,
@@ -205,6 +236,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
         contacts[0], contact_force[0], contact_onsets[0],
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
         q_d_rate, rho_hat_rate, force_before, rotation, touching, clock[0], switching[0], stack[0],
+        model_mass, model_bias, v_d_filtered, v_d_rate,
     )  # fmt: skip
 
 
@@ -212,4 +244,6 @@ def state_size(plan: Array) -> int:
     """Length of the state vector that belongs to a packed plan."""
     n, p, m, nq = (int(size) for size in plan[1:5])
     record = record_size({"robot": n, "axis": p, "obstacle": m, "coordinate": nq})
-    return record + 4 * n * p + p * p + 2 * PAIRS_PER_ROBOT * n + CLOCK_SIZE + 2 * STACK_DEPTH
+    told, differentiating = _law_rows(plan, n)
+    of_law = told * (p * p + p) + differentiating * 2 * p
+    return record + 4 * n * p + p * p + 2 * PAIRS_PER_ROBOT * n + CLOCK_SIZE + 2 * STACK_DEPTH + of_law

@@ -25,10 +25,9 @@ from escort_mj.control.controller import evaluate
 from escort_mj.control.plan import MAGIC, axes_of, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE, OPTIONS, double_at, inlined, int_at, pointer_at, vector_at
 from escort_mj.world.layout import offset, structure
+from escort_mj.world.mass import INT, mass_block
 from escort_mj.world.watch import watch
 from escort_mj.world.wiring import wiring_behind
-
-INT = 4  # bytes
 
 
 @cache
@@ -43,6 +42,9 @@ def callbacks() -> tuple[Any, Any]:
     d_time, d_userdata = offset("mjData", "time"), offset("mjData", "userdata")
     d_qpos, d_qvel, d_ctrl = offset("mjData", "qpos"), offset("mjData", "qvel"), offset("mjData", "ctrl")
     d_applied, d_mocap = offset("mjData", "qfrc_applied"), offset("mjData", "mocap_pos")
+    d_mass, d_bias = offset("mjData", "M"), offset("mjData", "qfrc_bias")
+    m_row_sizes, m_row_starts = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
+    m_columns = offset("mjModel", "M_colind")
     d_force, d_efc_force = offset("mjData", "actuator_force"), offset("mjData", "efc_force")
     d_ncon, d_contact = offset("mjData", "ncon"), offset("mjData", "contact")
     c_size = ctypes.sizeof(structure("mjContact"))
@@ -62,6 +64,20 @@ def callbacks() -> tuple[Any, Any]:
         return wiring_behind(pointer_at(m + m_numeric))
 
     @inlined
+    def tell_model(m: int, d: int, wiring: Any, state: Any) -> None:
+        """Shows the law MuJoCo's own mass matrix and bias force, which are those of the present state."""
+        n, p = state.q.shape
+        for i in range(n):
+            first = int(wiring.dof_address[i])
+            mass_block(
+                pointer_at(d + d_mass), pointer_at(m + m_row_sizes), pointer_at(m + m_row_starts),
+                pointer_at(m + m_columns), first, p, state.model_mass[i],
+            )  # fmt: skip
+            bias = vector_at(pointer_at(d + d_bias) + DOUBLE * first, p)
+            for k in range(p):
+                state.model_bias[i, k] = bias[k]
+
+    @inlined
     def control(m: int, d: int, axes: int) -> None:
         """Evaluates the law for the present state and applies its forces."""
         numbers = pointer_at(m + m_numeric)
@@ -79,6 +95,8 @@ def callbacks() -> tuple[Any, Any]:
             for k in range(p):
                 state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
                 state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
+        if state.model_bias.shape[0] > 0:
+            tell_model(m, d, wiring, state)
         evaluate(plan, state)
         ctrl = vector_at(pointer_at(d + d_ctrl), n * p)
         applied = vector_at(pointer_at(d + d_applied), nq)

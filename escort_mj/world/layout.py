@@ -67,9 +67,20 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     Raises:
         RuntimeError: If this MuJoCo's memory is not laid out as its introspection data says.
     """
-    for field in ("qpos", "qvel", "ctrl", "userdata", "qfrc_applied", "actuator_force", "mocap_pos"):
+    for field in (
+        "qpos",
+        "qvel",
+        "ctrl",
+        "userdata",
+        "qfrc_applied",
+        "actuator_force",
+        "mocap_pos",
+        "M",
+        "qfrc_bias",
+    ):
         _compare("mjData", field, data._address, ctypes.c_void_p, getattr(data, field).ctypes.data)
-    _compare("mjModel", "numeric_data", model._address, ctypes.c_void_p, model.numeric_data.ctypes.data)
+    for field in ("numeric_data", "M_rownnz", "M_rowadr", "M_colind"):
+        _compare("mjModel", field, model._address, ctypes.c_void_p, getattr(model, field).ctypes.data)
     _compare("mjModel", "nnumericdata", model._address, ctypes.c_int, model.nnumericdata)
     _compare("mjData", "time", data._address, ctypes.c_double, data.time)
     _check_contacts()

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from escort_mj.control.behaviors import Surface
-from escort_mj.control.laws import LAWS, ApdSmc, Asmc, PdSmc
+from escort_mj.control.laws import LAWS, ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.laws import switching
 from escort_mj.control.setup import Setup
@@ -29,7 +29,9 @@ class Constant:
         return 0.0 * self.value
 
 
+PAPER = (ApdSmc, Asmc, PdSmc)
 SMOOTHINGS = ("tanh", "saturation", "sign")
+SIGNALS = ("q_d", "v_d", "e", "e_dot", "s", "tau", "rho_hat")
 START = np.array([[5.0, 0.0]])
 REST = np.zeros((1, 2))
 SETUP = Setup(  # one robot on the circle around the origin, which asks nothing more of it
@@ -52,32 +54,45 @@ SETUP = Setup(  # one robot on the circle around the origin, which asks nothing 
 )
 
 
-def simulate(setup: Setup, seconds: float, mass: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Drives one robot by the law and the disturbance; e, tau and rho_hat over time, each (steps, 2)."""
+def fly(
+    setup: Setup, seconds: float, mass: float = 1.0, gravity: float | np.ndarray = 0.0
+) -> dict[str, np.ndarray]:
+    """Drives one robot by the law and the disturbance; its signals over time, each (steps, p)."""
+    p = setup.axes
     controller = ReferenceController(setup)
-    controller.reset(START)
-    q, v, rows = START, REST, []
+    start, model = (
+        np.eye(1, p) * START[0, 0],
+        (mass * np.eye(p)[None], np.broadcast_to(-mass * gravity, (1, p))),
+    )
+    controller.reset(start)
+    q, v, rows = start, 0.0 * start, []
     for step in range(round(seconds / setup.timestep)):
-        signals = controller.evaluate(step * setup.timestep, q, v)
+        signals = controller.evaluate(step * setup.timestep, q, v, *model)
         limit = setup.force_limit[0]
-        v = v + setup.timestep / mass * (np.clip(signals.tau, -limit, limit) + signals.disturbance)
+        force = np.clip(signals.tau, -limit, limit) + signals.disturbance
+        v = v + setup.timestep * (force / mass + gravity)
         q = q + setup.timestep * v
-        rows.append((signals.e[0], signals.tau[0], signals.rho_hat[0]))
-    e, tau, rho_hat = np.array(rows).swapaxes(0, 1)
-    return e, tau, rho_hat
+        rows.append([getattr(signals, name)[0] for name in SIGNALS])
+    return dict(zip(SIGNALS, np.array(rows).swapaxes(0, 1), strict=True))
+
+
+def simulate(setup: Setup, seconds: float, mass: float = 1.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Drives one robot; e, tau and rho_hat over time, each (steps, 2)."""
+    flown = fly(setup, seconds, mass)
+    return flown["e"], flown["tau"], flown["rho_hat"]
 
 
 def test_gains_are_the_papers() -> None:
     assert ApdSmc().gains() == (30.0, 50.0, 1.0, 20.0, 0.1)
     assert Asmc().gains() == (0.0, 0.0, 80.0, 20.0, 0.1)
     assert PdSmc().gains() == (30.0, 50.0, 1.0, 0.0, 0.0)
-    assert {law().slope for law in LAWS} == {20.0}
+    assert {law().slope for law in PAPER} == {20.0}
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_every_law_has_its_own_name(law) -> None:
-    assert law().law in ("apd_smc", "asmc", "pd_smc")
-    assert len({other().law for other in LAWS}) == len(LAWS)
+def test_every_law_has_its_own_name() -> None:
+    names = [law().law for law in LAWS]
+    assert names == ["apd_smc", "asmc", "pd_smc", "pd", "computed_torque", "super_twisting"]
+    assert [law.needs_model for law in LAWS] == [name in ("pd", "computed_torque") for name in names]
 
 
 @pytest.mark.parametrize(
@@ -91,6 +106,12 @@ def test_every_law_has_its_own_name(law) -> None:
         (Asmc, {"switching_gain": math.inf}),
         (Asmc, {"derivative_gain": 1.0}),
         (PdSmc, {"adaptation_rate": 1.0}),
+        (Pd, {"proportional_gain": -1.0}),
+        (Pd, {"smoothing": "sign"}),
+        (ComputedTorque, {"acceleration_filter": -0.1}),
+        (ComputedTorque, {"proportional_gain": 1.0}),
+        (SuperTwisting, {"root_gain": -1.0}),
+        (SuperTwisting, {"slope": 0.0}),
     ],
 )
 def test_impossible_parameters_are_refused(law, wrong: dict) -> None:
@@ -117,7 +138,7 @@ def test_switching_at_the_surface() -> None:
     assert switching(np.array([1e-300]), "sign", 1.0)[0] == 1.0
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", PAPER)
 @pytest.mark.parametrize("smoothing", SMOOTHINGS)
 def test_force_is_eq_9(law, smoothing: str) -> None:
     chosen = law(smoothing=smoothing, boundary_layer=0.5, slope=7.0)
@@ -197,3 +218,118 @@ def test_anti_windup_acts_axis_by_axis_and_only_outward() -> None:
     inward = controller.evaluate(0.0, START, np.array([[0.05, 0.05]]))
     assert np.all(inward.tau > limit) and np.all(inward.s < 0.0)
     np.testing.assert_allclose(controller.evaluate(0.5, START, REST).rho_hat, 50.0 + 0.5 * 20.0 * inward.s)
+
+
+MASS = np.array([[[2.0, 0.3], [0.3, 1.5]]])
+BIAS = np.array([[0.7, -9.0]])
+OFF_PLACE = START + [[0.1, -0.03]], np.array([[0.2, 0.4]])
+
+
+def first_signals(law, **model):
+    controller = ReferenceController(replace(SETUP, law=law))
+    controller.reset(START)
+    return controller.evaluate(0.0, *OFF_PLACE, **model)
+
+
+def test_pd_is_its_equation() -> None:
+    found = first_signals(Pd(proportional_gain=7.0, derivative_gain=3.0), mass=MASS, bias=BIAS)
+    np.testing.assert_allclose(found.tau, 7.0 * found.e + 3.0 * found.e_dot + BIAS, rtol=1e-15)
+
+
+def test_computed_torque_is_its_equation() -> None:
+    """M (a_d + k_v e_dot + k_p e) + bias; at the first step there is nothing yet to differentiate."""
+    law = ComputedTorque(position_gain=7.0, velocity_gain=3.0, acceleration_filter=0.05)
+    controller = ReferenceController(replace(SETUP, law=law))
+    controller.reset(START)
+    (q, v), dt = OFF_PLACE, SETUP.timestep
+    first = controller.evaluate(0.0, q, v, MASS, BIAS)
+    wish = 3.0 * first.e_dot + 7.0 * first.e
+    np.testing.assert_allclose(first.tau[0], MASS[0] @ wish[0] + BIAS[0], rtol=1e-14)
+    for _ in range(2):  # at one time nothing advances
+        second = controller.evaluate(dt, q + 0.01, v, MASS, BIAS)
+        a_d = (second.v_d - first.v_d) / (0.05 + dt)
+        wish = a_d + 3.0 * second.e_dot + 7.0 * second.e
+        np.testing.assert_allclose(second.tau[0], MASS[0] @ wish[0] + BIAS[0], rtol=1e-12)
+    third = controller.evaluate(2 * dt, q - 0.02, v, MASS, BIAS)
+    a_d = (third.v_d - second.v_d + 0.05 * a_d) / (0.05 + dt)
+    wish = a_d + 3.0 * third.e_dot + 7.0 * third.e
+    np.testing.assert_allclose(third.tau[0], MASS[0] @ wish[0] + BIAS[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("smoothing", SMOOTHINGS)
+def test_super_twisting_is_its_equation(smoothing: str) -> None:
+    law = SuperTwisting(smoothing=smoothing, boundary_layer=0.5, slope=7.0, root_gain=3.0, integral_gain=11.0)
+    controller = ReferenceController(replace(SETUP, law=law))
+    controller.reset(START)
+    found = controller.evaluate(0.0, *OFF_PLACE)
+    sw = switching(found.s, smoothing, 0.5)
+    np.testing.assert_allclose(found.tau, 3.0 * np.sqrt(np.abs(found.s)) * sw, rtol=1e-15)
+    assert np.all(found.rho_hat == 0.0)
+    after = controller.evaluate(SETUP.timestep, *OFF_PLACE)
+    np.testing.assert_allclose(after.rho_hat, SETUP.timestep * 11.0 * sw, rtol=1e-15)
+
+
+@pytest.mark.parametrize("law", [Pd(), ComputedTorque()])
+def test_gravity_makes_nothing_sag(law) -> None:
+    """In space, with gravity and without any other disturbance, a heavy robot on its place stays there."""
+    space = replace(
+        SETUP,
+        law=law,
+        obstacle_position=np.zeros((0, 3)),
+        force_limit=np.array([100.0]),
+        target=Constant(0.0, 0.0, 0.0),
+        disturbance=None,
+    )
+    gravity = np.array([[0.3, 0.0, -9.81]])
+    flown = fly(space, 2.0, mass=3.0, gravity=gravity)
+    np.testing.assert_allclose(flown["tau"], np.broadcast_to(-3.0 * gravity[0], (1000, 3)), atol=1e-10)
+    assert np.abs(flown["e"]).max() < 1e-12
+    sagging = fly(replace(space, law=PdSmc()), 2.0, mass=3.0, gravity=gravity)
+    assert np.abs(sagging["e"]).max() > 0.1
+
+
+def test_computed_torque_gives_the_error_its_own_dynamics() -> None:
+    """e'' + k_v e' + k_p e = 0 whatever the mass: without noise and push, as far as steps can tell."""
+    errors = []
+    for timestep in (0.002, 0.001, 0.0005):
+        law = ComputedTorque(position_gain=30.0, velocity_gain=6.0, acceleration_filter=0.0)
+        moving = replace(
+            SETUP,
+            timestep=timestep,
+            law=law,
+            force_limit=np.array([math.inf]),
+            radius=4.0,
+            disturbance=None,
+        )
+        flown = fly(moving, 2.0, mass=3.7)
+        time = timestep * np.arange(len(flown["e"]))
+        # The first reference velocity is a jump, which leaves e(0) = 0, e'(0) = v_d(0).
+        rate, frequency = 3.0, math.sqrt(30.0 - 9.0)
+        start = flown["v_d"][0]
+        exact = start / frequency * (np.exp(-rate * time) * np.sin(frequency * time))[:, None]
+        errors.append(np.abs(flown["e"] - exact).max() / np.abs(exact).max())
+    assert errors[0] < 0.02
+    assert errors[0] / errors[1] == pytest.approx(2.0, rel=0.1)  # first order in the timestep
+    assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.1)
+
+
+class Swing(Constant):
+    """A push that swings, at most 3 N per second."""
+
+    def position(self, t: float) -> np.ndarray:
+        return np.array([2.0 * math.sin(1.5 * t), 1.5 * math.cos(2.0 * t)])
+
+
+@pytest.mark.parametrize("push", [Constant(0.0, 2.0), Swing()], ids=["constant", "swinging"])
+def test_super_twisting_reaches_the_surface_in_finite_time(push) -> None:
+    """And stays: s is zero but for the steps, w becomes the push; PD-SMC keeps an s."""
+    pushed = replace(SETUP, law=SuperTwisting(), disturbance=push, force_limit=np.array([math.inf]))
+    s = np.abs(fly(pushed, 6.0)["s"]).max(axis=1)
+    reached = int(np.flatnonzero(s > 1e-3)[-1]) + 1
+    assert s[: reached // 2].max() > 0.01
+    assert reached * SETUP.timestep < 3.0
+    finer = fly(replace(pushed, timestep=0.0005), 6.0)
+    assert np.abs(finer["s"][-4000:]).max() < s[-1000:].max() / 8.0  # of second order: steps squared
+    last = np.array([push.position(t) for t in (6.0,)])[0]
+    np.testing.assert_allclose(finer["rho_hat"][-1], -last, atol=0.02)
+    assert np.abs(fly(replace(pushed, law=PdSmc()), 6.0)["s"][-1000:]).max() > 20.0 * s[-1000:].max()

@@ -9,7 +9,8 @@ import pytest
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
 from escort_mj.control.controller import evaluate
 from escort_mj.control.formation import arrange, chords_exist
-from escort_mj.control.laws import ApdSmc, Asmc, PdSmc
+from escort_mj.control.laws import LAWS, ApdSmc
+from escort_mj.control.laws.sliding import SlidingModeLaw
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import State, state_size, unpack_plan, unpack_state
 from escort_mj.control.program import Op
@@ -90,8 +91,18 @@ class Kernel:
         self.memory = np.zeros(state_size(self.packed))
         self.state: State = unpack_state(self.packed.ctypes.data, self.memory.ctypes.data, setup.axes)
 
-    def evaluate(self, t: float, q: np.ndarray, v: np.ndarray) -> State:
+    def evaluate(
+        self,
+        t: float,
+        q: np.ndarray,
+        v: np.ndarray,
+        mass: np.ndarray | None = None,
+        bias: np.ndarray | None = None,
+    ) -> State:
         self.state.time[0], self.state.q[:], self.state.v[:] = t, q, v
+        if len(self.state.model_bias):  # as the physics callback does
+            self.state.model_mass[:] = np.eye(self.axes).ravel() if mass is None else mass.reshape(len(q), -1)
+            self.state.model_bias[:] = 0.0 if bias is None else bias
         step(self.packed.ctypes.data, self.memory.ctypes.data, self.axes)
         return self.state
 
@@ -138,9 +149,11 @@ def compare(setup: Setup, q: np.ndarray, v: np.ndarray, seed: int = 0, steps: in
     active = []
     for count in range(steps):
         t = count * setup.timestep
+        root = rng.normal(size=(*q.shape, setup.axes))
+        model = root @ root.swapaxes(1, 2), rng.normal(size=q.shape)
         for _ in range(2):
-            signals = twin.evaluate(t, q, v)
-            assert_same(kernel.evaluate(t, q, v), signals, TOLERANCE)
+            signals = twin.evaluate(t, q, v, *model)
+            assert_same(kernel.evaluate(t, q, v, *model), signals, TOLERANCE)
         active.append(signals.avoidance_active)
         q, v = q + rng.normal(scale=0.05, size=q.shape), v + rng.normal(scale=0.5, size=v.shape)
     return np.array(active)
@@ -171,12 +184,19 @@ def test_every_ladder(ladder, feedforward: bool, max_speed: float, axes: int) ->
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize("anti_windup", [True, False])
 @pytest.mark.parametrize("smoothing", ["tanh", "saturation", "sign"])
-@pytest.mark.parametrize("law", [ApdSmc, Asmc, PdSmc])
+@pytest.mark.parametrize("law", LAWS)
 def test_every_law(law, smoothing: str, anti_windup: bool, axes: int) -> None:
     setup, q, v = mission(axes, seed=2)
-    chosen = law(
-        smoothing=smoothing, anti_windup=anti_windup, boundary_layer=0.7, slope=13.0, switching_gain=30.0
-    )
+    wanted = {
+        "smoothing": smoothing,
+        "anti_windup": anti_windup,
+        "boundary_layer": 0.7,
+        "slope": 13.0,
+        "switching_gain": 30.0,
+        "root_gain": 20.0,
+        "acceleration_filter": {"tanh": 0.0, "saturation": 0.001, "sign": 0.1}[smoothing],
+    }
+    chosen = law(**{key: value for key, value in wanted.items() if key in law.model_fields})
     setup = replace(setup, law=chosen)
     twin = ReferenceController(setup)
     twin.reset(q)
@@ -217,7 +237,8 @@ def test_random_missions(seed: int) -> None:
     axes = int(rng.integers(2, 4))
     count = int(rng.integers(2, 9)) if axes == 2 else 6
     setup, q, v = mission(axes, seed, count, obstacles=int(rng.integers(0, 7)))
-    law = (ApdSmc, Asmc, PdSmc)[rng.integers(3)]
+    law = LAWS[rng.integers(len(LAWS))]
+    switching = {"smoothing": str(rng.choice(["tanh", "saturation", "sign"]))}
     avoid = {
         "gain": str(rng.choice(["consistent", "printed"])),
         "measure": str(rng.choice(["center", "surface"])),
@@ -228,7 +249,7 @@ def test_random_missions(seed: int) -> None:
     setup = replace(
         setup,
         behaviors=LADDERS[rng.integers(len(LADDERS))],
-        law=law(smoothing=str(rng.choice(["tanh", "saturation", "sign"])), anti_windup=bool(rng.integers(2))),
+        law=law(anti_windup=bool(rng.integers(2)), **(switching if issubclass(law, SlidingModeLaw) else {})),
         radius=float(rng.uniform(1.0, 8.0)),
         target_feedforward=bool(rng.integers(2)),
         max_speed=float(rng.choice([0.5, 3.0, math.inf])),

@@ -189,7 +189,24 @@ WRONG = [
         "a second time",
     ),
     ("no behavior", "mission: {behaviors: []}\n", "1:22: mission.behaviors: ", "at least 1"),
-    ("unknown law", "controller: lqr\n", "1:13: controller: ", "allowed are apd_smc, asmc or pd_smc"),
+    (
+        "unknown law",
+        "controller: lqr\n",
+        "1:13: controller: ",
+        "allowed are apd_smc, asmc, pd_smc, pd, computed_torque or super_twisting",
+    ),
+    (
+        "gain of another baseline",
+        "controller: {law: computed_torque, proportional_gain: 3}",
+        "1:36: controller.proportional_gain: ",
+        "is not a key of computed_torque; allowed are slope, anti_windup",
+    ),
+    (
+        "a filter from the future",
+        "controller: {law: computed_torque, acceleration_filter: -1}",
+        "1:57",
+        "at least 0",
+    ),
     ("unknown law in a table", "controller: {law: amsc}\n", "1:19: controller.law: ", 'did you mean "asmc"?'),
     (
         "unknown gain",

@@ -22,8 +22,11 @@ TWO_SPHERES = """
 """
 
 POINTERS = (
-    ("mjData", "qpos qvel ctrl userdata qfrc_applied actuator_force mocap_pos efc_force xpos"),
-    ("mjModel", "numeric_data numeric_adr numeric_size geom_bodyid jnt_qposadr qpos0"),
+    ("mjData", "qpos qvel ctrl userdata qfrc_applied actuator_force mocap_pos efc_force xpos M qfrc_bias"),
+    (
+        "mjModel",
+        "numeric_data numeric_adr numeric_size geom_bodyid jnt_qposadr qpos0 M_rownnz M_rowadr M_colind",
+    ),
 )
 
 
@@ -94,12 +97,17 @@ CHECKED = (
     ("mjData", "qfrc_applied"),
     ("mjData", "actuator_force"),
     ("mjData", "mocap_pos"),
+    ("mjData", "M"),
+    ("mjData", "qfrc_bias"),
     ("mjData", "time"),
     ("mjData", "ncon"),
     ("mjData", "contact"),
     ("mjData", "efc_force"),
     ("mjModel", "numeric_data"),
     ("mjModel", "nnumericdata"),
+    ("mjModel", "M_rownnz"),
+    ("mjModel", "M_rowadr"),
+    ("mjModel", "M_colind"),
     ("mjModel", "opt.cone"),
     ("mjContact", "dim"),
     ("mjContact", "geom"),

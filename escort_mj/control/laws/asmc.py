@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.control.laws.sliding import Gains, SlidingModeLaw
+from escort_mj.control.laws.sliding import SlidingModeLaw
+from escort_mj.control.laws.tracking import Gains
 
 
 class Asmc(SlidingModeLaw):
     """Adaptation and a strong switching term, no PD part."""
+
+    own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain"})  # k_a, far larger than k
 
     law: Literal["asmc"] = "asmc"
     switching_gain: NonNegativeFloat = 80.0

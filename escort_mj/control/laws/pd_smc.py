@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.control.laws.sliding import Gains, SlidingModeLaw
+from escort_mj.control.laws.sliding import SlidingModeLaw
+from escort_mj.control.laws.tracking import Gains
 
 
 class PdSmc(SlidingModeLaw):

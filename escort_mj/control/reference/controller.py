@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.laws import ComputedTorque
 from escort_mj.control.reference.behaviors import turned
-from escort_mj.control.reference.laws import switching
+from escort_mj.control.reference.laws import demand
 from escort_mj.control.reference.noise import ball_noise
 from escort_mj.control.reference.outer import outer_loop
 from escort_mj.control.setup import Setup
@@ -40,24 +41,29 @@ class ReferenceController:
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup
-        self.gains = setup.law.gains()
 
     def reset(self, q0: Array) -> None:
         """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
         self.q_d = np.array(q0, dtype=np.float64)
-        self.rho_hat = np.full_like(self.q_d, self.gains.rho_hat_0)
+        self.rho_hat = np.full_like(self.q_d, self.setup.law.gains().rho_hat_0)
         self._time: float | None = None
         self._rotation = np.eye(self.setup.axes)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
+        self._v_d: Array | None = None
+        self._a_d = np.zeros_like(self.q_d)
 
-    def evaluate(self, t: float, q: Array, v: Array) -> ReferenceSignals:
+    def evaluate(
+        self, t: float, q: Array, v: Array, mass: Array | None = None, bias: Array | None = None
+    ) -> ReferenceSignals:
         """Advances the state if time has advanced, then evaluates the law.
 
         Args:
             t: Time [s]; the state moves one timestep if this is later than at the last evaluation.
             q: True positions, shape (n, p) [m].
             v: True velocities, shape (n, p) [m/s].
+            mass: Mass matrix of each robot, for laws that are told it, shape (n, p, p) [kg]; None for 1 kg.
+            bias: Bias force, likewise, shape (n, p) [N]; None for none.
         """
         setup, law = self.setup, self.setup.law
         moved = self._time is None or t > self._time
@@ -77,14 +83,21 @@ class ReferenceController:
             self._rotation = turned(self._rotation, q_m, target, setup.figure.vertices)
         e = self.q_d - q_m
         v_d, active = outer_loop(setup, self._rotation, q_m, v_m, e, target, target_velocity)
+        if moved:
+            self._v_d_before, self._a_d_before = v_d if self._v_d is None else self._v_d, self._a_d
+        self._v_d = v_d
+        if isinstance(law, ComputedTorque):
+            lag = law.acceleration_filter
+            self._a_d = (v_d - self._v_d_before + lag * self._a_d_before) / (lag + setup.timestep)
         e_dot = v_d - v_m
         s = e_dot + law.slope * e
-        sw = switching(s, law.smoothing, law.boundary_layer)
-        tau = self.rho_hat + self.gains.kp * e + self.gains.kd * e_dot + self.gains.k * sw
+        mass = np.broadcast_to(np.eye(setup.axes), (*q.shape, setup.axes)) if mass is None else mass
+        bias = np.zeros(q.shape) if bias is None else bias
+        tau, rate = demand(law, e, e_dot, self.rho_hat, self._a_d, mass, bias)
 
         outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & law.anti_windup
         self._q_d_rate = np.where(outward, v_m, v_d)
-        self._rho_hat_rate = np.where(outward, 0.0, self.gains.mu * s)
+        self._rho_hat_rate = np.where(outward, 0.0, rate)
         return ReferenceSignals(
             q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active
         )

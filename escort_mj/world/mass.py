@@ -1,0 +1,43 @@
+"""Reads the mass matrix where MuJoCo keeps it: the lower triangle, row by row, without its zeros."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at
+
+INT = 4  # bytes
+
+
+@inlined
+def mass_block(
+    mass: int,
+    row_sizes: int,
+    row_starts: int,
+    columns: int,
+    first: int,
+    count: int,
+    block: NDArray[np.float64],
+) -> None:
+    """The square block of the mass matrix that belongs to consecutive degrees of freedom.
+
+    Args:
+        mass: Address of `mjData.M`, the entries.
+        row_sizes: Address of `mjModel.M_rownnz`, entries in each row.
+        row_starts: Address of `mjModel.M_rowadr`, first entry of each row.
+        columns: Address of `mjModel.M_colind`, column of each entry.
+        first: First degree of freedom of the block.
+        count: Number of them.
+        block: Result, row by row, shape (count * count,).
+    """
+    for a in range(count * count):
+        block[a] = 0.0
+    for a in range(count):
+        start = int_at(row_starts + INT * (first + a))
+        for entry in range(start, start + int_at(row_sizes + INT * (first + a))):
+            b = int_at(columns + INT * entry) - first
+            if b >= 0:
+                value = double_at(mass + DOUBLE * entry)
+                block[a * count + b] = value
+                block[b * count + a] = value
