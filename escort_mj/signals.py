@@ -19,22 +19,40 @@ class Signal(NamedTuple):
 
     Attributes:
         name: Variable name in the trace.
-        dims: Dimensions beside time, out of `robot`, `axis`, `obstacle`, `coordinate`.
+        dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `coordinate`, `cause`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
+        channel: Recorded only where `sizes` has 1 under this name; empty for what is always recorded.
     """
 
     name: str
     dims: tuple[str, ...]
     unit: str
     meaning: str
+    channel: str = ""
+
+    def recorded(self, sizes: Mapping[str, int]) -> bool:
+        """Whether a record of these sizes has this signal."""
+        return not self.channel or sizes.get(self.channel, 0) == 1
 
     def size(self, sizes: Mapping[str, int]) -> int:
-        """Number of values of one sample, given the size of each dimension."""
-        return prod(sizes[dim] for dim in self.dims)
+        """Number of values of one sample, given the size of each dimension; 0 where it is not recorded."""
+        return prod(sizes[dim] for dim in self.dims) if self.recorded(sizes) else 0
 
 
 RA = ("robot", "axis")
+TRUTH, LYAPUNOV = "truth", "lyapunov"
+
+CAUSES = (
+    "dissipation",  # -kd |e_dot|^2 - slope kp |e|^2 - k s.sw(s): what the proof counts on
+    "reference",  # the reference torque rho moves; without adaptation, all of s.rho
+    "external",  # forces that are neither the motors' nor the bias: disturbance, contact, coupling
+    "noise",  # the law acts on measured, not true, errors
+    "saturation",  # applied minus demanded force
+    "anti_windup",  # estimate and reference position are held
+    "unexplained",  # the rest: what the timestep's finite length leaves
+)
+"""Why the Lyapunov function V1 changes."""
 
 # Control signals of one and the same evaluation of the law, at the sample's time.
 # Then what was worst since the previous sample (every physics step is looked at), then running totals.
@@ -84,6 +102,30 @@ SIGNALS: tuple[Signal, ...] = (
         "force_variation", ("robot",), "N", "sum so far of the force's absolute change, all axes (chattering)"
     ),
     Signal("qpos", ("coordinate",), "m or 1", "MuJoCo's generalized positions, for replay"),
+    # The truth channel: what the simulator knows and the law does not.
+    Signal("mass_matrix", (*RA, "axis_2"), "kg", "the robot's own block of MuJoCo's mass matrix", TRUTH),
+    Signal(
+        "mass_coupling",
+        ("robot",),
+        "kg",
+        "norm of what couples the robot to other coordinates of its kinematic tree in the mass matrix",
+        TRUTH,
+    ),
+    Signal("bias_force", RA, "N", "bias force C v + g, as MuJoCo has it", TRUTH),
+    Signal("external_force", RA, "N", "M a + bias - force: what neither motor nor bias explains", TRUTH),
+    Signal(
+        "reference_torque",
+        RA,
+        "N",
+        "true reference torque M q_r'' + C q_r' + g, which rho_hat estimates",
+        TRUTH,
+    ),
+    Signal(
+        "skew_residual", ("robot",), "kg/s", "largest symmetric part of dM/dt - 2 C, by differences", TRUTH
+    ),
+    Signal("coriolis_residual", ("robot",), "N", "largest of |C v + g - bias|, C by differences of M", TRUTH),
+    Signal("lyapunov", ("robot",), "J", "the robot's share of the Lyapunov function V1", LYAPUNOV),
+    Signal("lyapunov_change", ("robot", "cause"), "J", "change of V1 so far, by its cause", LYAPUNOV),
 )
 
 SIGNAL_NAMES = tuple(signal.name for signal in SIGNALS)
@@ -93,9 +135,21 @@ def record_size(sizes: Mapping[str, int]) -> int:
     """Number of values of one whole sample.
 
     Args:
-        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`.
+        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`; 1 for each channel that is
+            recorded, with the sizes `axis_2` and `cause` of its dimensions, see `truth_sizes`.
     """
     return sum(signal.size(sizes) for signal in SIGNALS)
+
+
+def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
+    """Sizes that the truth channel adds to those of a record.
+
+    Args:
+        axes: p.
+        truth: Whether the truth is recorded.
+        lyapunov: Whether the law has the Lyapunov function V1.
+    """
+    return {TRUTH: int(truth), LYAPUNOV: int(truth and lyapunov), "axis_2": axes, "cause": len(CAUSES)}
 
 
 class Metric(NamedTuple):
@@ -136,6 +190,16 @@ METRICS: tuple[Metric, ...] = (
     ),
     Metric("contacts", "1", "touches begun between robots, obstacles and target"),
     Metric("contact_force_max", "N", "largest normal contact force"),
+    Metric("mass_eigenvalue_min", "kg", "least eigenvalue of a robot's mass matrix (property 1)"),
+    Metric("mass_eigenvalue_max", "kg", "largest eigenvalue of a robot's mass matrix (property 1)"),
+    Metric("skew_residual", "kg/s", "largest symmetric part of dM/dt - 2 C (property 2)"),
+    Metric("coriolis_residual", "N", "largest difference of C v + g from MuJoCo's bias force"),
+    Metric(
+        "lyapunov_rise", "J", "largest rise of a robot's V1 above its least so far, moving reference aside"
+    ),
+    Metric(
+        "lyapunov_unexplained", "J", "sum over robots and samples of |change of V1 without a known cause|"
+    ),
 )
 
 METRIC_NAMES = tuple(metric.name for metric in METRICS)

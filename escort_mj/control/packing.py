@@ -9,19 +9,20 @@ from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
 from escort_mj.control.laws import ComputedTorque
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
-from escort_mj.control.plan import AVOID_OBSTACLES, KINDS, LAW, LAW_KINDS, MAGIC, SCALARS
+from escort_mj.control.plan import AVOID_OBSTACLES, KINDS, LAW, LAW_KINDS, MAGIC, SCALARS, TRUTH
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
 
 
-def pack(setup: Setup, stride: int, coordinates: int) -> Array:
+def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Array:
     """Packs a setup into the flat vector that `unpack_plan` reads.
 
     Args:
         setup: What the controller is told.
         stride: Physics steps between two samples.
         coordinates: Number of MuJoCo's generalized positions, for the record.
+        truth: Whether to record the truth channel.
     """
     n, p, m = setup.count, setup.axes, len(setup.obstacle_radius)
     code, target_span, pieces = setup.target.programs()
@@ -53,6 +54,7 @@ def pack(setup: Setup, stride: int, coordinates: int) -> Array:
     header[LAW] = LAW_KINDS[type(law)]
     if isinstance(law, ComputedTorque):
         header[LAW + 1] = law.acceleration_filter
+    header[TRUTH] = truth * (1 + law.has_lyapunov)
     blocks = (
         header,
         np.array([_level(setup, behavior) for behavior in setup.behaviors]),

@@ -16,7 +16,7 @@ from escort_mj.control.behaviors import Chords, Repulsion, Surface, Vertices
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.kernels import DOUBLE, matrix_at, shared, vector_at
-from escort_mj.signals import record_size
+from escort_mj.signals import CAUSES, record_size, truth_sizes
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,9 @@ LAW_KINDS = {
 MAX_CYCLES = 2
 PAIRS_PER_ROBOT = 8  # more touches than that at once are not told apart
 MAX_LEVELS = 8
+CAUSE_COUNT = len(CAUSES)
 CLOCK_SIZE = 8
+TRUTH = 30  # place in the header: 0 no truth is recorded, 1 truth, 2 truth with the Lyapunov function
 
 
 class Plan(NamedTuple):
@@ -64,6 +66,8 @@ class Plan(NamedTuple):
     noise_position: float
     noise_velocity: float
     chord_length: float
+    truth: bool
+    lyapunov: bool
     ladder: Array  # (levels, LEVEL_SIZE): kind, then the behavior's own numbers
     predecessors: Array  # (cycles, n)
     vertices: Array  # (n, p), unit vectors; (0, p) where no behavior asks for them
@@ -109,6 +113,22 @@ class State(NamedTuple):
     work: Array
     force_variation: Array
     qpos: Array
+    mass_matrix: (
+        Array  # (n, p * p); it and all that follows up to `lyapunov_change` only in the truth channel
+    )
+    mass_coupling: Array
+    bias_force: Array
+    external_force: Array
+    reference_torque: Array
+    skew_residual: Array
+    coriolis_residual: Array
+    lyapunov: Array
+    lyapunov_change: Array
+    mass_before: Array  # (n, p * p): of the step before, as are the next three; truth channel only
+    reference_torque_before: Array  # (n, p)
+    v_d_before: Array  # (n, p)
+    s_before: Array  # (n, p): true, not measured
+    pending: Array  # (n, CAUSES): change of V1 in the step that begins
     q_d_rate: Array  # (n, p)
     rho_hat_rate: Array  # (n, p)
     force_before: Array  # (n, p): force of the step before, for its variation
@@ -169,7 +189,7 @@ def unpack_plan(address: int, axes: int) -> Plan:
         int(x[LAW]), x[LAW + 1],
         x[15], x[16], x[17], x[18], x[19],
         x[20], x[21], int(x[22]), x[23] != 0.0,
-        x[24], x[25], x[26],
+        x[24], x[25], x[26], x[TRUTH] > 0.0, x[TRUTH] > 1.0,
         ladder, predecessors, vertices, obstacle_position, obstacle_radius[0],
         robot_radius[0], force_limit[0], target, disturbance, code, table,
     )  # fmt: skip
@@ -187,6 +207,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     """Views the state at an address, given the address of its plan and p; nothing is copied or owned."""
     x = vector_at(plan_address, SCALARS)
     n, p, m, nq = int(x[1]), axes, int(x[3]), int(x[4])
+    known, judged = n * int(x[TRUTH] > 0.0), n * int(x[TRUTH] > 1.0)
     at, time = _take(address, 1, 1)
     at, q = _take(at, n, p)
     at, v = _take(at, n, p)
@@ -216,6 +237,20 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, work = _take(at, 1, n)
     at, force_variation = _take(at, 1, n)
     at, qpos = _take(at, 1, nq)
+    at, mass_matrix = _take(at, known, p * p)
+    at, mass_coupling = _take(at, 1, known)
+    at, bias_force = _take(at, known, p)
+    at, external_force = _take(at, known, p)
+    at, reference_torque = _take(at, known, p)
+    at, skew_residual = _take(at, 1, known)
+    at, coriolis_residual = _take(at, 1, known)
+    at, lyapunov = _take(at, 1, judged)
+    at, lyapunov_change = _take(at, judged, CAUSE_COUNT)
+    at, mass_before = _take(at, known, p * p)
+    at, reference_torque_before = _take(at, known, p)
+    at, v_d_before = _take(at, known, p)
+    at, s_before = _take(at, judged, p)
+    at, pending = _take(at, judged, CAUSE_COUNT)
     at, q_d_rate = _take(at, n, p)
     at, rho_hat_rate = _take(at, n, p)
     at, force_before = _take(at, n, p)
@@ -235,6 +270,9 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
         robot_distance_min[0], obstacle_clearance_worst[0], robot_clearance_worst[0],
         contacts[0], contact_force[0], contact_onsets[0],
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
+        mass_matrix, mass_coupling[0], bias_force, external_force, reference_torque,
+        skew_residual[0], coriolis_residual[0], lyapunov[0], lyapunov_change,
+        mass_before, reference_torque_before, v_d_before, s_before, pending,
         q_d_rate, rho_hat_rate, force_before, rotation, touching, clock[0], switching[0], stack[0],
         model_mass, model_bias, v_d_filtered, v_d_rate,
     )  # fmt: skip
@@ -243,7 +281,9 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 def state_size(plan: Array) -> int:
     """Length of the state vector that belongs to a packed plan."""
     n, p, m, nq = (int(size) for size in plan[1:5])
-    record = record_size({"robot": n, "axis": p, "obstacle": m, "coordinate": nq})
+    truth, lyapunov = plan[TRUTH] > 0.0, plan[TRUTH] > 1.0
+    sizes = {"robot": n, "axis": p, "obstacle": m, "coordinate": nq} | truth_sizes(p, truth, lyapunov)
+    record = record_size(sizes) + n * (truth * (p * p + 2 * p) + lyapunov * (p + CAUSE_COUNT))
     told, differentiating = _law_rows(plan, n)
     of_law = told * (p * p + p) + differentiating * 2 * p
     return record + 4 * n * p + p * p + 2 * PAIRS_PER_ROBOT * n + CLOCK_SIZE + 2 * STACK_DEPTH + of_law

@@ -20,6 +20,8 @@ SHORT = "the window holds a single sample"
 ALONE = "there is one robot"
 UNOBSTRUCTED = "there are no obstacles"
 SHAPELESS = "the mission has no formation"
+UNTOLD = "the truth was not recorded (recording.truth)"
+NO_LYAPUNOV = "the Lyapunov function belongs to the sliding-mode laws"
 
 
 class Measure(NamedTuple):
@@ -215,3 +217,57 @@ def contact_force_max(trace: xarray.Dataset) -> Measure:
     """Largest normal contact force at any physics step."""
     found = _largest(trace, trace["contact_force"].values[:, None], lambda index: "")
     return found if found.value else Measure(0.0)
+
+
+def _eigenvalues(trace: xarray.Dataset) -> np.ndarray:
+    """Eigenvalues of each robot's mass matrix, ascending, shape (time, robot, axis) [kg]."""
+    return np.linalg.eigvalsh(trace["mass_matrix"].values)
+
+
+def mass_eigenvalue_min(trace: xarray.Dataset) -> Measure:
+    """Least eigenvalue of a robot's mass matrix."""
+    if "mass_matrix" not in trace:
+        return Measure(None, reason=UNTOLD)
+    return _least(trace, _eigenvalues(trace)[..., 0], _robot)
+
+
+def mass_eigenvalue_max(trace: xarray.Dataset) -> Measure:
+    """Largest eigenvalue of a robot's mass matrix."""
+    if "mass_matrix" not in trace:
+        return Measure(None, reason=UNTOLD)
+    return _largest(trace, _eigenvalues(trace)[..., -1], _robot)
+
+
+def skew_residual(trace: xarray.Dataset) -> Measure:
+    """Largest symmetric part of dM/dt - 2 C."""
+    return _residual(trace, "skew_residual")
+
+
+def coriolis_residual(trace: xarray.Dataset) -> Measure:
+    """Largest difference of C v + g from MuJoCo's bias force."""
+    return _residual(trace, "coriolis_residual")
+
+
+def _residual(trace: xarray.Dataset, name: str) -> Measure:
+    """Largest of a residual of the truth channel."""
+    return _largest(trace, trace[name].values, _robot) if name in trace else Measure(None, reason=UNTOLD)
+
+
+def lyapunov_rise(trace: xarray.Dataset) -> Measure:
+    """Largest rise of a robot's V1 above its least so far, without what the moving reference did to it."""
+    if "lyapunov" not in trace:
+        return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
+    value = trace["lyapunov"].values - trace["lyapunov_change"].sel(cause="reference").values
+    return _largest(trace, value - np.minimum.accumulate(value, axis=0), _robot)
+
+
+def lyapunov_unexplained(trace: xarray.Dataset) -> Measure:
+    """Sum over robots and samples of the absolute change of V1 that no known cause explains."""
+    if "lyapunov" not in trace:
+        return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
+    total = trace["lyapunov_change"].sel(cause="unexplained").values
+    return (
+        Measure(float(np.abs(np.diff(total, axis=0)).sum()))
+        if len(total) > 1
+        else Measure(None, reason=SHORT)
+    )

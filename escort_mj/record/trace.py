@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.files import replaced
-from escort_mj.signals import SIGNALS, record_size
+from escort_mj.signals import CAUSES, SIGNALS, TRUTH, record_size
 
 if TYPE_CHECKING:
     import xarray
@@ -26,7 +26,7 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
 
     Args:
         samples: Shape (k, record_size); no NaN.
-        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`.
+        sizes: Size of each dimension and channel, see `signals.record_size`.
         labels: `obstacles` (names), `robot_radius` (n,), `obstacle_radius` (m,), `obstacle_position` (m, p),
             `force_limit` (n,), `neighbors` (edges, 2) as robot numbers, `spacing` (edges,),
             and `attributes` of the dataset
@@ -34,8 +34,9 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
 
     Returns:
         Dataset with dimensions time, robot (from 1), axis (x, y, z), obstacle (names), coordinate, and
-        edge (pairs of neighbors); every variable carries `units` and `long_name`. Distances to what is not
-        there (obstacles, other robots) are left out.
+        edge (pairs of neighbors), and with the truth channel axis_2 and cause; every variable carries `units`
+        and `long_name`. Distances to what is not there (obstacles, other robots) are left out, and so are
+        channels that were not recorded.
 
     Raises:
         ValueError: If the samples do not fit the sizes.
@@ -50,6 +51,8 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
     variables: dict[str, Any] = {}
     time, place = np.zeros(0), 0
     for signal in SIGNALS:
+        if not signal.recorded(sizes):
+            continue
         size = signal.size(sizes)
         values = samples[:, place : place + size].reshape(len(samples), *(sizes[dim] for dim in signal.dims))
         place += size
@@ -104,9 +107,18 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
                 np.array(list(labels["obstacles"]), dtype=str),
                 {"long_name": "name of the obstacle"},
             ),
-        },
+        }
+        | (_truth_coordinates(sizes) if sizes.get(TRUTH) else {}),
         attrs={key: value for key, value in labels["attributes"].items() if value is not None},
     )
+
+
+def _truth_coordinates(sizes: Mapping[str, int]) -> dict[str, Any]:
+    """Labels of the dimensions that only the truth channel has."""
+    return {
+        "axis_2": ("axis_2", list("xyz")[: sizes["axis_2"]], {"long_name": "second axis of a matrix"}),
+        "cause": ("cause", list(CAUSES), {"long_name": "why the Lyapunov function V1 changes"}),
+    }
 
 
 def _absent(sizes: Mapping[str, int]) -> set[str]:

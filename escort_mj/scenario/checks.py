@@ -13,7 +13,7 @@ from escort_mj.scenario.check_space import check_clearance, check_dimensions, ch
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
-from escort_mj.signals import record_size
+from escort_mj.signals import record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
 MAX_TRACE = 4 * 2**30  # bytes
@@ -43,6 +43,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
     count, axes = robot_count(scenario), scenario.axes
     coordinates = count * (7 if scenario.robots.kind == "rolling_sphere" else axes)
     sizes = {"robot": count, "axis": axes, "obstacle": len(scenario.obstacles), "coordinate": coordinates}
+    sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
     size = 8.0 * record_size(sizes) * (duration * rate + 1.0)
     if size > MAX_TRACE:
         yield Finding(

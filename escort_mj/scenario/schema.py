@@ -164,6 +164,9 @@ class Recording(Parameters):
 
     rate: PositiveFloat = 50.0
     """Samples per simulated second [1/s]; a whole number of physics steps apart."""
+    truth: bool = False
+    """Whether to record what the law may not know: mass matrix, bias and external force, reference torque,
+    and the Lyapunov function with the causes of its change."""
 
 
 class Video(Parameters):

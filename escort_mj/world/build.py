@@ -16,6 +16,7 @@ from escort_mj.control.setup import Setup
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
+from escort_mj.signals import truth_sizes
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import graft, load_part, new_root
 from escort_mj.world.wiring import PLAN_SIZE, Group, wire
@@ -80,7 +81,7 @@ def build(scenario: Scenario) -> World:
     )
     add_cameras(root, target, scenario, *_extent(scenario, setup, robots, height))
 
-    plan = pack(setup, stride, coordinates)
+    plan = pack(setup, stride, coordinates, scenario.recording.truth)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
     plan[PLAN_SIZE] = len(plan)
@@ -93,7 +94,7 @@ def build(scenario: Scenario) -> World:
         "axis": scenario.axes,
         "obstacle": len(scenario.obstacles),
         "coordinate": coordinates,
-    }
+    } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
     return World(mujoco.MjModel.from_xml_string(xml), xml, setup, robots, stride, sizes)
 
 

@@ -26,6 +26,7 @@ from escort_mj.control.plan import MAGIC, axes_of, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE, OPTIONS, double_at, inlined, int_at, pointer_at, vector_at
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.mass import INT, mass_block
+from escort_mj.world.truth import observe
 from escort_mj.world.watch import watch
 from escort_mj.world.wiring import wiring_behind
 
@@ -43,6 +44,7 @@ def callbacks() -> tuple[Any, Any]:
     d_qpos, d_qvel, d_ctrl = offset("mjData", "qpos"), offset("mjData", "qvel"), offset("mjData", "ctrl")
     d_applied, d_mocap = offset("mjData", "qfrc_applied"), offset("mjData", "mocap_pos")
     d_mass, d_bias = offset("mjData", "M"), offset("mjData", "qfrc_bias")
+    d_acceleration = offset("mjData", "qacc")
     m_row_sizes, m_row_starts = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
     m_columns = offset("mjModel", "M_colind")
     d_force, d_efc_force = offset("mjData", "actuator_force"), offset("mjData", "efc_force")
@@ -119,6 +121,18 @@ def callbacks() -> tuple[Any, Any]:
         for i in range(n):
             for k in range(p):
                 state.force[i, k] = applied[i * p + k]
+        if plan.truth:
+            observe(
+                numbers,
+                pointer_at(d + d_userdata),
+                axes,
+                pointer_at(d + d_mass),
+                pointer_at(m + m_row_sizes),
+                pointer_at(m + m_row_starts),
+                pointer_at(m + m_columns),
+                pointer_at(d + d_bias),
+                pointer_at(d + d_acceleration),
+            )
         touching, largest = 0, 0.0
         count = int_at(d + d_ncon)
         if count > 0:

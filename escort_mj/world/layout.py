@@ -29,6 +29,22 @@ _SCALARS: dict[str, type] = {
 }
 
 
+# Arrays that the callbacks read or write.
+DATA_ARRAYS = (
+    "qpos",
+    "qvel",
+    "ctrl",
+    "userdata",
+    "qfrc_applied",
+    "actuator_force",
+    "mocap_pos",
+    "M",
+    "qfrc_bias",
+    "qacc",
+)
+MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind")
+
+
 @cache
 def structure(name: str) -> type[ctypes.Structure]:
     """The ctypes twin of one of MuJoCo's structures, such as `mjData`."""
@@ -67,19 +83,9 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     Raises:
         RuntimeError: If this MuJoCo's memory is not laid out as its introspection data says.
     """
-    for field in (
-        "qpos",
-        "qvel",
-        "ctrl",
-        "userdata",
-        "qfrc_applied",
-        "actuator_force",
-        "mocap_pos",
-        "M",
-        "qfrc_bias",
-    ):
+    for field in DATA_ARRAYS:
         _compare("mjData", field, data._address, ctypes.c_void_p, getattr(data, field).ctypes.data)
-    for field in ("numeric_data", "M_rownnz", "M_rowadr", "M_colind"):
+    for field in MODEL_ARRAYS:
         _compare("mjModel", field, model._address, ctypes.c_void_p, getattr(model, field).ctypes.data)
     _compare("mjModel", "nnumericdata", model._address, ctypes.c_int, model.nnumericdata)
     _compare("mjData", "time", data._address, ctypes.c_double, data.time)

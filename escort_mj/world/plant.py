@@ -10,6 +10,8 @@ from escort_mj.control.plan import State, unpack_state
 from escort_mj.signals import record_size
 from escort_mj.world import layout
 from escort_mj.world.build import World
+from escort_mj.world.properties import MassProperties
+from escort_mj.world.wiring import wiring_behind
 
 
 class Plant:
@@ -26,10 +28,21 @@ class Plant:
         self.data = mujoco.MjData(world.model)
         layout.check(world.model, self.data)
         self.record: NDArray[np.float64] = self.data.userdata[: record_size(world.sizes)]
+        self.properties = MassProperties(world.model) if world.sizes["truth"] else None
+        dofs = wiring_behind(world.model.numeric_data.ctypes.data).dof_address
+        self._trees = world.model.dof_treeid[dofs.astype(int)]
 
     def step(self, count: int) -> None:
-        """Advances by so many physics steps, without entering Python."""
+        """Advances by so many physics steps, without entering Python.
+
+        With the truth channel, what can only be found by differences is then added to the record, for the
+        state that the steps led to.
+        """
         mujoco.mj_step(self.world.model, self.data, nstep=count)
+        if self.properties is not None:
+            residuals = self.properties.residuals(self.data.qpos, self.data.qvel)
+            self.state.skew_residual[:] = residuals.skew[self._trees]
+            self.state.coriolis_residual[:] = residuals.coriolis[self._trees]
 
     def reset(self) -> None:
         """Back to the start; the controller seeds its own state at its first evaluation."""

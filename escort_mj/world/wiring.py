@@ -33,11 +33,13 @@ class Wiring(NamedTuple):
     Attributes:
         qpos_address: First position coordinate of each robot, shape (n,).
         dof_address: First velocity coordinate of each robot, shape (n,).
+        tree_end: One past the last velocity coordinate of each robot's kinematic tree, shape (n,).
         geom_group: `Group` of each geom, shape (ngeom,).
     """
 
     qpos_address: Array
     dof_address: Array
+    tree_end: Array
     geom_group: Array
 
 
@@ -60,9 +62,12 @@ def wire(model: mujoco.MjModel, robots: int) -> Array:
             groups[geom] = Group.TARGET
         elif body_id != 0:
             groups[geom] = Group.OBSTACLE
-    return np.concatenate(
-        [[robots, model.ngeom], model.jnt_qposadr[joints], model.jnt_dofadr[joints], groups]
-    ).astype(float)
+    dofs = model.jnt_dofadr[joints]
+    trees = model.dof_treeid[dofs]
+    ends = model.tree_dofadr[trees] + model.tree_dofnum[trees]
+    return np.concatenate([[robots, model.ngeom], model.jnt_qposadr[joints], dofs, ends, groups]).astype(
+        float
+    )
 
 
 @shared
@@ -77,4 +82,10 @@ def unpack_wiring(address: int) -> Wiring:
     sizes = vector_at(address, 2)
     n, geoms = int(sizes[0]), int(sizes[1])
     at = address + 2 * DOUBLE
-    return Wiring(vector_at(at, n), vector_at(at + DOUBLE * n, n), vector_at(at + DOUBLE * 2 * n, geoms))
+    block = DOUBLE * n
+    return Wiring(
+        vector_at(at, n),
+        vector_at(at + block, n),
+        vector_at(at + 2 * block, n),
+        vector_at(at + 3 * block, geoms),
+    )

@@ -15,13 +15,14 @@ from escort_mj.record.folder import RunFolder
 from escort_mj.record.metrics import summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace
-from escort_mj.signals import SIGNALS
+from escort_mj.signals import SIGNALS, truth_sizes
 
 ALONE = ("robot_distance_min", "robot_clearance_worst")
 
 
-def dimensions(robots: int, axes: int, obstacles: int) -> dict[str, int]:
-    return {"robot": robots, "axis": axes, "obstacle": obstacles, "coordinate": robots * axes}
+def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> dict[str, int]:
+    sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "coordinate": robots * axes}
+    return sizes | truth_sizes(axes, truth, lyapunov=truth)
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
@@ -29,6 +30,8 @@ def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
     time = np.asarray(time, float)
     columns = []
     for signal in SIGNALS:
+        if not signal.recorded(sizes):
+            continue
         shape = (len(time), *(sizes[dim] for dim in signal.dims))
         values = time if signal.name == "time" else given.pop(signal.name, 0.0)
         if (signal.name in ALONE and sizes["robot"] == 1) or (
@@ -69,9 +72,15 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
 @pytest.fixture
 def make_trace() -> Callable[..., Any]:
     def make(
-        time: Any, robots: int = 1, axes: int = 2, obstacles: int = 0, about: Any = None, **given: Any
+        time: Any,
+        robots: int = 1,
+        axes: int = 2,
+        obstacles: int = 0,
+        about: Any = None,
+        truth: bool = True,
+        **given: Any,
     ) -> Any:
-        sizes = dimensions(robots, axes, obstacles)
+        sizes = dimensions(robots, axes, obstacles, truth)
         return build_trace(pack(time, sizes, **given), sizes, describe(sizes, **(about or {})))
 
     return make
@@ -86,7 +95,11 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
     ) -> tuple[np.ndarray, dict[str, int], dict[str, Any]]:
         sizes = dimensions(robots, axes, obstacles)
         random = np.random.default_rng(seed)
-        given = {s.name: random.standard_normal((rows, *(sizes[d] for d in s.dims))) for s in SIGNALS[1:]}
+        given = {
+            s.name: random.standard_normal((rows, *(sizes[d] for d in s.dims)))
+            for s in SIGNALS[1:]
+            if s.recorded(sizes)
+        }
         for total in ("saturated_time", "effort", "work", "force_variation"):
             given[total] = np.cumsum(np.abs(given[total]), axis=0)
         given["avoidance_active"] = random.integers(0, 2, (rows, robots))

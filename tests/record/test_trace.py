@@ -105,6 +105,15 @@ def test_distances_to_what_is_not_there_are_left_out(make_trace, robots, obstacl
     assert all(np.isfinite(v.values).all() for v in trace.variables.values() if v.dtype.kind == "f")
 
 
+def test_without_the_truth_channel_its_signals_are_left_out(make_trace):
+    trace = make_trace([0.0, 1.0], robots=2, truth=False)
+    told = {signal.name for signal in SIGNALS if signal.channel}
+    assert told & set(trace.variables) == set()
+    assert not {"axis_2", "cause"} & set(trace.dims)
+    assert {"mass_matrix", "lyapunov_change"} <= told
+    assert make_trace([0.0], robots=2)["lyapunov_change"].sel(cause="unexplained").shape == (1, 2)
+
+
 def test_no_force_limit_is_a_number_all_the_same(make_trace):
     trace = make_trace([0.0], robots=2, about={"force_limit": [None, 3.0]})
     assert trace["force_limit"].values.tolist() == [1e300, 3.0]

@@ -61,8 +61,9 @@ def record_steps() -> Callable[..., dict[str, np.ndarray]]:
 
 def by_signal(samples: np.ndarray, world: World) -> dict[str, np.ndarray]:
     """Names the parts of samples, shape (k, record_size)."""
-    places = np.cumsum([signal.size(world.sizes) for signal in SIGNALS])
+    recorded = [signal for signal in SIGNALS if signal.recorded(world.sizes)]
+    places = np.cumsum([signal.size(world.sizes) for signal in recorded])
     return {
         signal.name: part.reshape(len(samples), *(world.sizes[dim] for dim in signal.dims))
-        for signal, part in zip(SIGNALS, np.split(samples, places[:-1], axis=1), strict=True)
+        for signal, part in zip(recorded, np.split(samples, places[:-1], axis=1), strict=True)
     }

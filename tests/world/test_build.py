@@ -11,6 +11,7 @@ from escort_mj.control.packing import pack
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.schema import Scenario
+from escort_mj.signals import truth_sizes
 from escort_mj.world.build import World, build, obstacle_names
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
@@ -45,7 +46,8 @@ def test_names_and_counts(keys: dict) -> None:
     m, p, n = world.model, scenario.axes, len(keys["robots"]["positions"])
     axes = "xyz"[:p]
     assert (m.nq, m.nv, m.nu) == (n * p, n * p, n * p)
-    assert world.sizes == {"robot": n, "axis": p, "obstacle": len(scenario.obstacles), "coordinate": n * p}
+    of_record = {"robot": n, "axis": p, "obstacle": len(scenario.obstacles), "coordinate": n * p}
+    assert world.sizes == of_record | truth_sizes(p, truth=False, lyapunov=True)
     bodies = [name_of(m, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(1, m.nbody)]
     assert bodies == [f"robot_{i + 1}" for i in range(n)] + obstacle_names(scenario) + ["target"]
     joints = [name_of(m, mujoco.mjtObj.mjOBJ_JOINT, i) for i in range(m.njnt)]

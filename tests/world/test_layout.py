@@ -22,7 +22,10 @@ TWO_SPHERES = """
 """
 
 POINTERS = (
-    ("mjData", "qpos qvel ctrl userdata qfrc_applied actuator_force mocap_pos efc_force xpos M qfrc_bias"),
+    (
+        "mjData",
+        "qpos qvel ctrl userdata qfrc_applied actuator_force mocap_pos efc_force xpos M qfrc_bias qacc",
+    ),
     (
         "mjModel",
         "numeric_data numeric_adr numeric_size geom_bodyid jnt_qposadr qpos0 M_rownnz M_rowadr M_colind",
@@ -96,6 +99,7 @@ CHECKED = (
     ("mjData", "userdata"),
     ("mjData", "qfrc_applied"),
     ("mjData", "actuator_force"),
+    ("mjData", "qacc"),
     ("mjData", "mocap_pos"),
     ("mjData", "M"),
     ("mjData", "qfrc_bias"),

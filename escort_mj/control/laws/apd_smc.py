@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
@@ -13,6 +13,7 @@ from escort_mj.control.laws.tracking import Gains
 class ApdSmc(SlidingModeLaw):
     """The paper's law: PD for the nominal part, a sliding term for disturbances, adaptation for the rest."""
 
+    has_lyapunov: ClassVar[bool] = True
     law: Literal["apd_smc"] = "apd_smc"
     proportional_gain: NonNegativeFloat = 30.0
     """Gain of the position error [N/m] (paper: k_p)."""

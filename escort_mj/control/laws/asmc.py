@@ -15,6 +15,7 @@ class Asmc(SlidingModeLaw):
 
     own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain"})  # k_a, far larger than k
 
+    has_lyapunov: ClassVar[bool] = True
     law: Literal["asmc"] = "asmc"
     switching_gain: NonNegativeFloat = 80.0
     """Gain of the switching term [N] (paper: k_a)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
@@ -13,6 +13,7 @@ from escort_mj.control.laws.tracking import Gains
 class PdSmc(SlidingModeLaw):
     """PD and a switching term; nothing estimates the reference torque."""
 
+    has_lyapunov: ClassVar[bool] = True
     law: Literal["pd_smc"] = "pd_smc"
     proportional_gain: NonNegativeFloat = 30.0
     """Gain of the position error [N/m] (paper: k_p)."""

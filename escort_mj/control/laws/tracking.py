@@ -28,6 +28,7 @@ class TrackingLaw(Parameters):
     """Parameters of every law that makes robots follow the reference of the outer loop."""
 
     needs_model: ClassVar[bool] = False  # whether the law is told mass matrix and bias force
+    has_lyapunov: ClassVar[bool] = False  # whether the proof's Lyapunov function V1 is this law's
     own_keys: ClassVar[frozenset[str]] = frozenset()  # keys that mean another thing than in other laws
 
     slope: PositiveFloat = 20.0
