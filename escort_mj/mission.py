@@ -23,7 +23,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.schema import Scenario
-from escort_mj.signals import record_size
+from escort_mj.signals import columns, record_size
 from escort_mj.world.build import World, build, obstacle_names
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.plant import Plant, mujoco_version
@@ -136,17 +136,17 @@ def _examine(block: Array, plant: Plant, bound: float, scenario: Scenario) -> tu
     Returns:
         How many of its samples to keep, and how things stand.
     """
-    world = plant.world
-    n, p = world.sizes["robot"], world.sizes["axis"]
+    sizes = plant.world.sizes
+    n, p = sizes["robot"], sizes["axis"]
     # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
     finite = ~np.isnan(block).any(axis=1) & np.isfinite(block[:, 1 : 1 + 12 * n * p]).all(axis=1)
     keep = len(block) if finite.all() else int(np.argmin(finite))
     if warnings := plant.warnings():
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
         return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
-    place = 1 + 12 * n * p
-    target = block[:keep, place : place + p]
+    target, lost = (block[:keep, columns(name, sizes)] for name in ("target_position", "lost"))
     distance = np.linalg.norm(block[:keep, 1 : 1 + n * p].reshape(-1, n, p) - target[:, None], axis=2)
+    distance[lost > 0.0] = 0.0  # wherever a lost robot drifts, the mission goes on
     far = distance.max(axis=1) > bound
     if far.any():
         first = int(np.argmax(far))

@@ -73,6 +73,7 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("target_position", ("axis",), "m", "position of the target"),
     Signal("target_velocity", ("axis",), "m/s", "velocity of the target"),
     Signal("avoidance_active", ("robot",), "1", "1 while obstacle avoidance rules the robot, else 0"),
+    Signal("lost", ("robot",), "1", "1 once the team knows that the robot's motors have failed, else 0"),
     Signal("force", RA, "N", "force that MuJoCo's motors applied, after the force limit"),
     Signal(
         "obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"
@@ -150,6 +151,18 @@ def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
         lyapunov: Whether the law has the Lyapunov function V1.
     """
     return {TRUTH: int(truth), LYAPUNOV: int(truth and lyapunov), "axis_2": axes, "cause": len(CAUSES)}
+
+
+def columns(name: str, sizes: Mapping[str, int]) -> slice:
+    """Where a signal stands in a sample.
+
+    Args:
+        name: Which signal.
+        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`.
+    """
+    index = SIGNAL_NAMES.index(name)
+    first = sum(signal.size(sizes) for signal in SIGNALS[:index])
+    return slice(first, first + SIGNALS[index].size(sizes))
 
 
 class Metric(NamedTuple):

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from escort_mj.control.behaviors.vertices import turn_figure
+from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.noise import measure_with_noise
 from escort_mj.control.outer import outer_loop
@@ -21,7 +22,8 @@ def evaluate(plan: Plan, state: State) -> None:
 
     Args:
         plan: What the controller is told.
-        state: Its state; `tau` is the force demanded, `disturbance` the force that the plant is to add.
+        state: Its state; `tau` is the force demanded, `command` what the motors are told, `disturbance` the
+            force that the plant is to add.
     """
     moved = advance(plan, state)
     follow_time(plan, state)
@@ -30,11 +32,19 @@ def evaluate(plan: Plan, state: State) -> None:
     for i in range(n):
         for k in range(p):
             state.e[i, k] = state.q_d[i, k] - state.q_measured[i, k]
+    failing = plan.failures.shape[0] > 0
+    if failing:
+        notice_losses(plan, state)
     if moved and plan.vertices.shape[0] > 0:
-        turn_figure(state.q_measured, state.target_position, plan.vertices, state.rotation)
+        turn_figure(state.q_measured, state.target_position, state.lost, state.vertices, state.rotation)
     for i in range(n):
         outer_loop(i, plan, state)
     inner_loop(plan, state)
+    for i in range(n):
+        for k in range(p):
+            state.command[i, k] = state.tau[i, k]
+    if failing:
+        command_motors(plan, state)
 
 
 @inlined
@@ -56,6 +66,13 @@ def advance(plan: Plan, state: State) -> bool:
         for a in range(p):
             for b in range(p):
                 state.rotation[a, b] = 1.0 if a == b else 0.0
+        for i in range(plan.vertices.shape[0]):
+            for k in range(p):
+                state.vertices[i, k] = plan.vertices[i, k]
+        for c in range(plan.predecessors.shape[0]):
+            for i in range(n):
+                state.predecessors[c, i] = plan.predecessors[c, i]
+        state.chord_length[0] = plan.chord_length
         clock[STARTED] = 1.0
     elif time > clock[LAST_TIME]:
         moved = True

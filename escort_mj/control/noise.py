@@ -27,6 +27,7 @@ _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)
 _HALF, _LOWER = np.uint64(32), np.uint64(0xFFFFFFFF)
 _PER_BLOCK = 8  # coordinates
 _ROUNDS = 10
+_FORCES = 2**32  # block where a stream's second use begins, out of the reach of the first
 
 
 @intrinsic
@@ -110,3 +111,21 @@ def measure_with_noise(
                 square += x * x
         for k in range(q.shape[1]):
             measured[robot, k] = true[robot, k] + radius * measured[robot, k]
+
+
+@inlined
+def uniform(robot: int, most: float, seed: int, draw: int, result: Array) -> None:
+    """Draws numbers uniform in (-most, most) from a robot's stream, apart from its measurement noise.
+
+    Args:
+        robot: Which robot, from 0.
+        most: Their largest magnitude.
+        seed: Key of the stream.
+        draw: Number of the draw, from 0; the same draw gives the same numbers.
+        result: Result, shape (p,).
+    """
+    coordinates = vector_at(stack_memory(), _PER_BLOCK)
+    for k in range(result.shape[0]):
+        if k % _PER_BLOCK == 0:
+            _fill(coordinates, seed, _FORCES + k // _PER_BLOCK, robot, draw)
+        result[k] = most * coordinates[k % _PER_BLOCK]

@@ -35,6 +35,11 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
     feedforward = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 2), p)
     relative = vector_at(memory + DOUBLE * (MAX_CYCLES * (p + 2) + p), p)
     parts = matrix_at(memory + DOUBLE * (MAX_CYCLES * (p + 2) + 2 * p), MAX_LEVELS, p)
+    if state.lost[i] != 0.0:  # nothing is asked of it any more
+        state.avoidance_active[i] = 0.0
+        for k in range(p):
+            state.v_d[i, k] = 0.0
+        return
     levels = plan.ladder.shape[0]
     highest_escort = levels
     avoiding = False
@@ -45,7 +50,7 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
         row = plan.ladder[level]
         if row[0] == AVOID_OBSTACLES:
             active, speeds[0] = avoidance(
-                i, state.q_measured, state.v_measured, state.e,
+                i, state.q_measured, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
                 plan.obstacle_position, plan.obstacle_radius, plan.robot_radius,
                 row, plan.slope, directions[0],
             )  # fmt: skip
@@ -63,11 +68,11 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
             if row[0] == VERTICES:
                 weights[0] = to_vertex(
                     i, state.q_measured, state.target_position, plan.radius, row[1],
-                    plan.vertices, state.rotation, directions[0], parts[level],
+                    state.vertices, state.rotation, directions[0], parts[level],
                 )  # fmt: skip
             else:
                 weights[0] = repel(
-                    i, state.q_measured, state.target_position, plan.radius, row[1],
+                    i, state.q_measured, state.target_position, state.lost, plan.radius, row[1],
                     directions[0], parts[level],
                 )  # fmt: skip
             for lower in range(level + 1, levels):
@@ -81,11 +86,11 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
             continue
         cycles = 1
         if row[0] == CHORDS:
-            cycles = plan.predecessors.shape[0]
+            cycles = state.predecessors.shape[0]
             for c in range(cycles):
-                other = int(plan.predecessors[c, i])
+                other = int(state.predecessors[c, i])
                 weights[c], speeds[c] = keep_distance(
-                    state.q_measured[i], state.q_measured[other], plan.chord_length, row[1], directions[c]
+                    state.q_measured[i], state.q_measured[other], state.chord_length[0], row[1], directions[c]
                 )
         else:
             weights[0], speeds[0] = keep_distance(

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
+from escort_mj.control.failure import FAILURE_SIZE, NEVER
 from escort_mj.control.laws import ComputedTorque
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
@@ -36,6 +37,7 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
     predecessors = setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n))
     vertices = setup.figure.vertices if setup.figure else np.zeros((0, p))
+    turns = setup.reforming.turns if setup.reforming else np.zeros((0, p, p))
     gains, law = setup.law.gains(), setup.law
     switching = law if isinstance(law, SlidingModeLaw) else SlidingModeLaw()  # the others do not switch
 
@@ -55,6 +57,7 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
     if isinstance(law, ComputedTorque):
         header[LAW + 1] = law.acceleration_filter
     header[TRUTH] = truth * (1 + law.has_lyapunov)
+    header[35:37] = len(setup.failures), len(turns)
     blocks = (
         header,
         np.array([_level(setup, behavior) for behavior in setup.behaviors]),
@@ -68,6 +71,9 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         disturbance_span,
         code,
         pieces,
+        _failures(setup),
+        *(setup.reforming.figures if setup.reforming else ()),
+        turns,
     )
     return np.minimum(np.concatenate([np.ravel(block).astype(float) for block in blocks]), UNLIMITED)
 
@@ -84,3 +90,13 @@ def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
             behavior.gain == "printed",
         ]
     return [KINDS[type(behavior)], behavior.gain, 0.0, 0.0, 0.0, 0.0]
+
+
+def _failures(setup: Setup) -> Array:
+    """What becomes of each robot's motors, shape (n, FAILURE_SIZE); no rows where none fails."""
+    if not setup.failures:
+        return np.zeros((0, FAILURE_SIZE))
+    table = np.tile(NEVER, (setup.count, 1))
+    for failure in setup.failures:
+        table[failure.robot - 1] = failure.row(setup.force_limit[failure.robot - 1])
+    return table

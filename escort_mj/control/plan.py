@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import Chords, Repulsion, Surface, Vertices
+from escort_mj.control.failure import FAILURE_SIZE
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
+from escort_mj.control.reform import scratch_size
 from escort_mj.kernels import DOUBLE, matrix_at, shared, vector_at
 from escort_mj.signals import CAUSES, record_size, truth_sizes
 
@@ -79,6 +81,9 @@ class Plan(NamedTuple):
     disturbance: Array  # (p, 2)
     code: Array  # (instructions, 3)
     pieces: Array  # (pieces, 5)
+    failures: Array  # (n, FAILURE_SIZE), (0, FAILURE_SIZE) where nobody fails
+    figures: Array  # even points of n - 1, n - 2 ... robots, one figure below another
+    turns: Array  # (k p, p): rotations to start from, one below another
 
 
 class State(NamedTuple):
@@ -100,6 +105,7 @@ class State(NamedTuple):
     target_position: Array
     target_velocity: Array
     avoidance_active: Array
+    lost: Array
     force: Array
     obstacle_distance: Array
     robot_distance_min: Array
@@ -143,6 +149,11 @@ class State(NamedTuple):
     model_bias: Array  # (n, p): bias force, and (0, p) likewise
     v_d_filtered: Array  # (n, p): v_d behind a filter; (0, p) where no law differentiates it
     v_d_rate: Array  # (n, p): its derivative, and (0, p) likewise
+    command: Array  # (n, p): force that the motors are told
+    vertices: Array  # as in the plan, and of fewer robots after a loss
+    predecessors: Array  # as in the plan, and past lost robots after a loss
+    chord_length: Array  # (1,): as in the plan, and of a smaller ring after a loss
+    scratch: Array  # of `reform`
 
 
 # Places in State.clock
@@ -160,6 +171,12 @@ def axes_of(address: int) -> int:
 def _take(at: int, rows: int, columns: int) -> tuple[int, Array]:
     """The block of memory at an address as a matrix, and the address of the block after it."""
     return at + DOUBLE * rows * columns, matrix_at(at, rows, columns)
+
+
+@shared
+def _reserve(n: int, losses: int) -> int:
+    """Points of the figures of n - 1, n - 2 ... robots, for so many losses."""
+    return losses * n - losses * (losses + 1) // 2
 
 
 @shared
@@ -184,6 +201,10 @@ def unpack_plan(address: int, axes: int) -> Plan:
     at, disturbance = _take(at, p, 2)
     at, code = _take(at, instructions, INSTRUCTION_SIZE)
     at, table = _take(at, pieces, PIECE_SIZE)
+    losses = int(x[35])
+    at, failures = _take(at, n if losses > 0 else 0, FAILURE_SIZE)
+    at, figures = _take(at, _reserve(n, losses) if x[27] > 0.0 else 0, p)
+    at, turns = _take(at, int(x[36]) * p, p)
     return Plan(
         x[10], int(x[9]), int(x[11]), x[12], x[13] != 0.0, x[14],
         int(x[LAW]), x[LAW + 1],
@@ -192,6 +213,7 @@ def unpack_plan(address: int, axes: int) -> Plan:
         x[24], x[25], x[26], x[TRUTH] > 0.0, x[TRUTH] > 1.0,
         ladder, predecessors, vertices, obstacle_position, obstacle_radius[0],
         robot_radius[0], force_limit[0], target, disturbance, code, table,
+        failures, figures, turns,
     )  # fmt: skip
 
 
@@ -224,6 +246,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, target_position = _take(at, 1, p)
     at, target_velocity = _take(at, 1, p)
     at, avoidance_active = _take(at, 1, n)
+    at, lost = _take(at, 1, n)
     at, force = _take(at, n, p)
     at, obstacle_distance = _take(at, n, m)
     at, robot_distance_min = _take(at, 1, n)
@@ -264,9 +287,14 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, model_bias = _take(at, told, p)
     at, v_d_filtered = _take(at, differentiating, p)
     at, v_d_rate = _take(at, differentiating, p)
+    at, command = _take(at, n, p)
+    at, vertices = _take(at, int(x[27]), p)
+    at, predecessors = _take(at, int(x[6]), n)
+    at, chord_length = _take(at, 1, 1)
+    at, scratch = _take(at, 1, scratch_size(n, p) if x[35] > 0.0 and x[27] > 0.0 else 0)
     return State(
         time[0], q, v, q_measured, v_measured, q_d, v_d, e, e_dot, s, tau, rho_hat, disturbance,
-        target_position[0], target_velocity[0], avoidance_active[0], force, obstacle_distance,
+        target_position[0], target_velocity[0], avoidance_active[0], lost[0], force, obstacle_distance,
         robot_distance_min[0], obstacle_clearance_worst[0], robot_clearance_worst[0],
         contacts[0], contact_force[0], contact_onsets[0],
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
@@ -275,6 +303,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
         mass_before, reference_torque_before, v_d_before, s_before, pending,
         q_d_rate, rho_hat_rate, force_before, rotation, touching, clock[0], switching[0], stack[0],
         model_mass, model_bias, v_d_filtered, v_d_rate,
+        command, vertices, predecessors, chord_length[0], scratch[0],
     )  # fmt: skip
 
 
@@ -286,4 +315,7 @@ def state_size(plan: Array) -> int:
     record = record_size(sizes) + n * (truth * (p * p + 2 * p) + lyapunov * (p + CAUSE_COUNT))
     told, differentiating = _law_rows(plan, n)
     of_law = told * (p * p + p) + differentiating * 2 * p
-    return record + 4 * n * p + p * p + 2 * PAIRS_PER_ROBOT * n + CLOCK_SIZE + 2 * STACK_DEPTH + of_law
+    own = 4 * n * p + p * p + 2 * PAIRS_PER_ROBOT * n + CLOCK_SIZE + 2 * STACK_DEPTH
+    cycles, vertices, losses = int(plan[6]), int(plan[27]), int(plan[35])
+    reforming = n * p + vertices * p + cycles * n + 1 + (scratch_size(n, p) if losses and vertices else 0)
+    return record + own + of_law + reforming

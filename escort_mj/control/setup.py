@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
+from escort_mj.control.failure import Failure
 from escort_mj.control.formation import Arrangement
 from escort_mj.control.laws import LawParameters
+from escort_mj.control.reform import Reforming
 from escort_mj.control.thomson import Figure
 
 Array = NDArray[np.float64]
@@ -54,6 +56,8 @@ class Setup:
         target: Position and velocity of the target [m].
         disturbance: External force on every robot [N]; None for none.
         figure: The even figure that vertices keeps; None without vertices.
+        failures: Robots whose motors fail.
+        reforming: Figures of fewer robots; None without vertices, or where no robot fails.
     """
 
     timestep: float
@@ -73,6 +77,8 @@ class Setup:
     target: FunctionOfTime
     disturbance: FunctionOfTime | None
     figure: Figure | None = None
+    failures: tuple[Failure, ...] = ()
+    reforming: Reforming | None = None
 
     @property
     def count(self) -> int:

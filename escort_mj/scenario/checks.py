@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterator
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Vertices
 from escort_mj.control.formation import chords_exist, widest_spacing
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.check_failures import check_failures
 from escort_mj.scenario.check_motion import check_motion
 from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -146,6 +147,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_obstacle_names, ("obstacles",)),
     (check_behaviors, ("mission",)),
     (check_formation, ("axes", "target", "robots", "mission")),
+    (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),
 )
 

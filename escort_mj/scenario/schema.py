@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from escort_mj.control.behaviors import AvoidObstacles, Surface, Vertices
+from escort_mj.control.failure import Failure
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.parameters import Parameters
 from escort_mj.scenario.fields import (
@@ -109,6 +110,8 @@ class Robots(Parameters):
     """How to draw initial positions; null: within twice the mission's radius of the target."""
     overrides: tuple[RobotOverride, ...] = ()
     """Robots that differ from the team."""
+    failures: tuple[Failure, ...] = ()
+    """Robots whose motors fail during the mission."""
 
 
 class Obstacle(Parameters):

@@ -8,6 +8,7 @@ import numpy as np
 
 from escort_mj.control.behaviors import Chords, Vertices
 from escort_mj.control.formation import Arrangement, arrange
+from escort_mj.control.reform import Reforming, reforming
 from escort_mj.control.setup import Setup
 from escort_mj.control.thomson import Figure, figure
 from escort_mj.scenario.placement import Team, team
@@ -44,6 +45,8 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         noise_velocity=noise.velocity,
         target=target,
         disturbance=disturbance_trajectory(scenario),
+        failures=scenario.robots.failures,
+        reforming=_reforming(scenario, robots),
     )
 
 
@@ -57,6 +60,18 @@ def _arrangement(scenario: Scenario, robots: Team, center: np.ndarray) -> Arrang
 
 def _figure(scenario: Scenario, robots: Team, center: np.ndarray) -> Figure | None:
     """The even figure for the vertices behavior, where the mission has it."""
-    if any(isinstance(behavior, Vertices) for behavior in scenario.mission.behaviors):
+    if _keeps_vertices(scenario):
         return figure(robots.position, center)
     return None
+
+
+def _reforming(scenario: Scenario, robots: Team) -> Reforming | None:
+    """Figures of fewer robots, where some fail."""
+    losses = len(scenario.robots.failures)
+    if not losses or not _keeps_vertices(scenario):
+        return None
+    return reforming(len(robots.mass), scenario.axes, losses)
+
+
+def _keeps_vertices(scenario: Scenario) -> bool:
+    return any(isinstance(behavior, Vertices) for behavior in scenario.mission.behaviors)

@@ -104,7 +104,7 @@ def callbacks() -> tuple[Any, Any]:
         applied = vector_at(pointer_at(d + d_applied), nq)
         for i in range(n):
             for k in range(p):
-                ctrl[i * p + k] = state.tau[i, k]
+                ctrl[i * p + k] = state.command[i, k]
                 applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
         target = vector_at(pointer_at(d + d_mocap), p)
         for k in range(p):  # where it will be when MuJoCo next looks

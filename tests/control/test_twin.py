@@ -8,6 +8,7 @@ import pytest
 
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
 from escort_mj.control.controller import evaluate
+from escort_mj.control.failure import Failure
 from escort_mj.control.formation import arrange, chords_exist
 from escort_mj.control.laws import LAWS, ApdSmc
 from escort_mj.control.laws.sliding import SlidingModeLaw
@@ -15,6 +16,7 @@ from escort_mj.control.packing import pack
 from escort_mj.control.plan import State, state_size, unpack_plan, unpack_state
 from escort_mj.control.program import Op
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.reform import reforming
 from escort_mj.control.setup import Setup
 from escort_mj.control.thomson import figure
 from escort_mj.kernels import kernel
@@ -86,7 +88,7 @@ class Kernel:
     """The compiled controller with its own memory, evaluated like `ReferenceController`."""
 
     def __init__(self, setup: Setup) -> None:
-        self.axes = setup.axes
+        self.axes, self.limit = setup.axes, setup.force_limit
         self.packed = pack(setup, stride=1, coordinates=setup.count * setup.axes)
         self.memory = np.zeros(state_size(self.packed))
         self.state: State = unpack_state(self.packed.ctypes.data, self.memory.ctypes.data, setup.axes)
@@ -104,6 +106,8 @@ class Kernel:
             self.state.model_mass[:] = np.eye(self.axes).ravel() if mass is None else mass.reshape(len(q), -1)
             self.state.model_bias[:] = 0.0 if bias is None else bias
         step(self.packed.ctypes.data, self.memory.ctypes.data, self.axes)
+        limit = self.limit[:, None]
+        self.state.force_before[:] = np.clip(self.state.command, -limit, limit)  # as the watcher does
         return self.state
 
 
@@ -256,6 +260,24 @@ def test_random_missions(seed: int) -> None:
         disturbance=None if rng.integers(2) else setup.disturbance,
     )
     compare(with_avoidance(setup, **avoid), q, v, seed)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("ladder", LADDERS, ids=lambda ladder: "-".join(b.behavior for b in ladder))
+def test_failures_on_every_ladder(ladder, axes: int) -> None:
+    """Every kind, one after another and two at once, with and without the team's knowing."""
+    if axes == 3 and CHORDS in ladder:
+        pytest.skip("chords has no formation in space for fewer than six")
+    setup, q, v = mission(axes, seed=10)
+    failures = (
+        Failure(robot=2, at=0.002, kind="dead", notice=0.002),
+        Failure(robot=1, at=0.004, kind="stuck", notice=0.0),
+        Failure(robot=6, at=0.0, kind="mad", notice=0.008, force=3.0),
+        Failure(robot=4, at=0.006, kind="mad", notice=0.002, force=40.0),
+        Failure(robot=3, at=0.008, kind="stuck", notice=0.01),
+    )
+    setup = replace(setup, behaviors=ladder, failures=failures, reforming=reforming(6, axes, len(failures)))
+    compare(setup, q, v, steps=12)
 
 
 @pytest.mark.parametrize("axes", [2, 3])

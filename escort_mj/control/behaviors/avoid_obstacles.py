@@ -20,7 +20,7 @@ class AvoidObstacles(Parameters):
 
     behavior: Literal["avoid_obstacles"] = "avoid_obstacles"
     safe_distance: PositiveFloat = 2.0
-    """Distance to an obstacle below which the behavior rules the robot [m]."""
+    """Distance to an obstacle, or to a robot that is lost, below which the behavior rules the robot [m]."""
     measure: Literal["center", "surface"] = "surface"
     """Where distances are measured: `surface` to surface, or `center` to center (the paper's points)."""
     teammates: bool = True
@@ -39,6 +39,8 @@ def avoidance(
     q: Array,
     v: Array,
     e: Array,
+    lost: Array,
+    any_lost: bool,
     obstacle_position: Array,
     obstacle_radius: Array,
     robot_radius: Array,
@@ -53,6 +55,8 @@ def avoidance(
         q: Measured positions, shape (n, p) [m].
         v: Measured velocities, shape (n, p) [m/s].
         e: Tracking errors, shape (n, p) [m].
+        lost: 1 for robots that have failed, which are obstacles (remark 2), shape (n,).
+        any_lost: Whether to look for them.
         obstacle_position: Centers, shape (m, p) [m].
         obstacle_radius: Shape (m,) [m].
         robot_radius: Shape (n,) [m].
@@ -89,6 +93,18 @@ def avoidance(
                 length = math.sqrt(square)
                 if reach - length > worst:
                     worst, distance, intruder = reach - length, length, obstacle_position.shape[0] + j
+    if any_lost:
+        for j in range(q.shape[0]):
+            if lost[j] == 0.0:
+                continue
+            square = 0.0
+            for k in range(axes):
+                x = q[robot, k] - q[j, k]
+                square += x * x
+            reach = safe + to_surface * (robot_radius[robot] + robot_radius[j])
+            length = math.sqrt(square)
+            if reach - length > worst and j != robot:
+                worst, distance, intruder = reach - length, length, obstacle_position.shape[0] + j
     if intruder < 0:
         return False, 0.0
 

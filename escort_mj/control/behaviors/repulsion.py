@@ -27,7 +27,14 @@ class Repulsion(Parameters):
 
 @inlined
 def repel(
-    robot: int, q: Array, center: Array, radius: float, gain: float, direction: Array, part: Array
+    robot: int,
+    q: Array,
+    center: Array,
+    lost: Array,
+    radius: float,
+    gain: float,
+    direction: Array,
+    part: Array,
 ) -> float:
     """Velocity down the Coulomb energy of the directions from the target, along the sphere.
 
@@ -35,6 +42,7 @@ def repel(
         robot: Which robot, from 0.
         q: Measured positions, shape (n, p) [m].
         center: Position of the target, shape (p,) [m].
+        lost: 1 for robots that do not count, shape (n,).
         radius: Distance to keep from the target [m].
         gain: Gain [1/s].
         direction: Result, shape (p,): x = q_i - c, which the task leaves to lower priorities.
@@ -53,8 +61,11 @@ def repel(
     if square == 0.0:
         return 0.0
     weight = 1.0 / square
-    inverse = math.sqrt(weight)
+    inverse, team = math.sqrt(weight), 0.0
     for j in range(n):
+        if lost[j] != 0.0:
+            continue
+        team += 1.0
         away = 0.0
         for k in range(p):
             other[k] = q[j, k] - center[k]
@@ -76,7 +87,7 @@ def repel(
     along *= weight
     speed = 0.0
     for k in range(p):
-        part[k] = (part[k] - along * direction[k]) / n
+        part[k] = (part[k] - along * direction[k]) / team
         speed += part[k] * part[k]
     scale = gain * radius / max(math.sqrt(speed), 1.0)
     for k in range(p):

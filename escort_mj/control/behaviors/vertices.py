@@ -29,7 +29,7 @@ class Vertices(Parameters):
 
 
 @inlined
-def turn_figure(q: Array, center: Array, vertices: Array, rotation: Array) -> None:
+def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation: Array) -> None:
     """One step of the rotation that fits the figure to the robots, from the step before.
 
     With H the correlation of robots and vertices and M = H R^T, R is best where M is symmetric; a skew step
@@ -38,6 +38,7 @@ def turn_figure(q: Array, center: Array, vertices: Array, rotation: Array) -> No
     Args:
         q: Measured positions, shape (n, p) [m].
         center: Position of the target, shape (p,) [m].
+        lost: 1 for robots that do not count, shape (n,).
         vertices: Unit vector of each robot's vertex in the figure's own frame, shape (n, p).
         rotation: R, shape (p, p); changed in place.
     """
@@ -53,7 +54,7 @@ def turn_figure(q: Array, center: Array, vertices: Array, rotation: Array) -> No
         square = 0.0
         for a in range(p):
             square += (q[i, a] - center[a]) * (q[i, a] - center[a])
-        if square == 0.0:
+        if square == 0.0 or lost[i] != 0.0:
             continue
         inverse = 1.0 / math.sqrt(square)
         for b in range(p):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
+from escort_mj.control.reference.failure import Team
 from escort_mj.control.reference.tasks import (
     block_diagonal,
     directions,
@@ -19,15 +20,14 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-def escort(behavior: Chords | Surface, q: Array, c: Array, setup: Setup) -> tuple[Array, Array]:
+def escort(behavior: Chords | Surface, q: Array, c: Array, team: Team, setup: Setup) -> tuple[Array, Array]:
     """Velocity and null space of an escort behavior, summed over the formation's cycles (eqs. 2, 4, 5).
 
     Returns:
         Velocity, shape (p n,) [m/s], and projector, shape (p n, p n).
     """
     if isinstance(behavior, Chords):
-        assert setup.arrangement is not None
-        length, anchors = setup.arrangement.length, [q[robots] for robots in setup.arrangement.predecessors]
+        length, anchors = team.chord_length, [q[robots] for robots in team.predecessors]
     else:
         length, anchors = setup.radius, [np.broadcast_to(c, q.shape)]
     velocity, projector = np.zeros(q.size), np.zeros((q.size, q.size))
@@ -39,7 +39,7 @@ def escort(behavior: Chords | Surface, q: Array, c: Array, setup: Setup) -> tupl
 
 
 def spread(
-    behavior: Vertices | Repulsion, q: Array, c: Array, rotation: Array, setup: Setup
+    behavior: Vertices | Repulsion, q: Array, c: Array, team: Team, rotation: Array, setup: Setup
 ) -> tuple[Array, Array]:
     """Velocity and null space of a behavior that moves robots along the sphere (remark 1).
 
@@ -49,8 +49,9 @@ def spread(
         behavior: Its parameters.
         q: Positions.
         c: Position of the target, shape (p,) [m].
+        team: Who is left, and the vertices.
         rotation: Of the even figure, shape (p, p).
-        setup: Gives the radius and the figure.
+        setup: Gives the radius.
 
     Returns:
         Velocity, shape (p n,) [m/s], and projector, shape (p n, p n).
@@ -59,16 +60,17 @@ def spread(
     radial = block_diagonal(x)
     tangential = np.eye(q.size) - np.linalg.pinv(radial) @ radial
     if isinstance(behavior, Vertices):
-        assert setup.figure is not None
-        wish = behavior.gain * (setup.radius * setup.figure.vertices @ rotation.T - x)
+        wish = behavior.gain * (setup.radius * team.vertices @ rotation.T - x)
     else:
         u = directions(x)
         offset = u[:, None] - u
         apart = np.linalg.norm(offset, axis=2)
         with np.errstate(divide="ignore"):
             weight = np.where(apart > 1e-12, apart**-3.0, 0.0)
-        weight[:, np.linalg.norm(x, axis=1) == 0.0] = 0.0
-        push = (tangential @ np.einsum("ij,ijk->ik", weight, offset).ravel()).reshape(q.shape) / len(q)
+        weight[:, (np.linalg.norm(x, axis=1) == 0.0) | team.lost] = 0.0
+        push = (tangential @ np.einsum("ij,ijk->ik", weight, offset).ravel()).reshape(q.shape) / max(
+            team.left, 1
+        )
         push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
         speed = np.linalg.norm(push, axis=1, keepdims=True)
         wish = behavior.gain * setup.radius * push / np.maximum(speed, 1.0)
@@ -88,8 +90,12 @@ def turned(rotation: Array, q: Array, c: Array, vertices: Array) -> Array:
     return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))
 
 
-def intrusion(avoid: AvoidObstacles, q: Array, setup: Setup) -> tuple[Array, Array]:
+def intrusion(
+    avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask | bool = False
+) -> tuple[Array, Array]:
     """How deep the worst intruder is in each robot's safe sphere, and where it stands (eq. 3, remark 2).
+
+    Robots in `lost`, shape (n,), are obstacles too.
 
     Returns:
         sigma~, not positive where nobody intrudes, shape (n,) [m], and positions, shape (n, p) [m].
@@ -101,7 +107,9 @@ def intrusion(avoid: AvoidObstacles, q: Array, setup: Setup) -> tuple[Array, Arr
         gaps -= setup.robot_radius[:, None] + radii
     obstacles, robots = len(setup.obstacle_position), np.arange(len(q))
     teammate_distance = setup.teammate_distance(avoid) if avoid.teammates else -np.inf
-    depth = np.repeat([avoid.safe_distance, teammate_distance], [obstacles, len(q)]) - gaps
+    reach = np.repeat([avoid.safe_distance, teammate_distance], [obstacles, len(q)])
+    reach[obstacles:][lost] = max(avoid.safe_distance, teammate_distance)
+    depth = reach - gaps
     depth[robots, obstacles + robots] = -np.inf  # nobody avoids itself
     worst = np.argmax(depth, axis=1)
     return depth[robots, worst], centers[worst]
@@ -124,14 +132,16 @@ def escape_gain(avoid: AvoidObstacles, depth: Array, speed: Array, error: Array,
     return (b + np.sqrt(np.maximum(discriminant, 0.0))) / (2.0 * a) + avoid.gain_margin
 
 
-def avoidance(avoid: AvoidObstacles, q: Array, v: Array, e: Array, setup: Setup) -> tuple[Array, Array, Mask]:
+def avoidance(
+    avoid: AvoidObstacles, q: Array, v: Array, e: Array, setup: Setup, lost: Mask | bool = False
+) -> tuple[Array, Array, Mask]:
     """Velocity and null space of obstacle avoidance; zero and the identity where it is inactive (eqs. 2, 3).
 
     Returns:
         Velocity, shape (p n,) [m/s], projector, shape (p n, p n), and who avoids, shape (n,).
     """
-    depth, intruder = intrusion(avoid, q, setup)
-    active = depth > 0.0
+    depth, intruder = intrusion(avoid, q, setup, lost)
+    active = (depth > 0.0) & np.logical_not(lost)
     jacobian = np.where(active[:, None], distance(q, intruder).jacobian, 0.0)
     speed, error = np.linalg.norm(v, axis=1), np.linalg.norm(e, axis=1)
     rate = np.zeros(len(q))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.laws import ComputedTorque
 from escort_mj.control.reference.behaviors import turned
+from escort_mj.control.reference.failure import Team, motors
 from escort_mj.control.reference.laws import demand
 from escort_mj.control.reference.noise import ball_noise
 from escort_mj.control.reference.outer import outer_loop
@@ -34,6 +35,8 @@ class ReferenceSignals(NamedTuple):
     target_position: Array  # (p,)
     target_velocity: Array  # (p,)
     avoidance_active: Mask  # (n,)
+    lost: Mask  # (n,)
+    command: Array  # (n, p)
 
 
 class ReferenceController:
@@ -47,6 +50,8 @@ class ReferenceController:
         self.q_d = np.array(q0, dtype=np.float64)
         self.rho_hat = np.full_like(self.q_d, self.setup.law.gains().rho_hat_0)
         self._time: float | None = None
+        self._team = Team.whole(self.setup)
+        self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
@@ -70,6 +75,7 @@ class ReferenceController:
         if self._time is not None and moved:
             self.q_d = self.q_d + setup.timestep * self._q_d_rate
             self.rho_hat = self.rho_hat + setup.timestep * self._rho_hat_rate
+            self._applied_before = self._applied
         self._time = t
 
         noise_q, noise_v = self._noise(t)
@@ -79,10 +85,13 @@ class ReferenceController:
         if setup.disturbance is not None:
             push += setup.disturbance.position(t)
 
+        team, self._rotation = self._team.at(t, q_m, target, self._rotation, setup)
+        self._team, lost = team, team.lost
         if moved and setup.figure is not None:
-            self._rotation = turned(self._rotation, q_m, target, setup.figure.vertices)
+            self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
         e = self.q_d - q_m
-        v_d, active = outer_loop(setup, self._rotation, q_m, v_m, e, target, target_velocity)
+        v_d, active = outer_loop(setup, team, self._rotation, q_m, v_m, e, target, target_velocity)
+        v_d[lost] = 0.0
         if moved:
             self._v_d_before, self._a_d_before = v_d if self._v_d is None else self._v_d, self._a_d
         self._v_d = v_d
@@ -96,11 +105,15 @@ class ReferenceController:
         tau, rate = demand(law, e, e_dot, self.rho_hat, self._a_d, mass, bias)
 
         outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & law.anti_windup
-        self._q_d_rate = np.where(outward, v_m, v_d)
-        self._rho_hat_rate = np.where(outward, 0.0, rate)
+        tau[lost] = 0.0
+        self._q_d_rate = np.where(outward | lost[:, None], v_m, v_d)
+        self._rho_hat_rate = np.where(outward | lost[:, None], 0.0, rate)
+        command = motors(t, tau, self._applied_before, setup)
+        self._applied = np.clip(command, -setup.force_limit[:, None], setup.force_limit[:, None])
         return ReferenceSignals(
-            q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active
-        )
+            q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active,
+            lost, command,
+        )  # fmt: skip
 
     def _noise(self, t: float) -> tuple[Array, Array]:
         """Measurement noise of all robots at t, of positions [m] and velocities [m/s], shape (n, p) each.

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, Repulsion, Vertices
 from escort_mj.control.reference.behaviors import avoidance, escort, spread
+from escort_mj.control.reference.failure import Team
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
@@ -16,7 +17,7 @@ Mask = NDArray[np.bool_]
 
 
 def outer_loop(
-    setup: Setup, rotation: Array, q: Array, v: Array, e: Array, c: Array, c_dot: Array
+    setup: Setup, team: Team, rotation: Array, q: Array, v: Array, e: Array, c: Array, c_dot: Array
 ) -> tuple[Array, Mask]:
     """Composes the behaviors from the lowest priority to the highest (eq. 2); v_d and who avoids.
 
@@ -25,6 +26,7 @@ def outer_loop(
 
     Args:
         setup: What the controller is told.
+        team: Who is left, and in which formation.
         rotation: Of the even figure, shape (p, p).
         q: Measured positions.
         v: Measured velocities.
@@ -42,13 +44,13 @@ def outer_loop(
     avoiding = np.zeros(len(q), dtype=bool)
     for behavior in reversed(setup.behaviors):
         if isinstance(behavior, AvoidObstacles):
-            velocity, projector, active = avoidance(behavior, q, v, e, setup)
+            velocity, projector, active = avoidance(behavior, q, v, e, setup, team.lost)
             carried, place, avoiding = projector @ carried, place + 1, avoiding | active
         else:
             if isinstance(behavior, Vertices | Repulsion):
-                velocity, projector = spread(behavior, q, c, rotation, setup)
+                velocity, projector = spread(behavior, q, c, team, rotation, setup)
             else:
-                velocity, projector = escort(behavior, q, c, setup)
+                velocity, projector = escort(behavior, q, c, team, setup)
             carried, place = c_dot + projector @ (carried - c_dot), 0
         parts = [velocity, *(projector @ part for part in parts)]
     parts.insert(place, carried)
