@@ -137,6 +137,41 @@ def reproduce(
     raise typer.Exit(GOOD if result.stated else BROKEN)
 
 
+@app.command()
+def compare(
+    scenario: ScenarioArgument,
+    laws: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LAW,...", help="Laws of the inner loop, such as apd_smc,pd [default: all]."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds, from the scenario's own upward.")] = 1,
+    overrides: SetOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Where runs, figures and table go [default: renders/compare/NAME].")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    docs: Annotated[
+        Path | None, typer.Option(help="Also put the table into this page, between its marks.")
+    ] = None,
+    again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+) -> None:
+    """Run one scenario under several laws, side by side, and compare them in one table.
+
+    Example: escort-mj compare main --laws apd_smc,super_twisting --seeds 5
+    """
+    from escort_mj import api
+    from escort_mj.report.comparison import compare as compare_laws
+
+    mission = api.load_scenario(scenario, overrides or ())
+    folder = out if out is not None else Path("renders") / "compare" / mission.name
+    with _progress("comparing", " runs") as progress:
+        result = compare_laws(mission, folder, laws or (), seeds, workers, docs, again, progress)
+    for line in result.lines:
+        typer.echo(line)
+    typer.echo(f"wrote {_shown(folder)}: {' '.join(result.written)}")
+    raise typer.Exit(GOOD if result.stated else BROKEN)
+
+
 def _report(result: Run) -> None:
     """Prints the outcome and the verdicts."""
     from escort_mj.expect.verdicts import verdict_lines

@@ -68,6 +68,9 @@ def test_a_failed_verdict(command) -> None:
         (("run", "five.yaml", "--set", "physics.integrator=RK4"), "four times a step"),
         (("run", "five.yaml", "--nonsense"), "No such option"),
         (("fly", "five.yaml"), "No such command"),
+        (("compare", "five.yaml", "--laws", "amsc"), 'did you mean "asmc"?'),
+        (("compare", "five.yaml", "--seeds", "0"), "--seeds"),
+        (("compare", "five.yaml", "--docs", "none.md"), "none.md"),
         (("show", "."), "run folder"),
         (("run", "five.yaml", "--out", "."), "holds files but no run"),
     ],
@@ -86,6 +89,15 @@ def test_a_diverged_run(command, tmp_path: Path) -> None:
     assert code == 0 and "diverged" in out
 
 
+def test_compare_runs_each_law_once(command, tmp_path: Path) -> None:
+    arguments = ("compare", "five.yaml", "--laws", "pd,apd_smc", "--set", "duration=1", "--workers", "1")
+    code, out, err = command(*arguments)
+    assert code == 0 and err == ""
+    assert "2 runs: 2 run now" in out and "APD-SMC" in out and "wrote renders/compare/five" in out
+    assert (tmp_path / "renders" / "compare" / "five" / "table.csv").is_file()
+    assert "0 run now" in command(*arguments)[1]
+
+
 def test_a_program_error_is_one_message(command, monkeypatch) -> None:
     monkeypatch.setattr("escort_mj.mission.build", lambda scenario: 1 / 0)
     code, _, err = command("run", "five.yaml", *QUIET)
@@ -102,7 +114,7 @@ def test_schema_is_the_shipped_one(command) -> None:
 def test_help_names_the_commands_and_exit_codes(command) -> None:
     code, out, _ = command("--help")
     assert code == 0
-    for word in ("run", "show", "render", "reproduce", "schema", "1 a verdict failed"):
+    for word in ("run", "show", "render", "reproduce", "compare", "schema", "1 a verdict failed"):
         assert word in out
 
 

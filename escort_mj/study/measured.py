@@ -142,21 +142,23 @@ def _last(time: NDArray[np.float64], outside: NDArray[np.bool_]) -> float:
 
 def _steady(tail: xarray.Dataset) -> dict[str, float | None]:
     """The steady state."""
-
-    def rms(vectors: NDArray[np.float64]) -> float:
-        return float(np.sqrt((vectors**2).sum(axis=2).mean()))
-
     return {
         "radius_error": measure("radius_error_mean", tail).value,
         "radius_error_max": measure("radius_error_max", tail).value,
         "spacing_error": measure("spacing_error_mean", tail).value,
         "e_rms": measure("tracking_error_rms", tail).value,
         "e_dot_rms": measure("velocity_error_rms", tail).value,
-        "true_e_rms": rms(tail["q_d"].values - tail["q"].values),
-        "true_e_dot_rms": rms(tail["v_d"].values - tail["v"].values),
+        "true_e_rms": true_error_rms(tail, "q"),
+        "true_e_dot_rms": true_error_rms(tail, "v"),
         "chattering": measure("chattering", tail).value,
         "force_rms": measure("force_rms", tail).value,
     }
+
+
+def true_error_rms(trace: xarray.Dataset, name: str) -> float:
+    """Root mean square of a reference less what is true: `q` [m] or `v` [m/s], with no noise in it."""
+    error = trace[f"{name}_d"].values - trace[name].values
+    return float(np.sqrt((error**2).sum(axis=2).mean()))
 
 
 def _approaches(trace: xarray.Dataset) -> list[Approach]:

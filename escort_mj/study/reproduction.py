@@ -7,9 +7,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from escort_mj.control.laws import LAWS as LAW_MODELS
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario, load_scenario
+from escort_mj.study.laws import controller_of
 
 CASES = {
     "case1_2d": "case 1, plane",
@@ -143,7 +143,7 @@ def scenario_of(simulation: Simulation, scenarios: Path) -> Scenario:
     reading = READINGS[simulation.reading]
     overrides: dict[str, Any] = {
         "name": simulation.name,
-        "controller": _controller(base, simulation.law, reading.anti_windup),
+        "controller": controller_of(base, simulation.law).model_dump() | {"anti_windup": reading.anti_windup},
         "expect": [],  # what the shipped files expect is expected of their own law and reading
     }
     if not reading.limited:
@@ -155,12 +155,3 @@ def scenario_of(simulation: Simulation, scenarios: Path) -> Scenario:
 def _as_printed(path: Path, changed: int) -> Scenario:
     """A scenario as it is shipped, read once; `changed` is the file's time."""
     return load_scenario(path)
-
-
-def _controller(base: Scenario, law: str, anti_windup: bool) -> dict[str, Any]:
-    """A law with the gains of the case's own law, where both have them."""
-    (model,) = [model for model in LAW_MODELS if model.model_fields["law"].default == law]
-    gains = {key: value for key, value in base.controller.model_dump().items() if key in model.model_fields}
-    if law == "asmc":
-        del gains["switching_gain"]  # k_a = 80, that law's default, is another gain than k
-    return gains | {"law": law, "anti_windup": anti_windup}

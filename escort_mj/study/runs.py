@@ -1,4 +1,4 @@
-"""Runs of the reproduction: each in its folder, and only those that have not ended in it before."""
+"""Runs of a study: each in its folder, and only those that have not ended in it before."""
 
 from __future__ import annotations
 
@@ -14,10 +14,28 @@ from escort_mj.study.measured import Measured, measured
 from escort_mj.study.reproduction import Simulation
 
 if TYPE_CHECKING:
+    import xarray
+
     from escort_mj.record.folder import StoredRun
 
 FINAL = (Outcome.COMPLETED.value, Outcome.DIVERGED.value, Outcome.UNSTABLE.value)
 """Outcomes that the simulation itself decides: running again would end the same."""
+
+
+class Ended(NamedTuple):
+    """How a run ended.
+
+    Attributes:
+        outcome: How.
+        message: The same in words.
+        trace: What it recorded; None where the program broke.
+        ran: Whether it ran now, and not before.
+    """
+
+    outcome: str
+    message: str
+    trace: xarray.Dataset | None
+    ran: bool
 
 
 class Task(NamedTuple):
@@ -49,19 +67,33 @@ def perform(task: Task) -> Done:
     Raises:
         UsageError: If the folder holds something else, or another process is writing in it.
     """
-    before = None if task.again else look(task)
-    if before is not None:
-        return Done(before, False)
-    folder = RunFolder.create(task.folder)
+    ended = run_once(task.scenario, task.folder, task.again)
+    return Done(measured(task.simulation, ended.outcome, ended.message, ended.trace), ended.ran)
+
+
+def run_once(scenario: Scenario, path: Path, again: bool = False) -> Ended:
+    """Runs a scenario, unless its folder holds that run already.
+
+    Args:
+        scenario: What to run.
+        path: Its run folder.
+        again: Whether to run it even if it has ended there before.
+
+    Raises:
+        UsageError: If the folder holds something else, or another process is writing in it.
+    """
+    stored = None if again else finished(path, scenario)
+    if stored is not None:
+        return Ended(stored.outcome["outcome"], stored.outcome["message"], stored.trace, False)
+    folder = RunFolder.create(path)
     try:
         with folder:
-            run = fly(task.scenario, folder)
+            run = fly(scenario, folder)
     except EscortError:
         raise
-    except Exception as error:  # the folder says the same; the other simulations go on
-        message = f"{type(error).__name__}: {error}"
-        return Done(measured(task.simulation, Outcome.FAILED.value, message, None), True)
-    return Done(measured(task.simulation, run.outcome.value, run.message, run.trace), True)
+    except Exception as error:  # the folder says the same; the other runs go on
+        return Ended(Outcome.FAILED.value, f"{type(error).__name__}: {error}", None, True)
+    return Ended(run.outcome.value, run.message, run.trace, True)
 
 
 def look(task: Task) -> Measured | None:

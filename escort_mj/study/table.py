@@ -110,20 +110,22 @@ def markdown(runs: Sequence[Measured]) -> str:
         "Each claim in our words; whether it holds is computed by the rule beside it. Where two numbers",
         "stand together, APD-SMC's is the first and ASMC's the second.",
         "",
-        *_rows(["section", "figures", "claim", "holds", "rule", *words], _claim_rows(facts["claims"])),
+        *markdown_rows(
+            ["section", "figures", "claim", "holds", "rule", *words], _claim_rows(facts["claims"])
+        ),
         "",
         "## Is APD-SMC faster and more precise than ASMC?",
         "",
         "APD-SMC / ASMC. Times: until the formation settles; until references are tracked. Tail errors: of",
         "the radius; |e|; |e_dot|.",
         "",
-        *_rows(VERSUS, _versus(runs, "asmc")),
+        *markdown_rows(VERSUS, _versus(runs, "asmc")),
         "",
         "## Does the adaptation help?",
         "",
         "APD-SMC / PD-SMC, the same law without it; the columns are the same.",
         "",
-        *_rows(VERSUS, _versus(runs, "pd_smc")),
+        *markdown_rows(VERSUS, _versus(runs, "pd_smc")),
         "",
         "## Everything that was measured",
         "",
@@ -131,7 +133,9 @@ def markdown(runs: Sequence[Measured]) -> str:
     lines += [f"- {HEADS[name]} [{q.unit}]: {q.meaning}" for name, q in QUANTITIES.items()]
     for reading in readings:
         lines += ["", f"### {READINGS[reading].words[0].upper()}{READINGS[reading].words[1:]}", ""]
-        lines += _rows(["case", "law", "outcome", *HEADS.values()], _run_rows(by_reading(runs)[reading]))
+        lines += markdown_rows(
+            ["case", "law", "outcome", *HEADS.values()], _run_rows(by_reading(runs)[reading])
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -191,7 +195,7 @@ def _run_rows(runs: Runs) -> Iterator[list[str]]:
         yield [CASES[run.simulation.case], LAWS[run.simulation.law], outcome, *values]
 
 
-def _rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+def markdown_rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     """A table in Markdown; a bar within a cell would end the cell."""
     return [
         "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"

@@ -1,0 +1,232 @@
+"""Laws and outer loops side by side: the runs of a comparison, its table and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from escort_mj import palette
+from escort_mj.record.files import write_json, write_text
+from escort_mj.record.folder import open_run
+from escort_mj.record.measures import radius_error
+from escort_mj.report.curves import draw_curves, log_scale, running_rms, timeline
+from escort_mj.report.style import FAILED, figure
+from escort_mj.scenario import Scenario
+from escort_mj.study.comparison import (
+    LAWS,
+    OUTERS,
+    QUANTITIES,
+    Assignment,
+    Result,
+    Row,
+    chosen,
+    perform,
+    rows,
+    scenario_of,
+    trials,
+)
+from escort_mj.study.comparison_table import (
+    around_marks,
+    comma_separated,
+    facts,
+    into_page,
+    page,
+    subject,
+    summary,
+)
+from escort_mj.study.parallel import cores, side_by_side
+
+DRAWN = {
+    "settling_time": "Settling time, 5 % of R",
+    "radius_error_mean": "Tail error of the radius",
+    "true_error_rms": "Tail rms |e|, without noise",
+    "true_error_max": "Largest |e|, without noise",
+    "velocity_error_rms": "Tail rms |ė|",
+    "force_rms": "Tail rms force",
+    "chattering": "Chattering in the tail",
+    "obstacle_clearance_min": "Least clearance to an obstacle",
+    "robot_clearance_min": "Least clearance between robots",
+}
+COLORS = dict(zip(LAWS, (palette.robot_color(i, len(LAWS)) for i in range(len(LAWS))), strict=True))
+DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)))
+BAR = 0.19  # inches of height
+MILLI = 1000.0
+
+
+class Comparison(NamedTuple):
+    """What came of a comparison.
+
+    Attributes:
+        lines: What to tell the user.
+        written: Files of the comparison's folder.
+        stated: Whether every run ended in an outcome of its own.
+    """
+
+    lines: list[str]
+    written: list[str]
+    stated: bool
+
+
+def compare(
+    scenario: Scenario,
+    out: Path,
+    laws: Sequence[str] = (),
+    seeds: int = 1,
+    workers: int | None = None,
+    docs: Path | None = None,
+    again: bool = False,
+    progress: Callable[[float, float], None] | None = None,
+) -> Comparison:
+    """Runs a scenario under several laws, where that has not been done before, and compares them.
+
+    Args:
+        scenario: What to run; its own law's gains go to the other laws where they mean the same.
+        out: Where everything goes; runs that ended there before are not run again.
+        laws: Names of laws, each of them one or several between commas; empty for all.
+        seeds: How many seeds, from the scenario's own upward.
+        workers: Processes; None for one per core.
+        docs: A page of the docs with marks that the table goes between.
+        again: Run everything anew.
+        progress: Called with the runs and figures done and to do.
+
+    Raises:
+        UsageError: If there is no such law, a folder holds something else, or the page has no marks.
+        ScenarioError: If a seed leaves no room for robots that are placed at random.
+    """
+    names = chosen("--laws", laws, LAWS, list(LAWS))
+    if docs is not None:
+        around_marks(docs, scenario)
+    wanted = trials(names, list(OUTERS), [scenario.seed + index for index in range(seeds)])
+    assignments = [
+        Assignment(trial, scenario_of(scenario, trial), out / trial.name, again) for trial in wanted
+    ]
+    workers = cores() if workers is None else workers
+    results = side_by_side(perform, assignments, workers, progress)
+
+    write_json(out / "table.json", facts(scenario, results))
+    write_text(out / "table.csv", comma_separated(results))
+    write_text(out / "table.md", page(scenario, results))
+    if docs is not None:
+        write_text(docs, into_page(docs, scenario, results))
+    files = [draw_bars(out, scenario, results)]
+    if any(result.completed for result in results):
+        files.append(draw_curves_of(out, scenario, results))
+    ran = sum(result.ran for result in results)
+    lines = [f"{len(results)} runs: {ran} run now, {len(results) - ran} had run before"]
+    lines += [
+        f"  {result.trial.name}: {result.outcome}: {result.message}"
+        for result in results
+        if not result.completed
+    ]
+    written = ["table.md", "table.csv", "table.json", f"figures/ ({len(files)})"]
+    return Comparison(lines + summary(results), written, all(result.stated for result in results))
+
+
+def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:
+    """One panel per quantity, a bar per combination, a dot per seed."""
+    table = rows(results)
+    names = [name for name in DRAWN if any(row.spreads[name].known for row in table)]
+    path, lines = out / "figures" / "comparison.png", -(-max(len(names), 1) // 3)
+    height = lines * (0.62 + BAR * len(table)) + 0.4
+    with figure(path, height, f"{scenario.name}: {subject(results)} compared", width=9.6) as canvas:
+        grid = canvas.subplots(lines, 3, squeeze=False, sharey=True)
+        for axes, name in zip(grid.ravel(), names, strict=False):
+            _bars(axes, name, table)
+        for axes in grid.ravel()[len(names) :]:
+            axes.set_visible(False)
+        for axes in grid[:, 0]:
+            axes.set_yticks(range(len(table)), [_label(row, table) for row in table], fontsize=7.5)
+        grid[0, 0].invert_yaxis()
+    return path
+
+
+def _label(row: Row, table: Sequence[Row]) -> str:
+    """Law and outer loop, the latter only where there are several."""
+    return row.title if len({other.outer for other in table}) > 1 else LAWS[row.law]
+
+
+def _bars(axes: Axes, name: str, table: Sequence[Row]) -> None:
+    """One quantity; what has no value says why."""
+    unit = QUANTITIES[name].unit
+    means = [row.spreads[name].mean for row in table]
+    small = unit in ("m", "m/s") and max((abs(mean) for mean in means if mean is not None), default=1.0) < 1.0
+    scale = MILLI if small else 1.0
+    axes.set_title(DRAWN[name])
+    axes.set_xlabel(("m" if small else "") + unit, labelpad=1.0)
+    axes.grid(axis="y", visible=False)
+    axes.axvline(0.0, color="#555555", linewidth=0.7)
+    axes.xaxis.set_major_locator(MaxNLocator(5))
+    for place, row in enumerate(table):
+        spread = row.spreads[name]
+        if spread.mean is None:
+            words = "never" if spread.never else ("-" if row.completed else row.results[0].outcome)
+            axes.annotate(
+                words,
+                (0.0, place),
+                (3, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=7.0,
+                color=FAILED,
+            )
+            continue
+        color = COLORS[row.law]
+        axes.barh(place, scale * spread.mean, 0.72, color=color, alpha=0.55)
+        values = [result.values[name] for result in row.results]
+        dots = [scale * value for value in values if value is not None and np.isfinite(value)]
+        if len(dots) > 1:
+            axes.plot(dots, [place] * len(dots), "o", color=color, markersize=2.6, clip_on=False)
+        if spread.never:
+            axes.annotate(
+                f"never in {spread.never}",
+                (scale * spread.mean, place),
+                (4, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize=7.0,
+                color=FAILED,
+            )
+
+
+def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:
+    """The first seed over time: error of the worst robot's radius, and tracking error without noise."""
+    first = results[0].trial.seed
+    runs = [result for result in results if result.trial.seed == first and result.completed]
+    path, outers = out / "figures" / "curves.png", list(dict.fromkeys(run.trial.outer for run in results))
+    with figure(path, 5.6, f"{scenario.name}: {subject(results)} over time, seed {first}") as canvas:
+        upper, lower = canvas.subplots(2, 1, sharex=True)
+        time = np.zeros(1)
+        for run in runs:
+            trace = open_run(out / run.trial.name).trace
+            time = trace["time"].values
+            drawn = len(upper.lines)
+            radius = np.abs(radius_error(trace)).max(axis=1)
+            error = np.linalg.norm(trace["q_d"].values - trace["q"].values, axis=2).max(axis=1)
+            color = [COLORS[run.trial.law]]
+            draw_curves(upper, time, radius[:, None], color)
+            draw_curves(lower, time, running_rms(time, error)[:, None], color)
+            for line in [*upper.lines[drawn:], *lower.lines[drawn:]]:
+                line.set_linestyle(DASHES[outers.index(run.trial.outer) % len(DASHES)])
+        upper.set_title("Largest error of the radius, any robot")
+        upper.set_ylabel("| |q - c| - R | [m]")
+        lower.set_title("Largest tracking error without noise, any robot, running rms")
+        lower.set_ylabel("|q_d - q| [m]")
+        for axes in (upper, lower):
+            log_scale(axes)
+        timeline([upper, lower], time)
+        laws = list(dict.fromkeys(run.trial.law for run in runs))
+        keys = [(LAWS[law], Line2D([], [], color=COLORS[law], linewidth=2.0)) for law in laws]
+        if len(outers) > 1:
+            keys += [
+                (OUTERS[outer], Line2D([], [], color="#555555", linestyle=DASHES[index % len(DASHES)]))
+                for index, outer in enumerate(outers)
+            ]
+        words, handles = zip(*keys, strict=True)
+        canvas.legend(handles, words, loc="outside lower center", ncols=3, columnspacing=1.3)
+    return path

@@ -1,0 +1,23 @@
+"""One scenario under other laws."""
+
+from __future__ import annotations
+
+from escort_mj.control.laws import LAWS, LawParameters
+from escort_mj.scenario import Scenario
+
+
+def controller_of(base: Scenario, law: str) -> LawParameters:
+    """A law with the gains of the scenario's own law, where both have them and mean the same by them.
+
+    Args:
+        base: The scenario.
+        law: Name of the law; the scenario's own law comes back as it is.
+    """
+    if base.controller.law == law:
+        return base.controller
+    (model,) = [model for model in LAWS if model.model_fields["law"].default == law]
+    own = model.own_keys | base.controller.own_keys | {"law"}
+    shared = [
+        key for key in type(base.controller).model_fields if key in model.model_fields and key not in own
+    ]
+    return model(**{key: getattr(base.controller, key) for key in shared})

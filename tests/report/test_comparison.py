@@ -1,0 +1,72 @@
+import json
+import math
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from escort_mj.api import load_scenario
+from escort_mj.errors import UsageError
+from escort_mj.report.comparison import compare, draw_bars
+from escort_mj.study.comparison import QUANTITIES, Result, Trial
+
+SHORT = {"duration": 1.0, "expect": []}
+
+
+@pytest.fixture(scope="module")
+def whole(compiled, tmp_path_factory):
+    out, steps = tmp_path_factory.mktemp("comparison"), []
+    scenario = load_scenario("main", SHORT)
+    result = compare(
+        scenario, out, ["pd,super_twisting"], 2, workers=1, progress=lambda *at: steps.append(at)
+    )
+    return out, scenario, result, steps
+
+
+def test_runs_table_and_figures_are_there(whole):
+    out, _, result, steps = whole
+    assert result.stated and steps[-1] == (4, 4)
+    assert {path.parent.name for path in out.glob("*/outcome.json")} == {
+        f"{law}-nsb-seed{seed}" for law in ("pd", "super_twisting") for seed in (1, 2)
+    }
+    assert len(json.loads((out / "table.json").read_text())["runs"]) == 4
+    assert len((out / "table.csv").read_text().splitlines()) == 5
+    assert "PD, gravity compensated" in (out / "table.md").read_text()
+    for name in ("comparison", "curves"):
+        assert np.asarray(Image.open(out / "figures" / f"{name}.png").convert("L")).std() > 5
+
+
+def test_a_second_time_nothing_runs(whole):
+    out, scenario, _, _ = whole
+    before = (out / "table.md").read_text()
+    again = compare(scenario, out, ["pd,super_twisting"], 2, workers=1)
+    assert again.lines[0] == "4 runs: 0 run now, 4 had run before"
+    assert (out / "table.md").read_text() == before
+
+
+def test_what_diverges_is_a_row_and_is_drawn(tmp_path, compiled):
+    runaway = load_scenario("paper/case1_3d", {"controller.anti_windup": False, "expect": [], "duration": 20})
+    result = compare(runaway, tmp_path, ["apd_smc"], workers=1)
+    assert result.stated and any("diverged" in line for line in result.lines)
+    assert [path.name for path in (tmp_path / "figures").iterdir()] == ["comparison.png"]
+
+
+def test_bars_of_what_never_settles(tmp_path):
+    values = dict.fromkeys(QUANTITIES, 0.5) | {"obstacle_clearance_min": None}
+    results = [
+        Result(Trial("pd", "nsb", 0), "completed", "", values | {"settling_time": math.inf}),
+        Result(Trial("pd", "nsb", 1), "completed", "", values),
+        Result(Trial("asmc", "nsb", 0), "completed", "", values | {"settling_time": math.inf}),
+        Result(Trial("apd_smc", "nsb", 0), "unstable", "", dict.fromkeys(QUANTITIES)),
+    ]
+    path = draw_bars(tmp_path, load_scenario("main"), results)
+    assert np.asarray(Image.open(path).convert("L")).std() > 5
+
+
+def test_what_cannot_be_done_is_said_before_anything_runs(tmp_path):
+    scenario = load_scenario("main", SHORT)
+    with pytest.raises(UsageError, match="--laws lqr"):
+        compare(scenario, tmp_path / "out", ["lqr"])
+    with pytest.raises(UsageError, match="--docs"):
+        compare(scenario, tmp_path / "out", docs=tmp_path / "missing.md")
+    assert not (tmp_path / "out").exists()
