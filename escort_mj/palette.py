@@ -22,6 +22,11 @@ OBSTACLE = from_hex("6A6A6A")
 LIMIT = from_hex("4D4D4D")  # a bound: the escort radius, the safe distance, the force limit
 CONTACT = from_hex("C8001E")  # bodies that touch
 
+# Why the Lyapunov function changes, in the order of `signals.CAUSES`.
+CAUSES = tuple(
+    from_hex(code) for code in ("01665E", "7F3B08", "332288", "888888", "CC79A7", "B58900", "C8001E")
+)
+
 _DISTINCT = tuple(
     from_hex(code)
     for code in (

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, open_run
-from escort_mj.report import nearness, paths, timelines
+from escort_mj.report import nearness, paths, timelines, truth
 from escort_mj.report.style import figure
 
 if TYPE_CHECKING:
@@ -53,6 +53,13 @@ PLOTS: tuple[Plot, ...] = (
         nearness.clearances_height,
         nearness.clearances,
         lambda trace: "robot_clearance_worst" in trace or "obstacle_clearance_worst" in trace,
+    ),
+    Plot(
+        "truth",
+        "what the law is not told",
+        truth.truth_height,
+        truth.truth,
+        lambda trace: "mass_matrix" in trace,
     ),
     Plot("forces", "forces of the motors", lambda trace: 1.0 + 1.7 * trace.sizes["axis"], timelines.forces),
 )

@@ -12,7 +12,7 @@ from escort_mj import palette
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace
-from escort_mj.signals import SIGNALS, record_size
+from escort_mj.signals import CAUSES, SIGNALS, record_size, truth_sizes
 
 ROBOT, TARGET, SAFE, RADIUS = 0.3, 0.4, 1.0, 3.0
 RATE = 10.0  # samples per second
@@ -79,6 +79,7 @@ def make_run(tmp_path_factory):
         spread=lambda time: np.exp(-time),
         outcome=Outcome.COMPLETED,
         title="synthetic",
+        truth=None,
         video="{width: 320, height: 180, rate: 10, speed: 2}",
     ) -> Path:
         time, q, target = motion(count, axes, samples, spread)
@@ -86,6 +87,7 @@ def make_run(tmp_path_factory):
         places[:, 0] = 2.0 + 2.0 * np.arange(obstacles)
         places[:, 1] = np.where(np.arange(obstacles) % 2, 4.5, -4.5)
         sizes = {"robot": count, "axis": axes, "obstacle": obstacles, "coordinate": count * axes}
+        sizes |= truth_sizes(axes, truth is not None, truth == "lyapunov")
         labels = {
             "obstacles": [f"obstacle_{j + 1}" for j in range(obstacles)],
             "robot_radius": [ROBOT] * count,
@@ -119,11 +121,17 @@ def make_run(tmp_path_factory):
             "robot_clearance_worst": nearest - 2 * ROBOT,
             "obstacle_clearance_worst": distance.min(axis=2, initial=np.inf) - ROBOT - 0.5,
             "avoidance_active": distance.min(axis=2, initial=np.inf) < SAFE + ROBOT + 0.5,
+            "mass_matrix": np.broadcast_to(np.diag([1.0, 2.0, 3.0][:axes]), (samples, count, axes, axes)),
+            "reference_torque": 5.0 * rng.standard_normal(q.shape),
+            "lyapunov": np.exp(-np.outer(time, 1.0 + np.arange(count))),
+            "lyapunov_change": -np.linspace(0.0, 1.0, len(CAUSES))
+            * time[:, None, None]
+            * np.ones((1, count, 1)),
         }
         blank = np.zeros((samples, record_size(sizes)))
         columns = [
             np.asarray(known[signal.name], float).reshape(samples, signal.size(sizes))
-            if signal.name in known
+            if signal.name in known and signal.recorded(sizes)
             else blank[:, : signal.size(sizes)]
             for signal in SIGNALS
         ]

@@ -43,8 +43,24 @@ def has_color(image, color, tolerance=2):
         ({"samples": 2, "axes": 3, "count": 1, "obstacles": 0}, set()),
         ({"count": 50, "obstacles": 30}, {"clearances", "obstacle_distances"}),
         ({"count": 13, "axes": 3, "obstacles": 5}, {"clearances", "obstacle_distances"}),
+        ({"obstacles": 0, "truth": "lyapunov"}, {"clearances", "truth"}),
+        ({"count": 13, "axes": 3, "obstacles": 0, "truth": "mass"}, {"clearances", "truth"}),
+        ({"samples": 1, "count": 1, "obstacles": 0, "truth": "lyapunov"}, {"truth"}),
     ],
-    ids=["planar", "space", "free", "alone", "two", "one_sample", "two_samples", "many", "thirteen"],
+    ids=[
+        "planar",
+        "space",
+        "free",
+        "alone",
+        "two",
+        "one_sample",
+        "two_samples",
+        "many",
+        "thirteen",
+        "truth",
+        "other_law",
+        "truth_once",
+    ],
 )
 def test_every_mission_gets_its_figures_without_a_warning(make_run, monkeypatch, shape, more):
     monkeypatch.setattr(style, "DPI", 60)  # drawn faster
