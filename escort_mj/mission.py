@@ -190,6 +190,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
     return {
         "obstacles": obstacle_names(scenario),
+        "behaviors": setup.kinds,
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
         "obstacle_position": setup.obstacle_position.tolist(),
@@ -203,6 +204,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
             "mission_radius": scenario.mission.radius,
+            "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
             "target_radius": scenario.target.radius,

@@ -19,7 +19,8 @@ class Signal(NamedTuple):
 
     Attributes:
         name: Variable name in the trace.
-        dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `coordinate`, `cause`.
+        dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
+            `cause`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         channel: Recorded only where `sizes` has 1 under this name; empty for what is always recorded.
@@ -41,6 +42,7 @@ class Signal(NamedTuple):
 
 
 RA = ("robot", "axis")
+RB = ("robot", "behavior")
 TRUTH, LYAPUNOV = "truth", "lyapunov"
 
 CAUSES = (
@@ -74,6 +76,15 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("target_velocity", ("axis",), "m/s", "velocity of the target"),
     Signal("avoidance_active", ("robot",), "1", "1 while obstacle avoidance rules the robot, else 0"),
     Signal("lost", ("robot",), "1", "1 once the team knows that the robot's motors have failed, else 0"),
+    Signal("phase", ("robot",), "1", "phase of the supervisor that rules the robot, 0 for the mission's own"),
+    Signal(
+        "ruling", ("robot",), "1", "active behavior of highest priority, by its place in `behavior`; -1: none"
+    ),
+    Signal("task_error", RB, "m", "error of each active task: depth of intrusion, or distance from the wish"),
+    Signal("task_wish", RB, "m/s", "speed that each task wants for itself"),
+    Signal("task_removed", RB, "m/s", "what the projections of higher priorities removed of that velocity"),
+    Signal("task_angle", RB, "rad", "smallest angle to an active task above; pi/2 is no conflict (eq. 19)"),
+    Signal("outer_updates", ("robot",), "1", "runs of the outer loop so far"),
     Signal("force", RA, "N", "force that MuJoCo's motors applied, after the force limit"),
     Signal(
         "obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"
@@ -136,8 +147,8 @@ def record_size(sizes: Mapping[str, int]) -> int:
     """Number of values of one whole sample.
 
     Args:
-        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`; 1 for each channel that is
-            recorded, with the sizes `axis_2` and `cause` of its dimensions, see `truth_sizes`.
+        sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `behavior`, `coordinate`; 1 for each
+            channel that is recorded, with the sizes of its dimensions, see `truth_sizes`.
     """
     return sum(signal.size(sizes) for signal in SIGNALS)
 

@@ -7,12 +7,15 @@
 from __future__ import annotations
 
 from escort_mj.control.behaviors.vertices import turn_figure
+from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.noise import measure_with_noise
 from escort_mj.control.outer import outer_loop
 from escort_mj.control.plan import LAST_TIME, STARTED, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
+from escort_mj.control.supervisor import FIRST, LEVELS, supervise
+from escort_mj.control.trigger import refresh
 from escort_mj.kernels import inlined
 
 
@@ -35,10 +38,21 @@ def evaluate(plan: Plan, state: State) -> None:
     failing = plan.failures.shape[0] > 0
     if failing:
         notice_losses(plan, state)
-    if moved and plan.vertices.shape[0] > 0:
+    if plan.phases.shape[0] > 1:
+        supervise(plan, state)
+    someone = refresh(plan, state)
+    if someone and moved and plan.vertices.shape[0] > 0:
         turn_figure(state.q_measured, state.target_position, state.lost, state.vertices, state.rotation)
+    sampled = round(state.time[0] / plan.timestep) % plan.stride == 0
     for i in range(n):
-        outer_loop(i, plan, state)
+        phase = plan.phases[int(state.phase[i])]
+        first, levels = int(phase[FIRST]), int(phase[LEVELS])
+        if state.fresh[i] != 0.0:
+            outer_loop(i, first, levels, plan, state)
+            if moved and state.lost[i] == 0.0:
+                state.outer_updates[i] += 1.0
+        if sampled:
+            weigh_tasks(i, first, levels, plan, state)
     inner_loop(plan, state)
     for i in range(n):
         for k in range(p):

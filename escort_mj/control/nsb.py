@@ -21,31 +21,40 @@ Array = NDArray[np.float64]
 
 ROUNDING = 1e-12
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
+INACTIVE, TANGENT = 0, -1  # ranks of a task that asks for nothing, and of one that takes all directions but x
 
 
 @inlined
-def compose(
-    level: int, levels: int, cycles: int, directions: Array, weights: Array, speeds: Array, parts: Array
-) -> None:
-    """Puts a behavior above those below it: sets its own part and projects the lower parts.
+def combine(cycles: int, directions: Array, speeds: Array, part: Array) -> None:
+    """Velocity of a task: part <- sum_c speed_c x_c.
 
     Args:
-        level: Row of the behavior.
-        levels: Number of rows that hold parts.
-        cycles: Number of the behavior's directions.
+        cycles: Number of the task's directions.
         directions: Jacobians x, shape (>= cycles, p).
-        weights: 1 / |x|^2, shape (>= cycles,).
         speeds: Task velocities in terms of x, shape (>= cycles,).
-        parts: Parts by level, shape (>= levels, p) [m/s]; changed in place.
+        part: Result, shape (p,) [m/s].
     """
-    axes = parts.shape[1]
-    for k in range(axes):
+    for k in range(part.shape[0]):
         total = 0.0
         for c in range(cycles):
             total += speeds[c] * directions[c, k]
-        parts[level, k] = total
-    for lower in range(level + 1, levels):
-        project(cycles, directions, weights, parts[lower])
+        part[k] = total
+
+
+@inlined
+def leave(rank: int, directions: Array, weights: Array, part: Array) -> None:
+    """Projects a lower part into the null space of a task, in place.
+
+    Args:
+        rank: Number of the task's directions, or `TANGENT`.
+        directions: Jacobians x, shape (>= cycles, p).
+        weights: 1 / |x|^2, shape (>= cycles,).
+        part: Part of a lower priority, shape (p,) [m/s].
+    """
+    if rank == TANGENT:
+        keep_along(directions[0], weights[0], part)
+    else:
+        project(rank, directions, weights, part)
 
 
 @inlined

@@ -2,30 +2,112 @@
 
 from __future__ import annotations
 
-from escort_mj.control.behaviors.avoid_obstacles import avoidance
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors.avoid_obstacles import avoidance, sidestep
 from escort_mj.control.behaviors.distance import keep_distance
 from escort_mj.control.behaviors.repulsion import repel
 from escort_mj.control.behaviors.vertices import to_vertex
-from escort_mj.control.nsb import add_within_limit, compose, keep_along, project
+from escort_mj.control.nsb import INACTIVE, TANGENT, add_within_limit, combine, leave
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     CHORDS,
     MAX_CYCLES,
     MAX_LEVELS,
     REPULSION,
+    SIDESTEP,
     VERTICES,
     Plan,
     State,
 )
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 
+Array = NDArray[np.float64]
+
 
 @inlined
-def outer_loop(i: int, plan: Plan, state: State) -> None:
+def wish(
+    i: int,
+    row: Array,
+    plan: Plan,
+    state: State,
+    directions: Array,
+    weights: Array,
+    speeds: Array,
+    part: Array,
+) -> int:
+    """What one behavior, by itself, wants of one robot.
+
+    Args:
+        i: Which robot, from 0.
+        row: The behavior's row of the ladder.
+        plan: What the controller is told.
+        state: Its state.
+        directions: Result: the task's Jacobians x, shape (>= 2, p).
+        weights: Result: 1 / |x|^2, shape (>= 2,).
+        speeds: Scratch: task velocities in terms of x, shape (>= 2,).
+        part: Result: the wanted velocity, shape (p,) [m/s]; 0 while inactive.
+
+    Returns:
+        The task's rank: how many directions it takes, or `TANGENT` for all but one, or `INACTIVE`.
+    """
+    q, c = state.q_measured, state.target_position
+    if row[0] == AVOID_OBSTACLES:
+        depth, speeds[0] = avoidance(
+            i, q, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
+            plan.obstacle_position, plan.obstacle_radius, plan.robot_radius, row, plan.slope, directions[0],
+        )  # fmt: skip
+        weights[0] = 1.0
+        for k in range(part.shape[0]):
+            part[k] = speeds[0] * directions[0, k] if depth > 0.0 else 0.0
+        return 1 if depth > 0.0 else INACTIVE
+    if row[0] == VERTICES:
+        weights[0] = to_vertex(
+            i, q, c, plan.radius, row[1], state.vertices, state.rotation, directions[0], part
+        )
+        return TANGENT
+    if row[0] == REPULSION:
+        weights[0] = repel(i, q, c, state.lost, plan.radius, row[1], directions[0], part)
+        return TANGENT
+    cycles = 1
+    if row[0] == CHORDS:
+        cycles = state.predecessors.shape[0]
+        for cycle in range(cycles):
+            other = int(state.predecessors[cycle, i])
+            weights[cycle], speeds[cycle] = keep_distance(
+                q[i], q[other], state.chord_length[0], row[1], directions[cycle]
+            )
+    else:
+        weights[0], speeds[0] = keep_distance(q[i], c, plan.radius, row[1], directions[0])
+    combine(cycles, directions, speeds, part)
+    return cycles
+
+
+@inlined
+def intrusion(i: int, row: Array, plan: Plan, state: State) -> float:
+    """How deep the worst intruder is in robot i's safe sphere, by a row of avoidance; 0 for none [m]."""
+    depth, _ = avoidance(
+        i, state.q_measured, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
+        plan.obstacle_position, plan.obstacle_radius, plan.robot_radius,
+        row, plan.slope, vector_at(stack_memory(), state.q.shape[1]),
+    )  # fmt: skip
+    return depth
+
+
+@inlined
+def outer_loop(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     """Reference velocity of one robot: its behaviors composed in the order of the ladder (eq. 2).
 
     Escort behaviors are relative to the target's motion (feed-forward), avoidance is not:
     v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order.
+
+    Args:
+        i: Which robot, from 0.
+        first: Row of the ladder where its behaviors begin.
+        levels: How many they are.
+        plan: What the controller is told.
+        state: Its state; `v_d` and `avoidance_active` are written.
     """
     p = state.q.shape[1]
     memory = stack_memory()
@@ -40,67 +122,30 @@ def outer_loop(i: int, plan: Plan, state: State) -> None:
         for k in range(p):
             state.v_d[i, k] = 0.0
         return
-    levels = plan.ladder.shape[0]
     highest_escort = levels
     avoiding = False
     for k in range(p):
         feedforward[k] = state.target_velocity[k] if plan.target_feedforward else 0.0
 
     for level in range(levels - 1, -1, -1):
-        row = plan.ladder[level]
-        if row[0] == AVOID_OBSTACLES:
-            active, speeds[0] = avoidance(
-                i, state.q_measured, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
-                plan.obstacle_position, plan.obstacle_radius, plan.robot_radius,
-                row, plan.slope, directions[0],
-            )  # fmt: skip
-            if active:
-                avoiding = True
-                weights[0] = 1.0
-                compose(level, levels, 1, directions, weights, speeds, parts)
-                project(1, directions, weights, feedforward)
-            else:
-                for k in range(p):
-                    parts[level, k] = 0.0
+        row = plan.ladder[first + level]
+        rank = wish(i, row, plan, state, directions, weights, speeds, parts[level])
+        if rank == INACTIVE:
+            continue
+        escort = row[0] != AVOID_OBSTACLES
+        if not escort and row[SIDESTEP] > 0.0:
+            sidestep(level, levels, row[SIDESTEP], directions[0], feedforward, parts)
+        for lower in range(level + 1, levels):
+            leave(rank, directions, weights, parts[lower])
+        if not escort:
+            avoiding = True
+            leave(rank, directions, weights, feedforward)
             continue
         highest_escort = level
-        if row[0] == VERTICES or row[0] == REPULSION:
-            if row[0] == VERTICES:
-                weights[0] = to_vertex(
-                    i, state.q_measured, state.target_position, plan.radius, row[1],
-                    state.vertices, state.rotation, directions[0], parts[level],
-                )  # fmt: skip
-            else:
-                weights[0] = repel(
-                    i, state.q_measured, state.target_position, state.lost, plan.radius, row[1],
-                    directions[0], parts[level],
-                )  # fmt: skip
-            for lower in range(level + 1, levels):
-                keep_along(directions[0], weights[0], parts[lower])
-            if avoiding:
-                for k in range(p):
-                    relative[k] = feedforward[k] - state.target_velocity[k] * plan.target_feedforward
-                keep_along(directions[0], weights[0], relative)
-                for k in range(p):
-                    feedforward[k] = state.target_velocity[k] * plan.target_feedforward + relative[k]
-            continue
-        cycles = 1
-        if row[0] == CHORDS:
-            cycles = state.predecessors.shape[0]
-            for c in range(cycles):
-                other = int(state.predecessors[c, i])
-                weights[c], speeds[c] = keep_distance(
-                    state.q_measured[i], state.q_measured[other], state.chord_length[0], row[1], directions[c]
-                )
-        else:
-            weights[0], speeds[0] = keep_distance(
-                state.q_measured[i], state.target_position, plan.radius, row[1], directions[0]
-            )
-        compose(level, levels, cycles, directions, weights, speeds, parts)
         if avoiding:  # an avoidance below has bent the feed-forward: only its remainder is projected
             for k in range(p):
                 relative[k] = feedforward[k] - state.target_velocity[k] * plan.target_feedforward
-            project(cycles, directions, weights, relative)
+            leave(rank, directions, weights, relative)
             for k in range(p):
                 feedforward[k] = state.target_velocity[k] * plan.target_feedforward + relative[k]
 

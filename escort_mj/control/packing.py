@@ -12,6 +12,7 @@ from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.plan import AVOID_OBSTACLES, KINDS, LAW, LAW_KINDS, MAGIC, SCALARS, TRUTH
 from escort_mj.control.setup import Setup
+from escort_mj.control.supervisor import Phase
 
 Array = NDArray[np.float64]
 
@@ -41,9 +42,13 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
     gains, law = setup.law.gains(), setup.law
     switching = law if isinstance(law, SlidingModeLaw) else SlidingModeLaw()  # the others do not switch
 
+    phases = [Phase("", setup.behaviors), *setup.phases]
+    ladder = [_level(setup, behavior) for phase in phases for behavior in phase.behaviors]
+    starts = np.cumsum([0, *(len(phase.behaviors) for phase in phases)])
+
     header = np.zeros(SCALARS)
     header[:10] = [
-        MAGIC, n, p, m, coordinates, len(setup.behaviors), len(predecessors), len(code), len(pieces), stride,
+        MAGIC, n, p, m, coordinates, len(ladder), len(predecessors), len(code), len(pieces), stride,
     ]  # fmt: skip
     header[10:28] = [
         setup.timestep, setup.seed, setup.radius, setup.target_feedforward, setup.max_speed,
@@ -58,9 +63,14 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         header[LAW + 1] = law.acceleration_filter
     header[TRUTH] = truth * (1 + law.has_lyapunov)
     header[35:37] = len(setup.failures), len(turns)
+    header[37:39] = [len(phases), len(setup.kinds)]
+    if setup.trigger is not None:
+        trigger = setup.trigger
+        header[39:43] = [trigger.distance, trigger.share, trigger.dwell, trigger.longest]
     blocks = (
         header,
-        np.array([_level(setup, behavior) for behavior in setup.behaviors]),
+        np.array(ladder),
+        np.array([phase.row(int(start)) for phase, start in zip(phases, starts, strict=False)]),
         predecessors,
         vertices,
         setup.obstacle_position,
@@ -80,6 +90,7 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
 
 def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
     """One row of the ladder."""
+    column = float(setup.kinds.index(behavior.behavior))
     if isinstance(behavior, AvoidObstacles):
         return [
             AVOID_OBSTACLES,
@@ -88,8 +99,10 @@ def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
             behavior.gain_margin,
             behavior.measure == "surface",
             behavior.gain == "printed",
+            behavior.sidestep,
+            column,
         ]
-    return [KINDS[type(behavior)], behavior.gain, 0.0, 0.0, 0.0, 0.0]
+    return [KINDS[type(behavior)], behavior.gain, 0.0, 0.0, 0.0, 0.0, 0.0, column]
 
 
 def _failures(setup: Setup) -> Array:

@@ -18,14 +18,16 @@ from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, Supe
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.reform import scratch_size
 from escort_mj.kernels import DOUBLE, matrix_at, shared, vector_at
-from escort_mj.signals import CAUSES, record_size, truth_sizes
+from escort_mj.signals import CAUSES
 
 Array = NDArray[np.float64]
 
 MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
 SCALARS = 48
 LAW = 31  # place of the law's kind; its own number behind it
-LEVEL_SIZE = 6
+LEVEL_SIZE = 8
+SIDESTEP, COLUMN = 6, 7  # places in a row of the ladder
+PHASE_SIZE = 9
 AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
@@ -70,7 +72,12 @@ class Plan(NamedTuple):
     chord_length: float
     truth: bool
     lyapunov: bool
-    ladder: Array  # (levels, LEVEL_SIZE): kind, then the behavior's own numbers
+    trigger_distance: float  # 0 where the outer loop runs at every step
+    trigger_share: float
+    trigger_dwell: float
+    trigger_longest: float
+    ladder: Array  # (levels of all phases, LEVEL_SIZE): kind, then the behavior's own numbers
+    phases: Array  # (phases, PHASE_SIZE), see `supervisor`
     predecessors: Array  # (cycles, n)
     vertices: Array  # (n, p), unit vectors; (0, p) where no behavior asks for them
     obstacle_position: Array  # (m, p)
@@ -106,6 +113,13 @@ class State(NamedTuple):
     target_velocity: Array
     avoidance_active: Array
     lost: Array
+    phase: Array
+    ruling: Array
+    task_error: Array
+    task_wish: Array
+    task_removed: Array
+    task_angle: Array
+    outer_updates: Array
     force: Array
     obstacle_distance: Array
     robot_distance_min: Array
@@ -142,6 +156,10 @@ class State(NamedTuple):
     touching: (
         Array  # (2, PAIRS_PER_ROBOT * n): keys of the pairs that touched in the step before, and in this
     )
+    latched: Array  # (n, phases): 1 while a phase's condition holds
+    held: Array  # (n, p + 3): relative position, time, phase and losses at the last run of the outer loop
+    fresh: Array  # (n,): 1 where the outer loop runs now
+    tasks: Array  # ((2 + MAX_CYCLES) * MAX_LEVELS, p): scratch of `conflicts`
     clock: Array  # (CLOCK_SIZE,): see the constants below
     switching: Array  # (n * p,): scratch, the smoothed sign of s
     stack: Array  # (2 * STACK_DEPTH,): scratch of `program.evaluate`
@@ -191,6 +209,7 @@ def unpack_plan(address: int, axes: int) -> Plan:
     n, p, m = int(x[1]), axes, int(x[3])
     levels, cycles, instructions, pieces = int(x[5]), int(x[6]), int(x[7]), int(x[8])
     at, ladder = _take(address + DOUBLE * SCALARS, levels, LEVEL_SIZE)
+    at, phases = _take(at, int(x[37]), PHASE_SIZE)
     at, predecessors = _take(at, cycles, n)
     at, vertices = _take(at, int(x[27]), p)
     at, obstacle_position = _take(at, m, p)
@@ -210,8 +229,8 @@ def unpack_plan(address: int, axes: int) -> Plan:
         int(x[LAW]), x[LAW + 1],
         x[15], x[16], x[17], x[18], x[19],
         x[20], x[21], int(x[22]), x[23] != 0.0,
-        x[24], x[25], x[26], x[TRUTH] > 0.0, x[TRUTH] > 1.0,
-        ladder, predecessors, vertices, obstacle_position, obstacle_radius[0],
+        x[24], x[25], x[26], x[TRUTH] > 0.0, x[TRUTH] > 1.0, x[39], x[40], x[41], x[42],
+        ladder, phases, predecessors, vertices, obstacle_position, obstacle_radius[0],
         robot_radius[0], force_limit[0], target, disturbance, code, table,
         failures, figures, turns,
     )  # fmt: skip
@@ -228,7 +247,7 @@ def _law_rows(x: Array, n: int) -> tuple[int, int]:
 def unpack_state(plan_address: int, address: int, axes: int) -> State:
     """Views the state at an address, given the address of its plan and p; nothing is copied or owned."""
     x = vector_at(plan_address, SCALARS)
-    n, p, m, nq = int(x[1]), axes, int(x[3]), int(x[4])
+    n, p, m, nq, phases, behaviors = int(x[1]), axes, int(x[3]), int(x[4]), int(x[37]), int(x[38])
     known, judged = n * int(x[TRUTH] > 0.0), n * int(x[TRUTH] > 1.0)
     at, time = _take(address, 1, 1)
     at, q = _take(at, n, p)
@@ -247,6 +266,13 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, target_velocity = _take(at, 1, p)
     at, avoidance_active = _take(at, 1, n)
     at, lost = _take(at, 1, n)
+    at, phase = _take(at, 1, n)
+    at, ruling = _take(at, 1, n)
+    at, task_error = _take(at, n, behaviors)
+    at, task_wish = _take(at, n, behaviors)
+    at, task_removed = _take(at, n, behaviors)
+    at, task_angle = _take(at, n, behaviors)
+    at, outer_updates = _take(at, 1, n)
     at, force = _take(at, n, p)
     at, obstacle_distance = _take(at, n, m)
     at, robot_distance_min = _take(at, 1, n)
@@ -279,6 +305,10 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, force_before = _take(at, n, p)
     at, rotation = _take(at, p, p)
     at, touching = _take(at, 2, PAIRS_PER_ROBOT * n)
+    at, latched = _take(at, n, phases)
+    at, held = _take(at, n, p + 3)
+    at, fresh = _take(at, 1, n)
+    at, tasks = _take(at, (2 + MAX_CYCLES) * MAX_LEVELS, p)
     at, clock = _take(at, 1, CLOCK_SIZE)
     at, switching = _take(at, 1, n * p)
     at, stack = _take(at, 1, 2 * STACK_DEPTH)
@@ -294,14 +324,17 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, scratch = _take(at, 1, scratch_size(n, p) if x[35] > 0.0 and x[27] > 0.0 else 0)
     return State(
         time[0], q, v, q_measured, v_measured, q_d, v_d, e, e_dot, s, tau, rho_hat, disturbance,
-        target_position[0], target_velocity[0], avoidance_active[0], lost[0], force, obstacle_distance,
+        target_position[0], target_velocity[0], avoidance_active[0], lost[0],
+        phase[0], ruling[0], task_error, task_wish, task_removed, task_angle, outer_updates[0],
+        force, obstacle_distance,
         robot_distance_min[0], obstacle_clearance_worst[0], robot_clearance_worst[0],
         contacts[0], contact_force[0], contact_onsets[0],
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
         mass_matrix, mass_coupling[0], bias_force, external_force, reference_torque,
         skew_residual[0], coriolis_residual[0], lyapunov[0], lyapunov_change,
         mass_before, reference_torque_before, v_d_before, s_before, pending,
-        q_d_rate, rho_hat_rate, force_before, rotation, touching, clock[0], switching[0], stack[0],
+        q_d_rate, rho_hat_rate, force_before, rotation, touching,
+        latched, held, fresh[0], tasks, clock[0], switching[0], stack[0],
         model_mass, model_bias, v_d_filtered, v_d_rate,
         command, vertices, predecessors, chord_length[0], scratch[0],
     )  # fmt: skip
@@ -309,13 +342,5 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 
 def state_size(plan: Array) -> int:
     """Length of the state vector that belongs to a packed plan."""
-    n, p, m, nq = (int(size) for size in plan[1:5])
-    truth, lyapunov = plan[TRUTH] > 0.0, plan[TRUTH] > 1.0
-    sizes = {"robot": n, "axis": p, "obstacle": m, "coordinate": nq} | truth_sizes(p, truth, lyapunov)
-    record = record_size(sizes) + n * (truth * (p * p + 2 * p) + lyapunov * (p + CAUSE_COUNT))
-    told, differentiating = _law_rows(plan, n)
-    of_law = told * (p * p + p) + differentiating * 2 * p
-    own = 4 * n * p + p * p + 2 * PAIRS_PER_ROBOT * n + CLOCK_SIZE + 2 * STACK_DEPTH
-    cycles, vertices, losses = int(plan[6]), int(plan[27]), int(plan[35])
-    reforming = n * p + vertices * p + cycles * n + 1 + (scratch_size(n, p) if losses and vertices else 0)
-    return record + own + of_law + reforming
+    views = unpack_state(plan.ctypes.data, DOUBLE, int(plan[2]))  # of memory that nobody looks at
+    return sum(view.size for view in views)

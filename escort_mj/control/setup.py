@@ -13,7 +13,9 @@ from escort_mj.control.failure import Failure
 from escort_mj.control.formation import Arrangement
 from escort_mj.control.laws import LawParameters
 from escort_mj.control.reform import Reforming
+from escort_mj.control.supervisor import Phase
 from escort_mj.control.thomson import Figure
+from escort_mj.control.trigger import Trigger
 
 Array = NDArray[np.float64]
 
@@ -41,7 +43,7 @@ class Setup:
     Attributes:
         timestep: Physics and control step [s].
         seed: Key of the measurement noise.
-        behaviors: By priority, the most important first.
+        behaviors: By priority, the most important first, while no phase rules.
         law: The inner loop's law and gains.
         radius: Distance to keep from the target [m].
         target_feedforward: Whether the target's velocity is added to the escort behaviors.
@@ -58,6 +60,8 @@ class Setup:
         figure: The even figure that vertices keeps; None without vertices.
         failures: Robots whose motors fail.
         reforming: Figures of fewer robots; None without vertices, or where no robot fails.
+        phases: When other behaviors than those above rule; of those that do, the last one.
+        trigger: When robots run their outer loop; None for every step.
     """
 
     timestep: float
@@ -79,11 +83,19 @@ class Setup:
     figure: Figure | None = None
     failures: tuple[Failure, ...] = ()
     reforming: Reforming | None = None
+    phases: tuple[Phase, ...] = ()
+    trigger: Trigger | None = None
 
     @property
     def count(self) -> int:
         """Number of robots, n."""
         return len(self.robot_radius)
+
+    @property
+    def kinds(self) -> list[str]:
+        """Names of all behaviors that may rule, in the order in which the mission names them."""
+        ladders = [self.behaviors, *(phase.behaviors for phase in self.phases)]
+        return list(dict.fromkeys(behavior.behavior for ladder in ladders for behavior in ladder))
 
     @property
     def axes(self) -> int:

@@ -18,7 +18,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-WHOLE = {"avoidance_active": "int8", "contacts": "int32", "contact_onsets": "int32"}
+WHOLE = {
+    "avoidance_active": "int8",
+    "phase": "int8",
+    "ruling": "int8",
+    "outer_updates": "int64",
+    "contacts": "int32",
+    "contact_onsets": "int32",
+}
 
 
 def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, Any]) -> xarray.Dataset:
@@ -27,16 +34,15 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
     Args:
         samples: Shape (k, record_size); no NaN.
         sizes: Size of each dimension and channel, see `signals.record_size`.
-        labels: `obstacles` (names), `robot_radius` (n,), `obstacle_radius` (m,), `obstacle_position` (m, p),
-            `force_limit` (n,), `neighbors` (edges, 2) as robot numbers, `spacing` (edges,),
-            and `attributes` of the dataset
-            (texts and numbers; None is left out).
+        labels: `obstacles` and `behaviors` (names), `robot_radius` (n,), `obstacle_radius` (m,),
+            `obstacle_position` (m, p), `force_limit` (n,), `neighbors` (edges, 2) as robot numbers,
+            `spacing` (edges,), and `attributes` of the dataset (texts and numbers; None is left out).
 
     Returns:
-        Dataset with dimensions time, robot (from 1), axis (x, y, z), obstacle (names), coordinate, and
-        edge (pairs of neighbors), and with the truth channel axis_2 and cause; every variable carries `units`
-        and `long_name`. Distances to what is not there (obstacles, other robots) are left out, and so are
-        channels that were not recorded.
+        Dataset with dimensions time, robot (from 1), axis (x, y, z), obstacle and behavior (names),
+        coordinate, and edge (pairs of neighbors), and with the truth channel axis_2 and cause; every
+        variable carries `units` and `long_name`. Distances to what is not there (obstacles, other robots)
+        are left out, and so are channels that were not recorded.
 
     Raises:
         ValueError: If the samples do not fit the sizes.
@@ -106,6 +112,11 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
                 "obstacle",
                 np.array(list(labels["obstacles"]), dtype=str),
                 {"long_name": "name of the obstacle"},
+            ),
+            "behavior": (
+                "behavior",
+                np.array(list(labels["behaviors"]), dtype=str),
+                {"long_name": "name of the behavior"},
             ),
         }
         | (_truth_coordinates(sizes) if sizes.get(TRUTH) else {}),

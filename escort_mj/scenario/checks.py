@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 
-from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Vertices
-from escort_mj.control.formation import chords_exist, widest_spacing
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.check_failures import check_failures
+from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor
 from escort_mj.scenario.check_motion import check_motion
 from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -43,7 +42,14 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
         )
     count, axes = robot_count(scenario), scenario.axes
     coordinates = count * (7 if scenario.robots.kind == "rolling_sphere" else axes)
-    sizes = {"robot": count, "axis": axes, "obstacle": len(scenario.obstacles), "coordinate": coordinates}
+    ladders = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
+    sizes = {
+        "robot": count,
+        "axis": axes,
+        "obstacle": len(scenario.obstacles),
+        "behavior": len({behavior.behavior for ladder in ladders for behavior in ladder}),
+        "coordinate": coordinates,
+    }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
     size = 8.0 * record_size(sizes) * (duration * rate + 1.0)
     if size > MAX_TRACE:
@@ -53,65 +59,6 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
             "lower recording.rate or duration",
             related=(("duration",), ("robots", "count"), ("robots",)),
         )
-
-
-def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
-    """Each behavior at most once."""
-    seen: set[str] = set()
-    for index, behavior in enumerate(scenario.mission.behaviors):
-        if behavior.behavior in seen:
-            yield Finding(("mission", "behaviors", index), f"found {behavior.behavior} a second time")
-        seen.add(behavior.behavior)
-
-
-def check_formation(scenario: Scenario) -> Iterator[Finding]:
-    """The behaviors suit the number of robots and their size."""
-    count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
-    behaviors = list(enumerate(mission.behaviors))
-    robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
-    body = scenario.target.radius + robot_radius
-    if mission.radius <= body:
-        yield Finding(
-            ("mission", "radius"),
-            f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",
-            related=(("target", "radius"), ("robots", "radius")),
-        )
-    spread = any(isinstance(behavior, Chords | Vertices | Repulsion) for _, behavior in behaviors)
-    edge = widest_spacing(count, axes, mission.radius) if spread else math.inf
-    if edge <= 2.0 * robot_radius:
-        yield Finding(
-            ("mission", "radius"),
-            f"found {mission.radius:g} m, which puts neighbors {edge:.3g} m apart; expected more than "
-            f"their diameter, {2.0 * robot_radius:g} m",
-            related=(("robots", "radius"), ("robots", "count")),
-        )
-    for index, chords in behaviors:
-        if not isinstance(chords, Chords):
-            continue
-        path: Path = ("mission", "behaviors", index)
-        if not chords_exist(count, axes):
-            needed = "at least 2" if axes == 2 else "6"
-            yield Finding(
-                path,
-                f"chords has no even formation of {count} robots in {axes} axes; expected {needed} robots, "
-                "or vertices, which spreads any number, in its place",
-                related=(("robots", "count"), ("robots", "positions"), ("mission", "behaviors"), ("axes",)),
-            )
-        if chords.order is not None and sorted(chords.order) != list(range(1, count + 1)):
-            yield Finding(
-                (*path, "order"),
-                f"found {list(chords.order)[:20]}; expected each robot from 1 to {count} once",
-            )
-    for index, avoid in behaviors:
-        if not isinstance(avoid, AvoidObstacles) or avoid.teammate_distance is None:
-            continue
-        reach = avoid.teammate_distance + (2.0 * robot_radius if avoid.measure == "surface" else 0.0)
-        if avoid.teammates and reach > edge:
-            yield Finding(
-                ("mission", "behaviors", index, "teammate_distance"),
-                f"found {avoid.teammate_distance:g} m, which reaches beyond the formation's neighbors at "
-                f"{edge:.4g} m: avoidance would never let them take their places",
-            )
 
 
 def check_expectations(scenario: Scenario) -> Iterator[Finding]:
@@ -142,10 +89,11 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_motion, ("axes", "duration", "target", "uncertainty")),
 )
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_recording, ("duration", "physics", "recording", "robots", "axes")),
+    (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission")),
     (check_expectations, ("expect", "duration")),
     (check_obstacle_names, ("obstacles",)),
     (check_behaviors, ("mission",)),
+    (check_supervisor, ("duration", "obstacles", "robots", "mission")),
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),

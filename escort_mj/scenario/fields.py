@@ -10,6 +10,7 @@ from pydantic_core import PydanticCustomError
 
 from escort_mj.control.behaviors import BEHAVIORS, BehaviorParameters
 from escort_mj.control.laws import LAWS, LawParameters
+from escort_mj.control.plan import MAX_LEVELS
 from escort_mj.scenario.expressions import Expression, ExpressionError
 
 
@@ -73,6 +74,7 @@ Behavior = Annotated[
     Field(discriminator="behavior"),
     BeforeValidator(_named("behavior"), json_schema_input_type=BehaviorName | BehaviorParameters),
 ]
+Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]
 Law = Annotated[
     LawParameters,
     Field(discriminator="law"),

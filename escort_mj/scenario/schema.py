@@ -13,10 +13,12 @@ from escort_mj.control.behaviors import AvoidObstacles, Surface, Vertices
 from escort_mj.control.failure import Failure
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.parameters import Parameters
+from escort_mj.control.supervisor import Condition
+from escort_mj.control.trigger import Trigger
 from escort_mj.scenario.fields import (
     BODY_NAME,
     RUN_NAME,
-    Behavior,
+    Behaviors,
     Component,
     Force,
     Law,
@@ -127,17 +129,36 @@ class Obstacle(Parameters):
     """Name in pictures and verdicts; null: obstacle_1, obstacle_2 ..."""
 
 
+class Phase(Parameters):
+    """A stretch of the mission in which other behaviors rule; of the phases that hold, the last one rules."""
+
+    name: Annotated[str, Field(pattern=BODY_NAME)] | None = None
+    """Name in the trace; null: phase_1, phase_2 ..."""
+    behaviors: Behaviors
+    """Behaviors by priority, with their gains, as in `mission.behaviors`."""
+    after: NonNegativeFloat = 0.0
+    """Not before this time [s]."""
+    before: PositiveFloat | None = None
+    """Only before this time [s]; null: to the end."""
+    when: Condition | None = None
+    """Only while this holds; null: whenever the time is right."""
+
+
 class Mission(Parameters):
     """What the robots are to do: the outer loop."""
 
     radius: Radius = 5.0
     """Distance to keep from the target [m]."""
-    behaviors: Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=8)] = (
+    behaviors: Behaviors = (
         AvoidObstacles(),
         Vertices(),
         Surface(),
     )
     """Behaviors by priority, the most important first: names, or tables with a name and parameters."""
+    supervisor: Annotated[tuple[Phase, ...], Field(max_length=32)] = ()
+    """Phases with other behaviors, orders or gains, by time or condition; else `behaviors` rules."""
+    trigger: Trigger | None = None
+    """When a robot computes its reference velocity anew; null: at every physics step."""
     target_feedforward: bool = True
     """Whether robots add the target's measured velocity to the escort behaviors (the paper does not)."""
     max_speed: PositiveFloat | None = None

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
-from escort_mj.control.behaviors import Chords, Vertices
+from escort_mj.control.behaviors import BehaviorParameters, Chords, Vertices
 from escort_mj.control.formation import Arrangement, arrange
 from escort_mj.control.reform import Reforming, reforming
 from escort_mj.control.setup import Setup
+from escort_mj.control.supervisor import Phase
 from escort_mj.control.thomson import Figure, figure
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
@@ -47,12 +48,34 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         disturbance=disturbance_trajectory(scenario),
         failures=scenario.robots.failures,
         reforming=_reforming(scenario, robots),
+        phases=_phases(scenario),
+        trigger=scenario.mission.trigger,
     )
+
+
+def _phases(scenario: Scenario) -> tuple[Phase, ...]:
+    """The supervisor's phases."""
+    return tuple(
+        Phase(
+            phase.name or f"phase_{number}",
+            phase.behaviors,
+            phase.after,
+            math.inf if phase.before is None else phase.before,
+            phase.when,
+        )
+        for number, phase in enumerate(scenario.mission.supervisor, 1)
+    )
+
+
+def all_behaviors(scenario: Scenario) -> list[BehaviorParameters]:
+    """Every behavior of every phase."""
+    mission = scenario.mission
+    return [*mission.behaviors, *(behavior for phase in mission.supervisor for behavior in phase.behaviors)]
 
 
 def _arrangement(scenario: Scenario, robots: Team, center: np.ndarray) -> Arrangement | None:
     """Places for the chords behavior, where the mission has it."""
-    for behavior in scenario.mission.behaviors:
+    for behavior in all_behaviors(scenario):
         if isinstance(behavior, Chords):
             return arrange(robots.position, center, scenario.mission.radius, behavior.order)
     return None
@@ -74,4 +97,4 @@ def _reforming(scenario: Scenario, robots: Team) -> Reforming | None:
 
 
 def _keeps_vertices(scenario: Scenario) -> bool:
-    return any(isinstance(behavior, Vertices) for behavior in scenario.mission.behaviors)
+    return any(isinstance(behavior, Vertices) for behavior in all_behaviors(scenario))

@@ -93,6 +93,7 @@ def build(scenario: Scenario) -> World:
         "robot": len(robots.mass),
         "axis": scenario.axes,
         "obstacle": len(scenario.obstacles),
+        "behavior": len(setup.kinds),
         "coordinate": coordinates,
     } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
     return World(mujoco.MjModel.from_xml_string(xml), xml, setup, robots, stride, sizes)

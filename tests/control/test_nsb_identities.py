@@ -18,7 +18,8 @@ from escort_mj.control.reference.tasks import distance, half_squared_distance, r
 from escort_mj.control.setup import Setup
 
 TARGET_VELOCITY = np.array([0.3, -0.2, 0.1])
-AVOID, CHORDS, SURFACE = AvoidObstacles(measure="center", safe_distance=3.0), Chords(), Surface()
+AVOID = AvoidObstacles(measure="center", safe_distance=3.0, sidestep=0.0)
+CHORDS, SURFACE = Chords(), Surface()
 
 sizes = st.just(0.0) | st.floats(1e-6, 100.0)
 depths = st.floats(1e-6, 10.0)

@@ -18,7 +18,9 @@ from escort_mj.control.program import Op
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.reform import reforming
 from escort_mj.control.setup import Setup
+from escort_mj.control.supervisor import Condition, Phase
 from escort_mj.control.thomson import figure
+from escort_mj.control.trigger import Trigger
 from escort_mj.kernels import kernel
 
 TOLERANCE = 1e-10
@@ -141,7 +143,11 @@ def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[S
 def assert_same(kernel: State, twin: ReferenceSignals, tolerance: float) -> None:
     """Every signal of both agrees, relative to the signal's own size."""
     for name, expected in twin._asdict().items():
-        atol = tolerance * max(1.0, float(np.abs(expected).max()))
+        if name == "task_angle":  # compared where it is well conditioned
+            np.testing.assert_allclose(np.cos(kernel.task_angle), np.cos(expected), atol=tolerance)
+            continue
+        size = twin.task_wish if name == "task_removed" else expected  # a difference of two such wishes
+        atol = tolerance * max(1.0, float(np.abs(size).max()))
         np.testing.assert_allclose(getattr(kernel, name), expected, rtol=0.0, atol=atol, err_msg=name)
 
 
@@ -249,6 +255,7 @@ def test_random_missions(seed: int) -> None:
         "teammates": bool(rng.integers(2)),
         "safe_distance": float(rng.uniform(0.5, 4.0)),
         "gain_margin": float(rng.uniform(0.0, 1.0)),
+        "sidestep": float(rng.choice([0.0, 0.5])),
     }
     setup = replace(
         setup,
@@ -260,6 +267,42 @@ def test_random_missions(seed: int) -> None:
         disturbance=None if rng.integers(2) else setup.disturbance,
     )
     compare(with_avoidance(setup, **avoid), q, v, seed)
+
+
+PHASES = (
+    Phase("late", (SURFACE, AVOID), after=0.004, before=0.012),
+    Phase("near", (AVOID, SURFACE), when=Condition(quantity="obstacle_distance", below=1.5, release=2.0)),
+    Phase("crowd", (Surface(gain=2.0), VERTICES), when=Condition(quantity="robot_distance", below=2.5)),
+    Phase("far", (REPULSION,), when=Condition(quantity="target_distance", above=7.0, release=6.5)),
+    Phase("gate", (AVOID, CHORDS, SURFACE), 0.008, when=Condition(
+        quantity="target_obstacle_distance", below=2.5, scope="team"
+    )),
+    Phase("all", (AVOID, SURFACE), 0.014, when=Condition(
+        quantity="robot_distance", below=0.6, scope="team"
+    )),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("trigger", [None, Trigger(distance=0.2, share=0.05, dwell=0.004, longest=0.01)])
+def test_every_phase_and_the_trigger(trigger: Trigger | None, axes: int) -> None:
+    seen: set[float] = set()
+    for seed in range(4):
+        setup, q, v = mission(axes, seed=20 + seed)
+        setup = replace(setup, phases=PHASES, trigger=trigger)
+        rng = np.random.default_rng(seed)
+        kernel, twin = Kernel(setup), ReferenceController(setup)
+        twin.reset(q)
+        for count in range(12):
+            t = count * setup.timestep
+            for _ in range(2):
+                signals = twin.evaluate(t, q, v)
+                assert_same(kernel.evaluate(t, q, v), signals, TOLERANCE)
+            seen |= set(signals.phase)
+            q, v = q + rng.normal(scale=0.3, size=q.shape), v + rng.normal(scale=0.5, size=v.shape)
+        if trigger is not None:
+            assert 1 < signals.outer_updates.min() < signals.outer_updates.max() <= 12
+    assert seen >= {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}
 
 
 @pytest.mark.parametrize("axes", [2, 3])

@@ -46,7 +46,13 @@ def test_names_and_counts(keys: dict) -> None:
     m, p, n = world.model, scenario.axes, len(keys["robots"]["positions"])
     axes = "xyz"[:p]
     assert (m.nq, m.nv, m.nu) == (n * p, n * p, n * p)
-    of_record = {"robot": n, "axis": p, "obstacle": len(scenario.obstacles), "coordinate": n * p}
+    of_record = {
+        "robot": n,
+        "axis": p,
+        "obstacle": len(scenario.obstacles),
+        "behavior": 3,
+        "coordinate": n * p,
+    }
     assert world.sizes == of_record | truth_sizes(p, truth=False, lyapunov=True)
     bodies = [name_of(m, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(1, m.nbody)]
     assert bodies == [f"robot_{i + 1}" for i in range(n)] + obstacle_names(scenario) + ["target"]

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import NonNegativeFloat, PositiveFloat
+from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.control.parameters import Parameters
 from escort_mj.kernels import inlined
 
 Array = NDArray[np.float64]
+
+POLAR = 0.9  # a unit vector with more than this along the last axis hardly turns in the others
 
 
 class AvoidObstacles(Parameters):
@@ -31,6 +33,9 @@ class AvoidObstacles(Parameters):
     """State-dependent gain: as eq. 23 demands (`consistent`), or with the printed coefficient (`printed`)."""
     gain_margin: NonNegativeFloat = 0.1
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
+    sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
+    """Share of the velocity blocked by the intruder that goes sideways, around it, so that head-on approaches
+    do not end before it (remark 6); 0: none, only noise can break them (the paper)."""
 
 
 @inlined
@@ -47,7 +52,7 @@ def avoidance(
     row: Array,
     slope: float,
     direction: Array,
-) -> tuple[bool, float]:
+) -> tuple[float, float]:
     """Velocity of the avoidance task of one robot (paper eq. 3; gain from eqs. 23, 24).
 
     Args:
@@ -65,7 +70,8 @@ def avoidance(
         direction: Result, shape (p,): the unit vector r away from what intrudes most.
 
     Returns:
-        Whether the task is active, and its speed lambda sigma~ along `direction` [m/s].
+        The task's error sigma~, how deep the worst intruder is in the safe sphere [m], and the task's speed
+        lambda sigma~ along `direction` [m/s]; both 0 where nothing intrudes and the task is inactive.
     """
     axes = q.shape[1]
     safe, teammate_safe, margin = row[1], row[2], row[3]
@@ -106,7 +112,7 @@ def avoidance(
             if reach - length > worst and j != robot:
                 worst, distance, intruder = reach - length, length, obstacle_position.shape[0] + j
     if intruder < 0:
-        return False, 0.0
+        return 0.0, 0.0
 
     other = intruder - obstacle_position.shape[0]
     v_square = e_square = 0.0
@@ -124,4 +130,36 @@ def avoidance(
         pull = speed - 2.0 * error + math.sqrt(max(error * (5.0 * error - 2.0 * speed), 0.0))
     else:
         pull = speed + (math.sqrt(2.0) - 1.0) * error
-    return True, pull + margin * worst
+    return worst, pull + margin * worst
+
+
+@inlined
+def sidestep(
+    level: int, levels: int, share: float, direction: Array, feedforward: Array, parts: Array
+) -> None:
+    """Adds to avoidance a part along the safe sphere: a share of what it blocks of the wishes below it.
+
+    It turns all robots the same way around whatever they meet (counterclockwise in the plane), so that two
+    that meet head-on pass each other. Along `direction` nothing changes: J1 v_d stays lambda sigma~.
+
+    Args:
+        level: Row of avoidance in `parts`.
+        levels: Number of rows that hold parts.
+        share: Share of the blocked speed.
+        direction: Unit vector r away from the intruder, shape (p,).
+        feedforward: The target's velocity, as far as it is left, shape (p,) [m/s].
+        parts: Parts by level, shape (>= levels, p) [m/s]; the row of avoidance is changed.
+    """
+    p = direction.shape[0]
+    blocked = 0.0
+    for k in range(p):
+        blocked -= feedforward[k] * direction[k]
+        for lower in range(level + 1, levels):
+            blocked -= parts[lower, k] * direction[k]
+    if blocked <= 0.0:
+        return
+    # Axes are turned in pairs; where p is odd one axis has no partner: not the one that r points along.
+    first = 1 if p % 2 == 1 and abs(direction[p - 1]) > POLAR else 0
+    for k in range(first, first + p - p % 2, 2):
+        parts[level, k] -= share * blocked * direction[k + 1]
+        parts[level, k + 1] += share * blocked * direction[k]

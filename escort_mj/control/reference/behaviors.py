@@ -148,3 +148,27 @@ def avoidance(
     gain = escape_gain(avoid, depth[active], speed[active], error[active], setup.law.slope)
     rate[active] = gain * depth[active]
     return *resolve(jacobian, rate), active
+
+
+def sidestep(
+    avoid: AvoidObstacles, q: Array, wanted: Array, setup: Setup, lost: Mask | bool = False
+) -> Array:
+    """What avoidance adds along the safe sphere against head-on approaches (remark 6), shape (n, p) [m/s].
+
+    Args:
+        avoid: The behavior's parameters.
+        q: Positions.
+        wanted: Velocity wanted by everything below avoidance, shape (n, p) [m/s].
+        setup: Gives bodies and distances.
+        lost: Robots that are obstacles, shape (n,).
+    """
+    depth, intruder = intrusion(avoid, q, setup, lost)
+    axes = q.shape[1]
+    r = np.stack([distance(q, intruder).jacobian[i, i * axes : (i + 1) * axes] for i in range(len(q))])
+    blocked = np.where(depth > 0.0, np.maximum(-np.sum(r * wanted, axis=1), 0.0), 0.0)
+    pairs = np.kron(np.eye(axes // 2), np.array([[0.0, -1.0], [1.0, 0.0]]))
+    odd = axes % 2
+    equatorial = np.pad(pairs, (0, odd))  # turns all axes but, where they are odd, the last one
+    polar = np.pad(pairs, (odd, 0))
+    turned_r = np.where(np.abs(r[:, -1:]) > 0.9, r @ polar.T, r @ equatorial.T)
+    return np.asarray(avoid.sidestep * blocked[:, None] * turned_r)

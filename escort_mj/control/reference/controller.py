@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from escort_mj.control.laws import ComputedTorque
 from escort_mj.control.reference.behaviors import turned
+from escort_mj.control.reference.conflicts import Tasks, weigh
 from escort_mj.control.reference.failure import Team, motors
 from escort_mj.control.reference.laws import demand
 from escort_mj.control.reference.noise import ball_noise
 from escort_mj.control.reference.outer import outer_loop
+from escort_mj.control.reference.supervisor import Holder, Supervisor
 from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
@@ -37,6 +39,13 @@ class ReferenceSignals(NamedTuple):
     avoidance_active: Mask  # (n,)
     lost: Mask  # (n,)
     command: Array  # (n, p)
+    phase: Array  # (n,)
+    ruling: Array  # (n,)
+    task_error: Array  # (n, behaviors)
+    task_wish: Array  # (n, behaviors)
+    task_removed: Array  # (n, behaviors)
+    task_angle: Array  # (n, behaviors)
+    outer_updates: Array  # (n,)
 
 
 class ReferenceController:
@@ -55,8 +64,10 @@ class ReferenceController:
         self._rotation = np.eye(self.setup.axes)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
-        self._v_d: Array | None = None
-        self._a_d = np.zeros_like(self.q_d)
+        self._supervisor, self._holder = Supervisor(self.setup), Holder(self.setup)
+        self._v_d, self._avoiding = np.zeros_like(self.q_d), np.zeros(self.setup.count, dtype=bool)
+        self._updates = np.zeros(self.setup.count)
+        self._v_d_before, self._a_d = self._v_d, np.zeros_like(self.q_d)
 
     def evaluate(
         self, t: float, q: Array, v: Array, mass: Array | None = None, bias: Array | None = None
@@ -71,6 +82,7 @@ class ReferenceController:
             bias: Bias force, likewise, shape (n, p) [N]; None for none.
         """
         setup, law = self.setup, self.setup.law
+        first, before = self._time is None, self._v_d
         moved = self._time is None or t > self._time
         if self._time is not None and moved:
             self.q_d = self.q_d + setup.timestep * self._q_d_rate
@@ -87,14 +99,17 @@ class ReferenceController:
 
         team, self._rotation = self._team.at(t, q_m, target, self._rotation, setup)
         self._team, lost = team, team.lost
-        if moved and setup.figure is not None:
-            self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
         e = self.q_d - q_m
-        v_d, active = outer_loop(setup, team, self._rotation, q_m, v_m, e, target, target_velocity)
-        v_d[lost] = 0.0
+        phase = self._supervisor.choose(t, q_m, target, lost)
+        held = self._v_d - target_velocity * setup.target_feedforward
+        fresh = self._holder.fires(t, q_m, target, held, phase, self._avoiding, self._supervisor, lost)
+        if moved and fresh.any() and setup.figure is not None:
+            self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
+        tasks = self._compose(team, phase, fresh, q_m, v_m, e, target, target_velocity)
+        self._updates = self._updates + (fresh & moved & ~lost)
+        v_d, active = self._v_d, self._avoiding
         if moved:
-            self._v_d_before, self._a_d_before = v_d if self._v_d is None else self._v_d, self._a_d
-        self._v_d = v_d
+            self._v_d_before, self._a_d_before = v_d if first else before, self._a_d
         if isinstance(law, ComputedTorque):
             lag = law.acceleration_filter
             self._a_d = (v_d - self._v_d_before + lag * self._a_d_before) / (lag + setup.timestep)
@@ -112,8 +127,34 @@ class ReferenceController:
         self._applied = np.clip(command, -setup.force_limit[:, None], setup.force_limit[:, None])
         return ReferenceSignals(
             q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active,
-            lost, command,
+            lost, command, phase.astype(float), *tasks, self._updates,
         )  # fmt: skip
+
+    def _compose(
+        self,
+        team: Team,
+        phase: NDArray[np.int64],
+        fresh: Mask,
+        q: Array,
+        v: Array,
+        e: Array,
+        c: Array,
+        c_dot: Array,
+    ) -> Tasks:
+        """Runs the outer loop of each phase, for the robots that it rules; returns the task signals."""
+        setup = self.setup
+        chosen: dict[int, Tasks] = {}
+        v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
+        for number in np.unique(phase):
+            ladder = self._supervisor.ladder(int(number))
+            wanted, active = outer_loop(setup, team, ladder, self._rotation, q, v, e, c, c_dot)
+            mine = (phase == number) & fresh
+            v_d[mine], avoiding[mine] = wanted[mine], active[mine]
+            chosen[int(number)] = weigh(setup, team, ladder, self._rotation, q, v, e, c)
+        v_d[team.lost], avoiding[team.lost] = 0.0, False
+        self._v_d, self._avoiding = v_d, avoiding
+        rows = [[signal[i] for signal in chosen[int(number)]] for i, number in enumerate(phase)]
+        return Tasks(*(np.array(signal) for signal in zip(*rows, strict=True)))
 
     def _noise(self, t: float) -> tuple[Array, Array]:
         """Measurement noise of all robots at t, of positions [m] and velocities [m/s], shape (n, p) each.

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, Repulsion, Vertices
-from escort_mj.control.reference.behaviors import avoidance, escort, spread
+from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Repulsion, Vertices
+from escort_mj.control.reference.behaviors import avoidance, escort, sidestep, spread
 from escort_mj.control.reference.failure import Team
 from escort_mj.control.setup import Setup
 
@@ -17,7 +17,15 @@ Mask = NDArray[np.bool_]
 
 
 def outer_loop(
-    setup: Setup, team: Team, rotation: Array, q: Array, v: Array, e: Array, c: Array, c_dot: Array
+    setup: Setup,
+    team: Team,
+    behaviors: tuple[BehaviorParameters, ...],
+    rotation: Array,
+    q: Array,
+    v: Array,
+    e: Array,
+    c: Array,
+    c_dot: Array,
 ) -> tuple[Array, Mask]:
     """Composes the behaviors from the lowest priority to the highest (eq. 2); v_d and who avoids.
 
@@ -27,6 +35,7 @@ def outer_loop(
     Args:
         setup: What the controller is told.
         team: Who is left, and in which formation.
+        behaviors: By priority, the most important first.
         rotation: Of the even figure, shape (p, p).
         q: Measured positions.
         v: Measured velocities.
@@ -42,9 +51,11 @@ def outer_loop(
     parts: list[Array] = []
     place = 0  # of c_dot among the parts: right before the highest escort behavior
     avoiding = np.zeros(len(q), dtype=bool)
-    for behavior in reversed(setup.behaviors):
+    for behavior in reversed(behaviors):
         if isinstance(behavior, AvoidObstacles):
             velocity, projector, active = avoidance(behavior, q, v, e, setup, team.lost)
+            below = (carried + np.sum(parts, axis=0)).reshape(q.shape)
+            velocity = velocity + sidestep(behavior, q, below, setup, team.lost).ravel()
             carried, place, avoiding = projector @ carried, place + 1, avoiding | active
         else:
             if isinstance(behavior, Vertices | Repulsion):

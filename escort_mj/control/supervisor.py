@@ -1,0 +1,150 @@
+"""The supervisor (paper fig. 2): which behaviors rule each robot, in which order, by time and condition."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors import BehaviorParameters
+from escort_mj.control.parameters import Parameters
+from escort_mj.control.plan import Plan, State
+from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
+
+QUANTITIES = (
+    "obstacle_distance",
+    "robot_distance",
+    "target_distance",
+    "target_obstacle_distance",
+    "robots_lost",
+)
+OBSTACLE, ROBOT, TARGET, TARGET_OBSTACLE, LOST = 0.0, 1.0, 2.0, 3.0, 4.0
+
+# Columns of a phase in the plan
+FIRST, LEVELS, AFTER, BEFORE, QUANTITY, BELOW, THRESHOLD, RELEASE, TEAM = range(9)
+ALWAYS = -1.0  # quantity of a phase without a condition
+
+
+class Condition(Parameters):
+    """What must be so for a phase to rule, as the robots measure it (noise included)."""
+
+    quantity: Literal[QUANTITIES]  # type: ignore[valid-type]
+    """What is compared [m]: a robot's distance to its nearest obstacle or robot, surface to surface, or to
+    the target's center; or the distance of the target's center to the nearest obstacle's surface; or how
+    many robots the team has lost [1]."""
+    below: float | None = None
+    """The phase begins when the quantity falls below this [m]. Give `below` or `above`."""
+    above: float | None = None
+    """The phase begins when the quantity rises above this [m]."""
+    release: float | None = None
+    """The phase ends when the quantity is back beyond this [m]; null: the threshold itself, no hysteresis."""
+    scope: Literal["robot", "team"] = "robot"
+    """Who changes over: the `robot` that meets the condition, or the whole `team` as soon as one does."""
+
+    @property
+    def threshold(self) -> float:
+        """Where the phase begins [m]."""
+        return self.below if self.below is not None else float(self.above or 0.0)
+
+
+class Phase(NamedTuple):
+    """A stretch of the mission with a ladder of its own.
+
+    Attributes:
+        name: For the trace.
+        behaviors: By priority, the most important first.
+        after: Not before this time [s].
+        before: Only before this time [s]; inf for no end.
+        when: Condition beside the time; None for none.
+    """
+
+    name: str
+    behaviors: tuple[BehaviorParameters, ...]
+    after: float = 0.0
+    before: float = math.inf
+    when: Condition | None = None
+
+    def row(self, first: int) -> list[float]:
+        """The phase's row in the plan, given the row of the ladder where its behaviors begin."""
+        when, row = self.when, [0.0] * 9
+        row[FIRST], row[LEVELS], row[AFTER], row[BEFORE] = first, len(self.behaviors), self.after, self.before
+        row[QUANTITY] = ALWAYS
+        if when is not None:
+            row[QUANTITY] = float(QUANTITIES.index(when.quantity))
+            row[BELOW], row[THRESHOLD] = float(when.below is not None), when.threshold
+            row[RELEASE] = when.threshold if when.release is None else when.release
+            row[TEAM] = float(when.scope == "team")
+        return row
+
+
+@inlined
+def supervise(plan: Plan, state: State) -> None:
+    """Chooses each robot's phase: the last one whose time and condition hold; phase 0 always does.
+
+    Args:
+        plan: Gives the phases.
+        state: Gives time and measured positions; `phase` and `latched` are written.
+    """
+    n = state.q.shape[0]
+    time = state.time[0] + 0.5 * plan.timestep  # times of the scenario are met to the nearest step
+    for i in range(n):
+        state.phase[i] = 0.0
+    for f in range(1, plan.phases.shape[0]):
+        row = plan.phases[f]
+        in_time = row[AFTER] <= time < row[BEFORE]
+        someone = False
+        for i in range(n):
+            holds = in_time and (row[QUANTITY] == ALWAYS or _holds(i, row, plan, state, state.latched[i, f]))
+            state.latched[i, f] = 1.0 if holds else 0.0
+            someone = someone or holds
+        for i in range(n):
+            if row[TEAM] != 0.0 and someone:
+                state.latched[i, f] = 1.0
+            if state.latched[i, f] != 0.0:
+                state.phase[i] = float(f)
+
+
+@inlined
+def _holds(i: int, row: Array, plan: Plan, state: State, latched: float) -> bool:
+    """Whether a robot meets a phase's condition; a phase that rules is left at its release only."""
+    bound = row[RELEASE] if latched != 0.0 else row[THRESHOLD]
+    value = _quantity(i, row[QUANTITY], plan, state)
+    return value < bound if row[BELOW] != 0.0 else value > bound
+
+
+@inlined
+def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
+    """What a condition looks at, for robot i [m or 1]; infinite where there is nothing to be near to."""
+    q, p = state.q_measured, state.q.shape[1]
+    if quantity == LOST:
+        losses = 0.0
+        for j in range(q.shape[0]):
+            losses += state.lost[j]
+        return losses
+    if quantity == TARGET:
+        square = 0.0
+        for k in range(p):
+            square += (q[i, k] - state.target_position[k]) ** 2
+        return math.sqrt(square)
+    nearest = math.inf
+    if quantity == ROBOT:
+        for j in range(q.shape[0]):
+            square = 0.0
+            for k in range(p):
+                square += (q[i, k] - q[j, k]) ** 2
+            if j != i:
+                nearest = min(nearest, math.sqrt(square) - plan.robot_radius[i] - plan.robot_radius[j])
+        return nearest
+    of_target = quantity == TARGET_OBSTACLE
+    for j in range(plan.obstacle_radius.shape[0]):
+        square = 0.0
+        for k in range(p):
+            own = state.target_position[k] if of_target else q[i, k]
+            square += (own - plan.obstacle_position[j, k]) ** 2
+        bodies = plan.obstacle_radius[j] + (0.0 if of_target else plan.robot_radius[i])
+        nearest = min(nearest, math.sqrt(square) - bodies)
+    return nearest

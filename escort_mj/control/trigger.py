@@ -1,0 +1,102 @@
+"""The event trigger: a robot's outer loop runs only when its situation has changed enough."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import NonNegativeFloat, PositiveFloat
+
+from escort_mj.control.outer import intrusion
+from escort_mj.control.parameters import Parameters
+from escort_mj.control.plan import AVOID_OBSTACLES, Plan, State
+from escort_mj.control.supervisor import FIRST, LEVELS
+from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
+
+
+class Trigger(Parameters):
+    """When a robot computes its reference velocity anew; in between it holds the last one (zero-order hold).
+
+    It does so when it has moved, as seen from the target, by more than `distance + share * |w| / gain` since
+    the last time, where w is the velocity that it holds relative to the target's and gain that of its first
+    escort behavior: |w| / gain is about the way still to go. While avoidance rules it, and when its phase
+    or the team changes, it always does.
+    """
+
+    distance: PositiveFloat = 0.05
+    """Motion that is always enough [m]; more than twice the measurement noise, or noise alone fires."""
+    share: NonNegativeFloat = 0.1
+    """Motion that is enough, as a share of the way still to go [1]."""
+    dwell: NonNegativeFloat = 0.02
+    """Least time between two updates [s]."""
+    longest: PositiveFloat = 0.1
+    """Most time between two updates [s]."""
+
+
+# Columns of State.held beside the relative position: they follow it
+UPDATED_AT, UPDATED_IN, UPDATED_WITH = 0, 1, 2  # time [s], phase from 1, and robots lost, at the last update
+
+
+@inlined
+def refresh(plan: Plan, state: State) -> bool:
+    """Decides who runs the outer loop now, and notes the situation of those who do.
+
+    Args:
+        plan: Gives the trigger.
+        state: `fresh` is written, and `held` for whoever is to run.
+
+    Returns:
+        Whether anybody runs it.
+    """
+    n, p = state.q.shape
+    if plan.trigger_distance == 0.0:
+        for i in range(n):
+            state.fresh[i] = 1.0
+        return True
+    someone = False
+    losses = 0.0
+    for i in range(n):
+        losses += state.lost[i]
+    for i in range(n):
+        fires = state.lost[i] != 0.0 or state.held[i, p + UPDATED_WITH] != losses or _fires(i, plan, state)
+        state.fresh[i] = 1.0 if fires else 0.0
+        someone = someone or fires
+        if fires:
+            for k in range(p):
+                state.held[i, k] = state.q_measured[i, k] - state.target_position[k]
+            state.held[i, p + UPDATED_AT] = state.time[0]
+            state.held[i, p + UPDATED_IN] = state.phase[i] + 1.0
+            state.held[i, p + UPDATED_WITH] = losses
+    return someone
+
+
+@inlined
+def _fires(i: int, plan: Plan, state: State) -> bool:
+    """Whether robot i has reason to compute its reference velocity anew."""
+    p = state.q.shape[1]
+    held = state.held[i]
+    if held[p + UPDATED_IN] != state.phase[i] + 1.0 or state.avoidance_active[i] != 0.0:
+        return True
+    phase = plan.phases[int(state.phase[i])]
+    gain = 0.0
+    for level in range(int(phase[FIRST]), int(phase[FIRST] + phase[LEVELS])):
+        row = plan.ladder[level]
+        if row[0] == AVOID_OBSTACLES and intrusion(i, row, plan, state) > 0.0:
+            return True
+        if gain == 0.0 and row[0] != AVOID_OBSTACLES:
+            gain = row[1]
+    waited = state.time[0] - held[p + UPDATED_AT] + 0.5 * plan.timestep
+    if waited < plan.trigger_dwell:
+        return False
+    if waited >= plan.trigger_longest:
+        return True
+    moved = speed = 0.0
+    for k in range(p):
+        moved += (state.q_measured[i, k] - state.target_position[k] - held[k]) ** 2
+        carried = state.target_velocity[k] if plan.target_feedforward else 0.0
+        speed += (state.v_d[i, k] - carried) ** 2
+    way = math.sqrt(speed) / gain if gain > 0.0 else 0.0
+    return math.sqrt(moved) > plan.trigger_distance + plan.trigger_share * way
