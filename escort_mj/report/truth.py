@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -61,7 +61,7 @@ def truth(figure: Figure, trace: xarray.Dataset) -> None:
     timeline(panels.values(), time)
     for axes in bottom:
         axes.set_xlabel("time [s]")
-    grey = {"color": "#777777", "linewidth": 1.3}
+    grey: dict[str, Any] = {"color": "#777777", "linewidth": 1.3}
     keys: list[Key] = [
         ("largest eigenvalue, estimate", Line2D([], [], linestyle=SECOND, **grey)),
         ("least eigenvalue, true torque", Line2D([], [], **grey)),

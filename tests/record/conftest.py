@@ -21,7 +21,7 @@ ALONE = ("robot_distance_min", "robot_clearance_worst")
 
 
 def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> dict[str, int]:
-    sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "coordinate": robots * axes}
+    sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
     return sizes | truth_sizes(axes, truth, lyapunov=truth)
 
 
@@ -48,6 +48,7 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
     n, m = sizes["robot"], sizes["obstacle"]
     labels: dict[str, Any] = {
         "obstacles": [f"rock {j}" for j in range(1, m + 1)],
+        "behaviors": ["vertices", "surface"],
         "robot_radius": [0.2] * n,
         "obstacle_radius": [0.5] * m,
         "obstacle_position": [[float(j)] * sizes["axis"] for j in range(m)],
@@ -103,6 +104,9 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         for total in ("saturated_time", "effort", "work", "force_variation"):
             given[total] = np.cumsum(np.abs(given[total]), axis=0)
         given["avoidance_active"] = random.integers(0, 2, (rows, robots))
+        given["phase"] = random.integers(0, 3, (rows, robots))
+        given["ruling"] = random.integers(-1, 2, (rows, robots))
+        given["outer_updates"] = np.cumsum(random.integers(0, 10, (rows, robots)), axis=0)
         given["contacts"] = random.integers(0, 1000, rows)
         given["contact_onsets"] = np.cumsum(random.integers(0, 1000, rows))
         return pack(0.02 * np.arange(rows), sizes, **given), sizes, describe(sizes)

@@ -86,10 +86,17 @@ def make_run(tmp_path_factory):
         places = np.zeros((obstacles, axes))
         places[:, 0] = 2.0 + 2.0 * np.arange(obstacles)
         places[:, 1] = np.where(np.arange(obstacles) % 2, 4.5, -4.5)
-        sizes = {"robot": count, "axis": axes, "obstacle": obstacles, "coordinate": count * axes}
+        sizes = {
+            "robot": count,
+            "axis": axes,
+            "obstacle": obstacles,
+            "behavior": 2,
+            "coordinate": count * axes,
+        }
         sizes |= truth_sizes(axes, truth is not None, truth == "lyapunov")
         labels = {
             "obstacles": [f"obstacle_{j + 1}" for j in range(obstacles)],
+            "behaviors": ["avoid_obstacles", "surface"],
             "robot_radius": [ROBOT] * count,
             "obstacle_radius": [0.5] * obstacles,
             "obstacle_position": places.tolist(),
