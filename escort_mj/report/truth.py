@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -47,7 +47,7 @@ def truth(figure: Figure, trace: xarray.Dataset) -> None:
     rows = [["mass", "torque"]]
     if "lyapunov" in trace:
         rows += [["value", "value"], ["causes", "causes"]]
-    panels = figure.subplot_mosaic(rows, sharex=True, height_ratios=[1.0, 1.0, 1.25][: len(rows)])
+    panels = figure.subplot_mosaic(cast(Any, rows), sharex=True, height_ratios=[1.0, 1.0, 1.25][: len(rows)])
     _masses(panels["mass"], trace, colors)
     _torques(panels["torque"], trace, colors)
     if "lyapunov" in trace:
