@@ -144,10 +144,9 @@ class State(NamedTuple):
     coriolis_residual: Array
     lyapunov: Array
     lyapunov_change: Array
-    mass_before: Array  # (n, p * p): of the step before, as are the next three; truth channel only
+    mass_before: Array  # (n, p * p): of the step before, as are the next two; truth channel only
     reference_torque_before: Array  # (n, p)
     v_d_before: Array  # (n, p)
-    s_before: Array  # (n, p): true, not measured
     pending: Array  # (n, CAUSES): change of V1 in the step that begins
     q_d_rate: Array  # (n, p)
     rho_hat_rate: Array  # (n, p)
@@ -298,7 +297,6 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
     at, mass_before = _take(at, known, p * p)
     at, reference_torque_before = _take(at, known, p)
     at, v_d_before = _take(at, known, p)
-    at, s_before = _take(at, judged, p)
     at, pending = _take(at, judged, CAUSE_COUNT)
     at, q_d_rate = _take(at, n, p)
     at, rho_hat_rate = _take(at, n, p)
@@ -332,7 +330,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
         saturated_time[0], effort[0], work[0], force_variation[0], qpos[0],
         mass_matrix, mass_coupling[0], bias_force, external_force, reference_torque,
         skew_residual[0], coriolis_residual[0], lyapunov[0], lyapunov_change,
-        mass_before, reference_torque_before, v_d_before, s_before, pending,
+        mass_before, reference_torque_before, v_d_before, pending,
         q_d_rate, rho_hat_rate, force_before, rotation, touching,
         latched, held, fresh[0], tasks, clock[0], switching[0], stack[0],
         model_mass, model_bias, v_d_filtered, v_d_rate,

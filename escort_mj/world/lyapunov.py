@@ -24,7 +24,6 @@ def account(i: int, plan: Plan, state: State, first: bool) -> None:
         state: The truth channel of this step is read, `lyapunov` and `lyapunov_change` are written.
         first: Whether no step has ended yet.
     """
-    p = state.q.shape[1]
     value = _value(i, plan, state)
     if not first:
         change, pending = state.lyapunov_change[i], state.pending[i]
@@ -36,8 +35,6 @@ def account(i: int, plan: Plan, state: State, first: bool) -> None:
         change[UNEXPLAINED] += pending[UNEXPLAINED]
     state.lyapunov[i] = value
     _forecast(i, plan, state, first)
-    for a in range(p):
-        state.s_before[i, a] = _sliding(i, a, plan, state)
 
 
 @inlined
@@ -65,17 +62,19 @@ def _value(i: int, plan: Plan, state: State) -> float:
 
 @inlined
 def _moved_reference(i: int, plan: Plan, state: State) -> float:
-    """What the motion of the reference over the step that has ended did to V1, exactly [J].
+    """What the motion of the reference did to V1 at the end of the step, exactly [J].
 
-    The reference velocity's own change enters s; the reference torque's change enters the estimate's error.
+    The law takes its new reference velocity only then: it enters s after the robot has moved. The reference
+    torque's change enters the estimate's error.
     """
     p = state.q.shape[1]
     moved = 0.0
     for a in range(p):
         jump = state.v_d[i, a] - state.v_d_before[i, a]
+        halfway = _sliding(i, a, plan, state) - 0.5 * jump
         for b in range(p):
             other = state.v_d[i, b] - state.v_d_before[i, b]
-            moved += (state.s_before[i, a] + 0.5 * jump) * state.mass_before[i, a * p + b] * other
+            moved += halfway * state.mass_matrix[i, a * p + b] * other
         if plan.mu > 0.0:
             now = state.reference_torque[i, a] - state.rho_hat[i, a]
             before = state.reference_torque_before[i, a] - state.rho_hat[i, a]

@@ -60,7 +60,7 @@ def twin(r: dict[str, np.ndarray], mass: float, slope: float, kp: float, kd: flo
         "noise": -DT * dot(now["s"], (r["tau"] - ideal)[:-1]),
         "saturation": -DT * dot(now["s"], (r["force"] - r["tau"])[:-1]),
         "anti_windup": DT * dot(stiffness * now["e"] + slope * mass * now["s"], carried),
-        "reference": mass * dot(now["s"] + 0.5 * jump, jump) - DT * mass * dot(now["s"], push[:-1]),
+        "reference": mass * dot(s[1:] - 0.5 * jump, jump) - DT * mass * dot(now["s"], push[:-1]),
     }
     if mu:
         change["noise"] -= DT * dot(now["error"], measured - now["s"])

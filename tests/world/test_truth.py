@@ -91,7 +91,7 @@ def test_the_law_feels_nothing_of_the_truth(name, make_world, record_steps) -> N
     random = np.random.default_rng(8)
 
     def spoil(plant: Plant) -> None:
-        for field in (*told, "mass_before", "reference_torque_before", "v_d_before", "s_before", "pending"):
+        for field in (*told, "mass_before", "reference_torque_before", "v_d_before", "pending"):
             memory = getattr(plant.state, field)
             memory[...] = 1e6 * random.standard_normal(memory.shape)
 

@@ -1,0 +1,128 @@
+"""`python -m benchmarks.lyapunov`: what V1 does on the real mass matrix, as the tables of docs/theory.md."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+import numpy as np  # noqa: E402
+
+from escort_mj.api import load_scenario  # noqa: E402
+from escort_mj.mission import Run, fly  # noqa: E402
+
+DOCS = Path(__file__).parents[1] / "docs" / "theory.md"
+TIMESTEPS = (0.002, 0.001, 0.0005, 0.00025)
+ROUNDING = 1e-12  # [J]
+COMMON = ["expect=[]", "recording.truth=true"]
+QUIET = ["uncertainty={}", "robots.force_limit=null"]
+SHORT = ["duration=10"]
+AVOIDING = ["duration=110"]  # robot 1 passes the first obstacle
+CONVERGENCE = {
+    "case 1, plane, APD-SMC": ("paper/case1_2d", SHORT),
+    "case 1, plane, ASMC": ("paper/case1_2d", [*SHORT, "controller=asmc"]),
+    "case 1, plane, PD-SMC": ("paper/case1_2d", [*SHORT, "controller=pd_smc"]),
+    "case 1, space, APD-SMC": ("paper/case1_3d", SHORT),
+    "case 2, plane, obstacles, APD-SMC": ("paper/case2_2d_obstacles", AVOIDING),
+}
+NO_NOISE, NO_LIMIT = "uncertainty.noise={}", "robots.force_limit=null"
+GROWTH = {
+    "case 1: nothing disturbs": ("paper/case1_2d", QUIET),
+    "case 1: disturbance": ("paper/case1_2d", [NO_NOISE, NO_LIMIT]),
+    "case 1: disturbance, 10 N limit": ("paper/case1_2d", [NO_NOISE]),
+    "case 1: disturbance, 10 N limit, noise": ("paper/case1_2d", []),
+    "case 1: disturbance, balls that roll": (
+        "paper/case1_2d",
+        [NO_NOISE, NO_LIMIT, "robots.kind=rolling_sphere"],
+    ),
+    "case 2, obstacles: nothing disturbs": ("paper/case2_2d_obstacles", QUIET),
+    "case 2, obstacles: disturbance, 10 N limit, noise": ("paper/case2_2d_obstacles", []),
+}
+
+
+def run(scenario: str, overrides: list[str]) -> Run:
+    """One run with the truth channel."""
+    return fly(load_scenario(scenario, [*overrides, *COMMON]))
+
+
+def convergence() -> Iterator[list[str]]:
+    """Rows: what is unexplained at each timestep, the slope in log-log of each halving, rises of V1."""
+    for words, (scenario, overrides) in CONVERGENCE.items():
+        left, rises, start = [], [], 0.0
+        for timestep in TIMESTEPS:
+            done = run(scenario, [*QUIET, *overrides, f"physics.timestep={timestep}"])
+            left.append(done.metrics["lyapunov_unexplained"]["value"])
+            rises.append(done.metrics["lyapunov_rise"]["value"])
+            start = float(done.trace["lyapunov"][0].sum())
+        slopes = np.diff(np.log(left)) / np.diff(np.log(TIMESTEPS))
+        yield [words, *map(number, [start, *left]), several(slopes), several(rises)]
+
+
+def number(value: float) -> str:
+    """Three digits; what is rounding beside hundreds of joules is 0."""
+    return f"{value:.3g}" if abs(value) > ROUNDING else "0"
+
+
+def several(values: Iterable[float]) -> str:
+    """Numbers that share a cell."""
+    return " / ".join(f"{value:.2g}" for value in values)
+
+
+def growth() -> Iterator[list[str]]:
+    """Rows: V1 of the team at the end and at most after its first second, its rise, and its causes."""
+    for words, (scenario, overrides) in GROWTH.items():
+        done = run(scenario, overrides)
+        value = done.trace["lyapunov"].sum("robot")
+        later = float(value.where(value["time"] >= 1.0).max())
+        change = done.trace["lyapunov_change"].sum("robot").isel(time=-1)
+        numbers = [float(value[0]), later, float(value[-10:].mean()), done.metrics["lyapunov_rise"]["value"]]
+        yield [words, *map(number, [*numbers, *change.values])]
+
+
+def table(head: list[str], rows: Iterator[list[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def tables() -> dict[str, str]:
+    """Each generated part of the document, by its name."""
+    from escort_mj.signals import CAUSES
+
+    steps = [f"{1e3 * timestep:g} ms" for timestep in TIMESTEPS]
+    first = table(["run", "V1 at 0 s", *steps, "slopes", "rises"], convergence())
+    head = [
+        "run",
+        "V1 at 0 s",
+        "most after 1 s",
+        "end",
+        "rise",
+        *(cause.replace("_", "-") for cause in CAUSES),
+    ]
+    return {"convergence": first, "growth": table(head, growth())}
+
+
+def main(arguments: Any = None) -> None:
+    """Measures, prints the tables, and writes them into the document if asked."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--docs", action="store_true", help=f"write the tables into {DOCS.name}")
+    write = parser.parse_args(arguments).docs
+    text = DOCS.read_text(encoding="utf-8")
+    for name, found in tables().items():
+        print(f"{name}\n\n{found}\n")
+        place = re.compile(rf"(<!-- {name} -->\n).*?(\n<!-- end -->)", re.DOTALL)
+        text, count = place.subn(lambda match, found=found: match[1] + found + match[2], text)
+        if count != 1:
+            raise SystemExit(f"{DOCS} has {count} places for {name}")
+    if write:
+        DOCS.write_text(text, encoding="utf-8")
+        print(f"wrote {DOCS}")
+
+
+if __name__ == "__main__":
+    main()
