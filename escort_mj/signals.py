@@ -50,7 +50,7 @@ CAUSES = (
     "reference",  # the reference torque rho moves; without adaptation, all of s.rho
     "external",  # forces that are neither the motors' nor the bias: disturbance, contact, coupling
     "noise",  # the law acts on measured, not true, errors
-    "saturation",  # applied minus demanded force
+    "saturation",  # applied minus demanded force: at the limit, or of motors that fail
     "anti_windup",  # estimate and reference position are held
     "unexplained",  # the rest: what the timestep's finite length leaves
 )
