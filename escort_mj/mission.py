@@ -208,6 +208,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
             "target_radius": scenario.target.radius,
+            "least_energy": setup.least_energies or None,
             "version_escort_mj": version("escort-mj"),
             "version_mujoco": mujoco_version(),
             "version_numpy": np.__version__,

@@ -200,6 +200,12 @@ METRICS: tuple[Metric, ...] = (
     Metric(
         "spacing_error_max", "m", "largest absolute deviation of a neighbors' distance from even", tail=True
     ),
+    Metric(
+        "energy_ratio",
+        "1",
+        "largest Coulomb energy of the robots' directions over the least of that many (1 is even)",
+        tail=True,
+    ),
     Metric("tracking_error_rms", "m", "root mean square of |e|", tail=True),
     Metric("velocity_error_rms", "m/s", "root mean square of |e_dot|", tail=True),
     Metric("force_rms", "N", "root mean square of a robot's force, at every physics step", tail=True),

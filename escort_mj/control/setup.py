@@ -14,10 +14,13 @@ from escort_mj.control.formation import Arrangement
 from escort_mj.control.laws import LawParameters
 from escort_mj.control.reform import Reforming
 from escort_mj.control.supervisor import Phase
-from escort_mj.control.thomson import Figure
+from escort_mj.control.thomson import Figure, least_energy
 from escort_mj.control.trigger import Trigger
 
 Array = NDArray[np.float64]
+
+EASY = 32  # robots whose even points are solved in a few seconds
+MOST_JUDGED = 200  # robots; the energy of more takes long to sum over a trace
 
 
 class FunctionOfTime(Protocol):
@@ -113,6 +116,18 @@ class Setup:
             return avoid.safe_distance
         bodies = 2.0 * float(self.robot_radius.max()) if avoid.measure == "surface" else 0.0
         return min(avoid.safe_distance, max(0.5 * (float(spacing.min()) - bodies), 0.0))
+
+    @property
+    def least_energies(self) -> list[float]:
+        """Least energies of n robots and of what failures leave, from n down; empty where not looked for.
+
+        Looked for where the points are solved anyway or in no time: for `vertices`, in the plane, and for the
+        other behaviors that spread few robots.
+        """
+        few = self.count <= EASY and not {"chords", "repulsion"}.isdisjoint(self.kinds)
+        if self.count > MOST_JUDGED or not (self.axes == 2 or few or self.figure is not None):
+            return []
+        return [least_energy(self.count - lost, self.axes) for lost in range(len(self.failures) + 1)]
 
     @property
     def edges(self) -> tuple[NDArray[np.int64], Array]:

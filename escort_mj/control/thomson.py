@@ -42,6 +42,11 @@ def energy(points: Array) -> float:
     return float((1.0 / np.linalg.norm(points[i] - points[j], axis=1)).sum())
 
 
+def least_energy(count: int, axes: int) -> float:
+    """Least known Coulomb energy of so many points on the unit sphere; the polygon's where axes is 2."""
+    return energy(even_points(count, axes))
+
+
 @lru_cache(maxsize=64)
 def even_points(count: int, axes: int) -> Array:
     """Points of least energy on the unit sphere, shape (count, axes): a regular polygon where axes is 2.

@@ -1,7 +1,8 @@
 """One function per metric of `signals.METRICS`: pure functions of a trace or of a window of one.
 
 Signals that hold the worst since the previous sample look back one sample before a window's start; running
-totals are differenced over the window, so they count every physics step in it.
+totals are differenced over the window, so they count every physics step in it. Robots that are lost count no
+longer, but for contacts, distances and clearances: there they are what the others must not touch.
 """
 
 from __future__ import annotations
@@ -12,14 +13,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from escort_mj.record.evenness import energy_ratios, lost
+
 if TYPE_CHECKING:
     import xarray
 
 SETTLED = 0.05  # of the radius
 SHORT = "the window holds a single sample"
 ALONE = "there is one robot"
+LEFT_ALONE = "a single robot is left"
 UNOBSTRUCTED = "there are no obstacles"
 SHAPELESS = "the mission has no formation"
+BROKEN = "a robot was lost before, and the others stand in another formation"
+UNKNOWN = "the least energy of so many robots was not looked for"
 UNTOLD = "the truth was not recorded (recording.truth)"
 NO_LYAPUNOV = "the Lyapunov function belongs to the sliding-mode laws"
 
@@ -41,17 +47,20 @@ class Measure(NamedTuple):
 
 
 def radius_error(trace: xarray.Dataset) -> np.ndarray:
-    """Signed | q - c | - radius, shape (time, robot) [m]."""
+    """Signed | q - c | - radius, shape (time, robot) [m]; NaN where a robot is lost."""
     offset = trace["q"].values - trace["target_position"].values[:, None]
-    return np.linalg.norm(offset, axis=2) - trace.attrs["mission_radius"]
+    return np.where(lost(trace), np.nan, np.linalg.norm(offset, axis=2) - trace.attrs["mission_radius"])
 
 
 def spacing_error(trace: xarray.Dataset) -> np.ndarray | None:
-    """Signed deviation of neighbors' distances from even, shape (time, edge) [m]; None without one."""
+    """Signed deviation of neighbors' distances from even, shape (time, edge) [m]; None without a formation.
+
+    Only of samples before the first loss, which is the end of this formation.
+    """
     pairs = trace["neighbors"].values
     if not len(pairs):
         return None
-    q = trace["q"].values
+    q = trace["q"].values[~lost(trace).any(axis=1)]
     return np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2) - trace["spacing"].values
 
 
@@ -62,8 +71,8 @@ def _at(trace: xarray.Dataset, values: np.ndarray, place: np.intp, name: Callabl
 
 
 def _largest(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], str]) -> Measure:
-    """Largest of values of shape (time, thing), the first of equals."""
-    return _at(trace, values, np.argmax(values), name)
+    """Largest of values of shape (time, thing), the first of equals; NaN is none."""
+    return _at(trace, values, np.argmax(np.where(np.isnan(values), -np.inf, values)), name)
 
 
 def _least(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], str]) -> Measure:
@@ -82,7 +91,7 @@ def _edge(trace: xarray.Dataset) -> Callable[[int], str]:
 
 def radius_error_mean(trace: xarray.Dataset) -> Measure:
     """Mean of the absolute radius error."""
-    return Measure(float(np.abs(radius_error(trace)).mean()))
+    return Measure(float(np.nanmean(np.abs(radius_error(trace)))))
 
 
 def radius_error_max(trace: xarray.Dataset) -> Measure:
@@ -108,7 +117,7 @@ def spacing_error_mean(trace: xarray.Dataset) -> Measure:
     error = spacing_error(trace)
     if error is None:
         return Measure(None, reason=SHAPELESS)
-    return Measure(float(np.abs(error).mean()))
+    return Measure(float(np.abs(error).mean())) if len(error) else Measure(None, reason=BROKEN)
 
 
 def spacing_error_max(trace: xarray.Dataset) -> Measure:
@@ -116,12 +125,22 @@ def spacing_error_max(trace: xarray.Dataset) -> Measure:
     error = spacing_error(trace)
     if error is None:
         return Measure(None, reason=SHAPELESS)
-    return _largest(trace, np.abs(error), _edge(trace))
+    return _largest(trace, np.abs(error), _edge(trace)) if len(error) else Measure(None, reason=BROKEN)
+
+
+def energy_ratio(trace: xarray.Dataset) -> Measure:
+    """Largest Coulomb energy of the directions of the robots that are left, over the least of that many."""
+    ratios = energy_ratios(trace)
+    if ratios is None:
+        return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)
+    if np.isnan(ratios).all():
+        return Measure(None, reason=LEFT_ALONE)
+    return _largest(trace, ratios[:, None], lambda index: "")
 
 
 def _rms(trace: xarray.Dataset, name: str) -> Measure:
     """Root mean square of a vector's length over time and robots."""
-    return Measure(float(np.sqrt((trace[name].values ** 2).sum(axis=2).mean())))
+    return Measure(float(np.sqrt((trace[name].values ** 2).sum(axis=2)[~lost(trace)].mean())))
 
 
 def tracking_error_rms(trace: xarray.Dataset) -> Measure:
@@ -134,38 +153,41 @@ def velocity_error_rms(trace: xarray.Dataset) -> Measure:
     return _rms(trace, "e_dot")
 
 
-def _gained(trace: xarray.Dataset, name: str) -> np.ndarray | None:
-    """What a running total gained over the window, per robot; None for a window of one sample."""
+def _gained(trace: xarray.Dataset, name: str) -> float | None:
+    """What a running total gained over the window, sum over robots; None for a window of one sample."""
     if trace.sizes["time"] < 2:
         return None
-    return np.atleast_1d(trace[name].values[-1] - trace[name].values[0])
+    total, last = trace[name].values, _last(trace)
+    return float((total[last, np.arange(len(last))] - total[0]).sum())
 
 
-def _span(trace: xarray.Dataset) -> float:
-    """Length of the window [s]."""
-    return float(trace["time"][-1] - trace["time"][0])
+def _rate(trace: xarray.Dataset, name: str) -> float | None:
+    """What a running total gained per second, mean over robots; None for a window of one sample."""
+    gained, time = _gained(trace, name), trace["time"].values
+    return None if gained is None else gained / float((time[_last(trace)] - time[0]).sum())
+
+
+def _last(trace: xarray.Dataset) -> np.ndarray:
+    """The last sample in which each robot was not lost, the first if it always was, shape (robot,)."""
+    return np.maximum((~lost(trace)).sum(axis=0) - 1, 0)
 
 
 def force_rms(trace: xarray.Dataset) -> Measure:
     """Root mean square of a robot's force, from the running total of its square."""
-    gained = _gained(trace, "effort")
-    return (
-        Measure(None, reason=SHORT)
-        if gained is None
-        else Measure(float(np.sqrt(gained.mean() / _span(trace))))
-    )
+    rate = _rate(trace, "effort")
+    return Measure(None, reason=SHORT) if rate is None else Measure(math.sqrt(rate))
 
 
 def chattering(trace: xarray.Dataset) -> Measure:
     """Total variation of force per second, mean over robots."""
-    gained = _gained(trace, "force_variation")
-    return Measure(None, reason=SHORT) if gained is None else Measure(float(gained.mean() / _span(trace)))
+    rate = _rate(trace, "force_variation")
+    return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
 def energy(trace: xarray.Dataset) -> Measure:
     """Integral of |force . velocity|, sum over robots."""
     gained = _gained(trace, "work")
-    return Measure(None, reason=SHORT) if gained is None else Measure(float(gained.sum()))
+    return Measure(None, reason=SHORT) if gained is None else Measure(gained)
 
 
 def obstacle_distance_min(trace: xarray.Dataset) -> Measure:
@@ -200,8 +222,8 @@ def robot_clearance_min(trace: xarray.Dataset) -> Measure:
 
 def saturated_share(trace: xarray.Dataset) -> Measure:
     """Share of time in which a robot's motor was at its limit, mean over robots."""
-    gained = _gained(trace, "saturated_time")
-    return Measure(None, reason=SHORT) if gained is None else Measure(float(gained.mean() / _span(trace)))
+    rate = _rate(trace, "saturated_time")
+    return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
 def contacts(trace: xarray.Dataset) -> Measure:
@@ -258,6 +280,7 @@ def lyapunov_rise(trace: xarray.Dataset) -> Measure:
     if "lyapunov" not in trace:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
     value = trace["lyapunov"].values - trace["lyapunov_change"].sel(cause="reference").values
+    value = np.where(lost(trace), np.nan, value)
     return _largest(trace, value - np.minimum.accumulate(value, axis=0), _robot)
 
 
@@ -265,9 +288,9 @@ def lyapunov_unexplained(trace: xarray.Dataset) -> Measure:
     """Sum over robots and samples of the absolute change of V1 that no known cause explains."""
     if "lyapunov" not in trace:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
-    total = trace["lyapunov_change"].sel(cause="unexplained").values
+    total = np.where(lost(trace), np.nan, trace["lyapunov_change"].sel(cause="unexplained").values)
     return (
-        Measure(float(np.abs(np.diff(total, axis=0)).sum()))
+        Measure(float(np.nansum(np.abs(np.diff(total, axis=0)))))
         if len(total) > 1
         else Measure(None, reason=SHORT)
     )

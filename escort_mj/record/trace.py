@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 WHOLE = {
     "avoidance_active": "int8",
+    "lost": "int8",
     "phase": "int8",
     "ruling": "int8",
     "outer_updates": "int64",

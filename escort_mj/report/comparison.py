@@ -206,7 +206,7 @@ def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> 
             trace = open_run(out / run.trial.name).trace
             time = trace["time"].values
             drawn = len(upper.lines)
-            radius = np.abs(radius_error(trace)).max(axis=1)
+            radius = np.nanmax(np.abs(radius_error(trace)), axis=1)
             error = np.linalg.norm(trace["q_d"].values - trace["q"].values, axis=2).max(axis=1)
             color = [COLORS[run.trial.law]]
             draw_curves(upper, time, radius[:, None], color)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from escort_mj.control.behaviors import Chords
+from escort_mj.scenario.check_mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
@@ -38,10 +39,10 @@ def check_failures(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(
             ("robots", "failures"), f"found a failure of each of {count} robots; at least one must stay"
         )
-    for index, behavior in enumerate(scenario.mission.behaviors):
+    for path, behavior in behaviors_of(scenario):
         if isinstance(behavior, Chords) and scenario.axes != 2:
             yield Finding(
-                ("mission", "behaviors", index),
+                path,
                 f"chords has no formation in {scenario.axes} axes for the robots that failures leave; "
                 "expected vertices in its place",
                 related=(("robots", "failures"),),

@@ -20,7 +20,7 @@ def _ladders(scenario: Scenario) -> Iterator[tuple[Path, tuple[BehaviorParameter
         yield ("mission", "supervisor", index, "behaviors"), phase.behaviors
 
 
-def _behaviors(scenario: Scenario) -> Iterator[tuple[Path, BehaviorParameters]]:
+def behaviors_of(scenario: Scenario) -> Iterator[tuple[Path, BehaviorParameters]]:
     """Every behavior with its place in the file."""
     for path, ladder in _ladders(scenario):
         yield from (((*path, index), behavior) for index, behavior in enumerate(ladder))
@@ -34,7 +34,7 @@ def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
             if behavior.behavior in seen:
                 yield Finding((*path, index), f"found {behavior.behavior} a second time")
             seen.add(behavior.behavior)
-    orders = [(path, b.order) for path, b in _behaviors(scenario) if isinstance(b, Chords)]
+    orders = [(path, b.order) for path, b in behaviors_of(scenario) if isinstance(b, Chords)]
     for path, order in orders[1:]:
         if order != orders[0][1]:
             yield Finding(
@@ -85,7 +85,7 @@ def _check_condition(scenario: Scenario, when: Condition, path: Path) -> Iterato
 def check_formation(scenario: Scenario) -> Iterator[Finding]:
     """The behaviors suit the number of robots and their size."""
     count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
-    behaviors = list(_behaviors(scenario))
+    behaviors = list(behaviors_of(scenario))
     robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
     body = scenario.target.radius + robot_radius
     if mission.radius <= body:

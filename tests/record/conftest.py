@@ -107,6 +107,7 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         given["phase"] = random.integers(0, 3, (rows, robots))
         given["ruling"] = random.integers(-1, 2, (rows, robots))
         given["outer_updates"] = np.cumsum(random.integers(0, 10, (rows, robots)), axis=0)
+        given["lost"] = np.zeros((rows, robots))
         given["contacts"] = random.integers(0, 1000, rows)
         given["contact_onsets"] = np.cumsum(random.integers(0, 1000, rows))
         return pack(0.02 * np.arange(rows), sizes, **given), sizes, describe(sizes)

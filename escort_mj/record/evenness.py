@@ -1,0 +1,51 @@
+"""How evenly a team surrounds its target: the Coulomb energy of its directions, over the least there is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+def lost(trace: xarray.Dataset) -> Flags:
+    """Which robots the team has lost, shape (time, robot)."""
+    flags: Flags = trace["lost"].values > 0
+    return flags
+
+
+def energy_ratios(trace: xarray.Dataset) -> Array | None:
+    """Energy of the directions of the robots that are left over the least energy of that many, shape (time,).
+
+    1 is even; NaN where a single robot is left. None where the least energy was not looked for, or where the
+    team is one robot.
+    """
+    least = np.atleast_1d(trace.attrs.get("least_energy", ()))
+    if not len(least) or trace.sizes["robot"] < 2:
+        return None
+    offset = trace["q"].values - trace["target_position"].values[:, None]
+    length = np.linalg.norm(offset, axis=2, keepdims=True)
+    directions = np.divide(offset, length, out=np.zeros_like(offset), where=length > 0.0)
+    gone, ratios = lost(trace), np.full(len(offset), np.nan)
+    for count in np.unique(gone.sum(axis=1)):  # robots are lost for good: as many, the same
+        rows = gone.sum(axis=1) == count
+        team = directions[rows][:, ~gone[np.argmax(rows)]]
+        if team.shape[1] > 1:
+            ratios[rows] = _energy(team) / least[count]
+    return ratios
+
+
+def _energy(directions: Array) -> Array:
+    """Coulomb energy, shape (k,), of directions of shape (k, n, p)."""
+    total = np.zeros(len(directions))
+    for i in range(1, directions.shape[1]):
+        apart = np.linalg.norm(directions[:, :i] - directions[:, i, None], axis=2)
+        with np.errstate(divide="ignore"):
+            total += (1.0 / apart).sum(axis=1)
+    return total

@@ -1,0 +1,130 @@
+"""Robots whose motors fail, in physics: what they still do, and what the others make of it."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from escort_mj.mission import fly
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import load_scenario
+from escort_mj.scenario.schema import Scenario
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+SCENARIO = Path(__file__).parents[2] / "scenarios" / "one_of_six_fails.yaml"
+PLANAR = {
+    "seed": 4,
+    "duration": 3.0,
+    "robots": {"positions": [[7, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
+    "mission": {"radius": 3.0, "max_speed": 2.0},
+    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": [0.4, 0.1]},
+}
+
+
+def failing(*failures: dict, **keys: object) -> dict:
+    """The planar mission with failures."""
+    return {**PLANAR, **keys, "robots": {**PLANAR["robots"], "failures": failures}}
+
+
+def forces(record: dict[str, np.ndarray], robot: int) -> np.ndarray:
+    return record["force"][:, robot - 1]
+
+
+def test_dead_motors_give_no_force(make_world, record_steps) -> None:
+    record = record_steps(make_world(**failing({"robot": 2, "at": 0.5})), 1000)
+    time, force = record["time"], forces(record, 2)
+    assert not force[time > 0.499].any()
+    assert force[time < 0.499].all()
+    assert forces(record, 1).all()
+
+
+def test_the_team_knows_when_told(make_world, record_steps) -> None:
+    record = record_steps(make_world(**failing({"robot": 2, "at": 0.5, "notice": 0.3})), 1000)
+    time, lost = record["time"], record["lost"]
+    np.testing.assert_array_equal(lost[:, 1], time > 0.799)
+    assert not lost[:, [0, 2, 3, 4]].any()
+    tau = record["tau"][:, 1]
+    assert tau[time < 0.799].all() and not tau[time > 0.799].any()  # no longer asked of it
+
+
+def test_stuck_motors_keep_their_force(make_world, record_steps) -> None:
+    record = record_steps(make_world(**failing({"robot": 2, "at": 0.5, "kind": "stuck"})), 1000)
+    time, force = record["time"], forces(record, 2)
+    before = force[time < 0.499][-1]
+    assert before.any()
+    np.testing.assert_array_equal(force[time > 0.499], np.broadcast_to(before, (np.sum(time > 0.499), 2)))
+
+
+def test_mad_motors_throw_a_new_force_every_half_second(make_world, record_steps) -> None:
+    mad = {"robot": 2, "at": 0.25, "kind": "mad", "force": 3.0}
+    record = record_steps(make_world(**failing(mad)), 1500)
+    time, force = record["time"], forces(record, 2)
+    thrown = force[time > 0.249]
+    whole = thrown[: 250 * (len(thrown) // 250)].reshape(-1, 250, 2)
+    np.testing.assert_array_equal(whole, np.broadcast_to(whole[:, :1], whole.shape))
+    assert len(np.unique(whole[:, 0], axis=0)) == len(whole)
+    assert np.abs(thrown).max() <= 3.0
+    other = record_steps(make_world(**failing({**mad, "force": None})), 1500)
+    np.testing.assert_allclose(forces(other, 2)[time > 0.249], thrown * (10.0 / 3.0))
+
+
+@pytest.mark.parametrize("kind", ["dead", "stuck", "mad"])
+def test_a_failure_changes_nothing_before_it(make_world, record_steps, kind: str) -> None:
+    whole = record_steps(make_world(**PLANAR), 600)
+    failed = record_steps(make_world(**failing({"robot": 2, "at": 1.0, "kind": kind})), 600)
+    early = whole["time"] < 0.999
+    for name, values in whole.items():
+        np.testing.assert_array_equal(values[early], failed[name][early], err_msg=name)
+    assert (whole["q"][-1] != failed["q"][-1]).any()
+
+
+@pytest.mark.parametrize(
+    "behaviors", [["chords", "surface"], ["vertices", "surface"], ["repulsion", "surface"]]
+)
+def test_the_others_close_the_ring(behaviors: list[str], compiled: None) -> None:
+    failures = ({"robot": 2, "at": 20.0}, {"robot": 5, "at": 30.0})
+    mission = {"radius": 3.0, "max_speed": 2.0, "behaviors": ["avoid_obstacles", *behaviors]}
+    start = [[3 * np.cos(a), 3 * np.sin(a)] for a in 2 * np.pi * np.arange(5) / 5 + 0.1]
+    keys = failing(*failures, duration=90.0, mission=mission)
+    run = fly(Scenario.model_validate({**keys, "robots": {**keys["robots"], "positions": start}}))
+    assert run.outcome is Outcome.COMPLETED
+    assert run.metrics["energy_ratio"]["value"] < 1.01
+    assert run.metrics["contacts"]["value"] == 0
+    assert run.metrics["radius_error_mean"]["value"] < 0.02
+
+
+def test_a_lost_robot_may_drift_wherever_it_will(compiled: None) -> None:
+    """At 5 N for 100 s it is far beyond where a mission counts as diverged."""
+    keys = failing({"robot": 2, "at": 0.2, "kind": "stuck", "notice": 0.0}, duration=100.0)
+    run = fly(Scenario.model_validate(keys))
+    assert run.outcome is Outcome.COMPLETED
+    offset = run.trace["q"].values[-1] - run.trace["target_position"].values[-1]
+    assert np.linalg.norm(offset[1]) > 1000.0
+    assert np.linalg.norm(offset[[0, 2, 3, 4]], axis=1).max() < 3.1
+
+
+def test_failures_repeat_to_the_bit(make_world) -> None:
+    failures = (
+        {"robot": 2, "at": 0.2, "kind": "mad"},
+        {"robot": 3, "at": 0.3, "kind": "stuck"},
+        {"robot": 5, "at": 0.3, "notice": 0.1},
+    )
+    world = make_world(**failing(*failures))
+    with native_loop():
+        first, second = Plant(world), Plant(world)
+        first.step(1500)
+        for _ in range(1500):
+            mujoco.mj_forward(world.model, second.data)  # advances nothing, as a viewer may
+            second.step(1)
+    assert first.state.lost.tolist() == [0, 1, 1, 0, 1]
+    assert first.data.userdata.tobytes() == second.data.userdata.tobytes()
+    assert first.data.qpos.tobytes() == second.data.qpos.tobytes()
+
+
+def test_one_of_six_fails(compiled: None) -> None:
+    """No touch, and the five others stand as the best figure of five: within 1 % of its energy by 80 s."""
+    run = fly(load_scenario(SCENARIO))
+    assert run.passed, [verdict.message for verdict in run.verdicts]
+    assert run.trace["lost"].values[-1].tolist() == [0, 0, 1, 0, 0, 0]
