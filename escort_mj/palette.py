@@ -22,6 +22,19 @@ OBSTACLE = from_hex("6A6A6A")
 LIMIT = from_hex("4D4D4D")  # a bound: the escort radius, the safe distance, the force limit
 CONTACT = from_hex("C8001E")  # bodies that touch
 
+# The behaviors by name; robots that nothing rules stay blank.
+BEHAVIORS = {
+    name: from_hex(code)
+    for name, code in {
+        "avoid_obstacles": "C8001E",
+        "chords": "0072B2",
+        "vertices": "009E73",
+        "repulsion": "7F3B08",
+        "surface": "E69F00",
+    }.items()
+}
+PHASES = tuple(from_hex(code) for code in ("F2F2F2", "88CCEE", "DDCC77", "CC6677", "AA4499", "44AA99"))
+
 # Why the Lyapunov function changes, in the order of `signals.CAUSES`.
 CAUSES = tuple(
     from_hex(code) for code in ("01665E", "7F3B08", "332288", "888888", "CC79A7", "B58900", "C8001E")

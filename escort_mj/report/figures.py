@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, open_run
-from escort_mj.report import nearness, paths, timelines, truth
+from escort_mj.report import nearness, paths, tasks, timelines, truth
 from escort_mj.report.style import figure
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ PLOTS: tuple[Plot, ...] = (
         nearness.clearances,
         lambda trace: "robot_clearance_worst" in trace or "obstacle_clearance_worst" in trace,
     ),
+    Plot("tasks", "behaviors and their conflicts", tasks.tasks_height, tasks.tasks),
     Plot(
         "truth",
         "what the law is not told",
