@@ -63,6 +63,16 @@ def check_supervisor(scenario: Scenario) -> Iterator[Finding]:
             yield from _check_condition(scenario, phase.when, (*path, "when"))
 
 
+def check_trigger(scenario: Scenario) -> Iterator[Finding]:
+    """Updates are due some time after they are allowed."""
+    trigger = scenario.mission.trigger
+    if trigger is not None and trigger.longest <= trigger.dwell:
+        yield Finding(
+            ("mission", "trigger", "longest"),
+            f"found {trigger.longest:g} s; expected more than dwell, {trigger.dwell:g} s",
+        )
+
+
 def _check_condition(scenario: Scenario, when: Condition, path: Path) -> Iterator[Finding]:
     if (when.below is None) == (when.above is None):
         found = "neither below nor above" if when.below is None else "both below and above"

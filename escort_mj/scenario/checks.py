@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.check_failures import check_failures
-from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor
+from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor, check_trigger
 from escort_mj.scenario.check_motion import check_motion
 from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -93,6 +93,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_expectations, ("expect", "duration")),
     (check_obstacle_names, ("obstacles",)),
     (check_behaviors, ("mission",)),
+    (check_trigger, ("mission",)),
     (check_supervisor, ("duration", "obstacles", "robots", "mission")),
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_failures, ("axes", "duration", "robots", "mission")),

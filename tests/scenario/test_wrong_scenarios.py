@@ -434,3 +434,59 @@ def test_wrong_scenario(text: str, start: str, words: str):
     assert words in fault
     assert "pydantic" not in fault
     assert "Error" not in fault
+
+
+SUPERVISED = "mission:\n  behaviors: [surface]\n  supervisor:\n  - "
+PHASE = "{behaviors: [surface], "
+
+# What is wrong with a phase or a trigger, the scenario's text, and words of the message.
+SUPERVISOR = [
+    ("always", SUPERVISED + "behaviors: [surface]", "would rule all the time; give after, before or when"),
+    ("never", SUPERVISED + PHASE + "after: 9, before: 5}", "never rules: after 9 s and before 5 s"),
+    ("too late", SUPERVISED + PHASE + "after: 99}", "found 99 s; the run ends at 30 s"),
+    ("twice", SUPERVISED + "{behaviors: [surface, surface], after: 1}", "found surface a second time"),
+    ("unknown", SUPERVISED + PHASE + "after: 1, wehn: {}}", 'did you mean "when"?'),
+    ("no bound", SUPERVISED + PHASE + "when: {quantity: target_distance}}", "found neither below nor above"),
+    (
+        "two bounds",
+        SUPERVISED + PHASE + "when: {quantity: target_distance, below: 1, above: 2}}",
+        "found both below and above",
+    ),
+    (
+        "release inside",
+        SUPERVISED + PHASE + "when: {quantity: target_distance, below: 2, release: 1}}",
+        "found 1 m; expected at least 2 m",
+    ),
+    (
+        "release inside, above",
+        SUPERVISED + PHASE + "when: {quantity: target_distance, above: 2, release: 3}}",
+        "found 3 m; expected at most 2 m",
+    ),
+    (
+        "no obstacles",
+        SUPERVISED + PHASE + "when: {quantity: obstacle_distance, below: 2}}",
+        "found obstacle_distance; there are no obstacles",
+    ),
+    (
+        "no such quantity",
+        SUPERVISED + PHASE + "when: {quantity: target_distanse, below: 2}}",
+        'did you mean "target_distance"?',
+    ),
+    (
+        "alone",
+        "robots: {count: 1}\n" + SUPERVISED + PHASE + "when: {quantity: robot_distance, below: 2}}",
+        "found robot_distance; there is one robot",
+    ),
+    (
+        "same name",
+        SUPERVISED + PHASE + "after: 1, name: a}\n  - " + PHASE + "after: 2, name: a}",
+        "found a again; supervisor[0] has it",
+    ),
+    ("no dwell", "mission: {trigger: {dwell: -1}}", "found -1"),
+    ("dwell", "mission: {trigger: {dwell: 1, longest: 0.5}}", "found 0.5 s; expected more than dwell, 1 s"),
+]
+
+
+@pytest.mark.parametrize(("text", "words"), [case[1:] for case in SUPERVISOR], ids=[c[0] for c in SUPERVISOR])
+def test_wrong_phases_and_triggers(text: str, words: str):
+    assert words in fault_of(text)
