@@ -210,6 +210,7 @@ METRICS: tuple[Metric, ...] = (
     Metric("velocity_error_rms", "m/s", "root mean square of |e_dot|", tail=True),
     Metric("force_rms", "N", "root mean square of a robot's force, at every physics step", tail=True),
     Metric("chattering", "N/s", "total variation of a robot's force per second, mean over robots", tail=True),
+    Metric("outer_update_rate", "1/s", "runs of the outer loop per second, mean over robots"),
     Metric("energy", "J", "integral of |force . velocity|, sum over robots"),
     Metric("obstacle_distance_min", "m", "least distance robot to obstacle, center to center"),
     Metric("obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface"),

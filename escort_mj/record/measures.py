@@ -184,6 +184,12 @@ def chattering(trace: xarray.Dataset) -> Measure:
     return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
+def outer_update_rate(trace: xarray.Dataset) -> Measure:
+    """Runs of the outer loop per second, mean over robots."""
+    rate = _rate(trace, "outer_updates")
+    return Measure(None, reason=SHORT) if rate is None else Measure(rate)
+
+
 def energy(trace: xarray.Dataset) -> Measure:
     """Integral of |force . velocity|, sum over robots."""
     gained = _gained(trace, "work")
