@@ -68,13 +68,13 @@ def measure(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
         data.ctrl[:] = signals.tau.ravel()
         data.qfrc_applied[:] = signals.disturbance.ravel()
 
-    with native_loop():
+    with native_loop(world):
         plant.step(WARM_UP)
     times: dict[str, list[float]] = {"bare": [], "native": [], "twin": []}
     few = max(steps // 50, 1)
     for _ in range(rounds):
         copy_state(world, plant.data, bare)
-        with native_loop():
+        with native_loop(world):
             times["native"].append(seconds(lambda: plant.step(steps)) / steps)
         with no_timer():
             times["bare"].append(seconds(lambda: mujoco.mj_step(world.model, bare, nstep=steps)) / steps)

@@ -76,7 +76,9 @@ def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress 
         progress: Called now and then.
     """
     world = build(scenario)
-    callbacks()  # compiled or read from the cache now, so that the clock below times the run alone
+    callbacks(
+        scenario.axes
+    )  # compiled or read from the cache now, so that the clock below times the run alone
     if folder is not None:
         folder.begin(dump_scenario(scenario), world.xml, world.sizes, _labels(scenario, world))
     clock = time.perf_counter()
@@ -105,7 +107,7 @@ def _simulate(
     samples = np.empty((total, record_size(world.sizes)))
     bound = _bound(scenario, world)
     done = 0
-    with native_loop(), _interruptible() as interrupted:
+    with native_loop(world), _interruptible() as interrupted:
         while done < total:
             start, done = done, min(done + BLOCK, total)
             for row in range(start, done):

@@ -7,5 +7,5 @@ from escort_mj.world.callback import callbacks
 
 @pytest.fixture(scope="session")
 def compiled() -> None:
-    """The native callbacks, compiled or read from the cache once for the whole session."""
-    callbacks()
+    """The native callbacks of planar missions, compiled or read from the cache once for the whole session."""
+    callbacks(2)

@@ -15,7 +15,7 @@ from escort_mj.world.wiring import wiring_behind
 
 
 class Plant:
-    """Steps a world natively. Use inside `callback.native_loop()`.
+    """Steps a world natively. Use inside `callback.native_loop(world)`.
 
     Attributes:
         world: What is simulated.

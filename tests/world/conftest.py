@@ -47,7 +47,7 @@ def record_steps() -> Callable[..., dict[str, np.ndarray]]:
         world: World, steps: int, prepare: Callable[[Plant], Any] = id, after: Callable[[Plant], Any] = id
     ) -> dict[str, np.ndarray]:
         samples = []
-        with native_loop():
+        with native_loop(world):
             plant = Plant(world)
             prepare(plant)
             for _ in range(steps):

@@ -285,7 +285,7 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     assert again.numeric_data[: len(plan)].tobytes() == plan.tobytes()
     for field in ("qpos0", "body_pos", "body_mass", "geom_size", "actuator_forcerange", "cam_pos"):
         assert getattr(again, field).tobytes() == getattr(world.model, field).tobytes(), field
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(500)
         data = mujoco.MjData(again)
@@ -305,7 +305,7 @@ def test_many_robots() -> None:
     assert world.model.numeric_data[: len(plan)].tobytes() == plan.tobytes()
     wiring = wiring_behind(world.model.numeric_data.ctypes.data)
     assert wiring.qpos_address.tolist() == list(range(0, 400, 2))
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(20)
     assert plant.data.time == pytest.approx(0.04) and np.isfinite(plant.record).any()

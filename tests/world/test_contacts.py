@@ -104,7 +104,7 @@ def test_a_touch_of_a_single_step_between_two_samples_is_seen(drifting, record_s
     world, launch = grazing(drifting, 20.0)
     assert world.stride == 25
     samples = []
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         launch(plant)
         for row in range(5):
@@ -147,7 +147,7 @@ def test_the_clearance_at_first_touch_is_no_longer_positive(make_world, record_s
 
 def test_point_masses_never_touch_the_floor(make_world) -> None:
     world = make_world(robots={"positions": [[3, 0], [0, 3]], "overrides": [{"robot": 1, "radius": 1.0}]})
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         for _ in range(50):
             plant.step(1)

@@ -112,7 +112,7 @@ def test_failures_repeat_to_the_bit(make_world) -> None:
         {"robot": 5, "at": 0.3, "notice": 0.1},
     )
     world = make_world(**failing(*failures))
-    with native_loop():
+    with native_loop(world):
         first, second = Plant(world), Plant(world)
         first.step(1500)
         for _ in range(1500):

@@ -55,7 +55,7 @@ WORLDS = {
 @pytest.mark.parametrize("keys", WORLDS.values(), ids=WORLDS)
 def test_the_law_is_told_mass_and_bias(keys: dict, law: str, make_world) -> None:
     world = make_world(controller=law, **keys)
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(20)
         mujoco.mj_forward(world.model, plant.data)

@@ -39,14 +39,14 @@ def bits(data: mujoco.MjData) -> tuple[bytes, ...]:
 @pytest.fixture(scope="module")
 def undisturbed(world) -> tuple[bytes, ...]:
     """The state after 1500 steps that nothing interrupts."""
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(1500)
         return bits(plant.data)
 
 
 def test_in_one_go_or_step_by_step(world, undisturbed) -> None:
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         for _ in range(1500):
             plant.step(1)
@@ -55,7 +55,7 @@ def test_in_one_go_or_step_by_step(world, undisturbed) -> None:
 
 def test_forward_at_the_same_time_advances_nothing(world, undisturbed) -> None:
     """Also before the first step: a viewer or a renderer calls mj_forward whenever it likes."""
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         for _ in range(1500):
             mujoco.mj_forward(world.model, plant.data)
@@ -68,7 +68,7 @@ def test_forward_between_steps_counts_nothing_twice(make_world) -> None:
     """In contact, where warm starts differ and only totals can be compared."""
     keys = {"robots": {"positions": [[3, 0]]}, "obstacles": [{"position": [1.5, 0]}]}
     touching = make_world(**keys, mission={"radius": 0.5, "behaviors": ["surface"]})
-    with native_loop():
+    with native_loop(touching):
         plant = Plant(touching)
         while not plant.state.contacts[0]:
             plant.step(1)
@@ -87,7 +87,7 @@ def test_forward_between_steps_counts_nothing_twice(make_world) -> None:
 
 
 def test_step1_and_step2_are_one_step(world, undisturbed) -> None:
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         for _ in range(1500):
             mujoco.mj_step1(world.model, plant.data)
@@ -96,7 +96,7 @@ def test_step1_and_step2_are_one_step(world, undisturbed) -> None:
 
 
 def test_reset_begins_anew(world, undisturbed) -> None:
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(777)
         assert bits(plant.data) != undisturbed
@@ -124,7 +124,7 @@ FOREIGN = {
 
 
 @pytest.mark.parametrize("extra", FOREIGN.values(), ids=FOREIGN)
-def test_foreign_models_are_left_alone(extra: str, compiled) -> None:
+def test_foreign_models_are_left_alone(extra: str, world) -> None:
     model = mujoco.MjModel.from_xml_string(PENDULUM.format(extra=extra))
 
     def swing() -> tuple[bytes, ...]:
@@ -135,12 +135,12 @@ def test_foreign_models_are_left_alone(extra: str, compiled) -> None:
         return bits(data), data.sensordata.tobytes()
 
     alone = swing()
-    with native_loop():
+    with native_loop(world):
         assert swing() == alone
 
 
 def test_a_model_compiles_while_the_callbacks_are_installed(world) -> None:
-    with native_loop():
+    with native_loop(world):
         assert mujoco.MjModel.from_xml_string(world.xml).nq == world.model.nq
 
 
@@ -154,26 +154,26 @@ def installed() -> tuple:
     )
 
 
-def test_what_was_installed_comes_back(compiled) -> None:
+def test_what_was_installed_comes_back(world) -> None:
     before = installed()
     assert before[:2] == (None, None) and before[2]
-    with native_loop():
+    with native_loop(world):
         inside = installed()
         assert inside[0] is not None and inside[1] is not None and inside[2] is None
-        with native_loop():
+        with native_loop(world):
             assert installed() == inside
         assert installed() == inside, "an inner loop took the callbacks away from the outer one"
     assert installed() == before
 
 
-def test_what_was_installed_comes_back_after_an_error(compiled) -> None:
+def test_what_was_installed_comes_back_after_an_error(world) -> None:
     before = installed()
-    with pytest.raises(ZeroDivisionError), native_loop():
+    with pytest.raises(ZeroDivisionError), native_loop(world):
         raise ZeroDivisionError
     assert installed() == before
 
 
-def test_somebody_elses_callbacks_come_back(compiled) -> None:
+def test_somebody_elses_callbacks_come_back(world) -> None:
     calls = []
 
     def control(model, data) -> None:
@@ -187,7 +187,7 @@ def test_somebody_elses_callbacks_come_back(compiled) -> None:
     try:
         mujoco.set_mjcb_control(control)
         mujoco.set_mjcb_sensor(sensor)
-        with native_loop():
+        with native_loop(world):
             mujoco.mj_step(model, data)
             assert not calls
         assert mujoco.get_mjcb_control() is control and mujoco.get_mjcb_sensor() is sensor
@@ -204,7 +204,7 @@ def test_loops_of_several_threads_overlap(world, undisturbed) -> None:
     found: dict[int, tuple[bytes, ...]] = {}
 
     def run(index: int) -> None:
-        with native_loop():
+        with native_loop(world):
             plant = Plant(world)
             for _ in range(15):
                 plant.step(100)
@@ -222,7 +222,7 @@ def test_loops_of_several_threads_overlap(world, undisturbed) -> None:
 def test_different_worlds_side_by_side(world, make_world, undisturbed) -> None:
     """Planar and spatial models stepped in turns and in threads do not disturb one another."""
     spatial = make_world(axes=3, seed=2)
-    with native_loop():
+    with native_loop(world, spatial):
         alone = Plant(spatial)
         alone.step(1500)
         turns = Plant(world), Plant(spatial)
@@ -233,11 +233,39 @@ def test_different_worlds_side_by_side(world, make_world, undisturbed) -> None:
     assert bits(turns[1].data) == bits(alone.data)
 
 
+def test_loops_of_threads_with_different_worlds_overlap(world, make_world, undisturbed) -> None:
+    """Callbacks of one class give way to those that tell classes apart, in the midst of a thread's steps."""
+    before = installed()
+    spatial = make_world(axes=3, seed=2)
+    with native_loop(spatial):
+        alone = Plant(spatial)
+        alone.step(1500)
+    expected = {0: undisturbed, 1: bits(alone.data), 2: undisturbed, 3: bits(alone.data)}
+    found: dict[int, tuple[bytes, ...]] = {}
+
+    def run(index: int) -> None:
+        own = spatial if index % 2 else world
+        for part in range(15):
+            with native_loop(own):  # leaves and enters again: the classes in need change all the time
+                if part == 0:
+                    plant = Plant(own)
+                plant.step(100)
+        found[index] = bits(plant.data)
+
+    threads = [threading.Thread(target=run, args=(index,)) for index in expected]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert installed() == before
+    assert found == expected
+
+
 @pytest.mark.parametrize("persistent", [False, True])
 def test_a_batch_on_two_threads_is_the_serial_run(world, persistent: bool) -> None:
     starts = np.random.default_rng(0).normal(scale=0.3, size=(6, world.model.nq))
     serial = []
-    with native_loop():
+    with native_loop(world):
         for start in starts:
             plant = Plant(world)
             plant.data.qpos += start
@@ -256,7 +284,7 @@ def test_a_batch_on_two_threads_is_the_serial_run(world, persistent: bool) -> No
 def test_a_state_that_is_no_number_stays_visible(field: str, world, tmp_path, monkeypatch) -> None:
     """MuJoCo would put the robots back to their start; here the NaN stays, counted as a warning."""
     monkeypatch.chdir(tmp_path)
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(100)
         assert not plant.warnings()
@@ -275,7 +303,7 @@ def test_an_infinite_force_is_a_warning(make_world, tmp_path, monkeypatch) -> No
     flying = make_world(
         robots={"positions": [[3, 0]], "force_limit": None}, mission={"behaviors": ["surface"]}
     )
-    with native_loop():
+    with native_loop(flying):
         plant = Plant(flying)
         plant.data.qvel[0] = 1e200
         plant.step(20)
@@ -286,7 +314,7 @@ def test_an_infinite_force_is_a_warning(make_world, tmp_path, monkeypatch) -> No
 def test_forward_at_the_same_time_moves_the_target_by_one_step_at_most(make_world) -> None:
     """The callback can set only where the next look at the world finds the target."""
     moving = make_world(target={"position": ["2*t", 0]}, robots={"positions": [[5, 5], [-5, 5]]})
-    with native_loop():
+    with native_loop(moving):
         plant = Plant(moving)
         plant.step(100)
         places = []

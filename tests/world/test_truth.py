@@ -48,7 +48,7 @@ def dense(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
 def test_mass_bias_and_external_force_are_mujocos(world) -> None:
     model, p = world.model, world.sizes["axis"]
     n = world.sizes["robot"]
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(137)
         data, state = plant.data, plant.state

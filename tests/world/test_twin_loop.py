@@ -83,7 +83,7 @@ def by_callback(world: World, data: mujoco.MjData, driver: Driver) -> None:
 )
 def test_five_thousand_steps_agree(keys: dict, drive, make_world) -> None:
     world = make_world(**keys)
-    with native_loop():
+    with native_loop(world):
         plant = Plant(world)
         plant.step(STEPS)
     data, driver = mujoco.MjData(world.model), Driver(world)

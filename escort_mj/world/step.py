@@ -1,0 +1,144 @@
+"""What the callbacks do in a physics step, on the memory of MuJoCo's own structures.
+
+Offsets into them are constants of this module, which keys of the compiler's cache leave out; its folder is
+named by MuJoCo's version, among others (`kernels.cache_key`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import mujoco
+
+from escort_mj.control.controller import evaluate
+from escort_mj.control.plan import MAGIC, unpack_plan, unpack_state
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, pointer_at, vector_at
+from escort_mj.world.layout import offset, structure
+from escort_mj.world.mass import INT, mass_block
+from escort_mj.world.truth import observe
+from escort_mj.world.watch import watch
+from escort_mj.world.wiring import wiring_behind
+
+MODEL_NUMBERS = offset("mjModel", "nnumericdata")
+MODEL_NUMERIC = offset("mjModel", "numeric_data")
+MODEL_CONE = offset("mjModel", "opt.cone")
+DATA_TIME, DATA_USERDATA = offset("mjData", "time"), offset("mjData", "userdata")
+DATA_QPOS, DATA_QVEL, DATA_CTRL = offset("mjData", "qpos"), offset("mjData", "qvel"), offset("mjData", "ctrl")
+DATA_APPLIED, DATA_MOCAP = offset("mjData", "qfrc_applied"), offset("mjData", "mocap_pos")
+DATA_MASS, DATA_BIAS = offset("mjData", "M"), offset("mjData", "qfrc_bias")
+DATA_ACCELERATION = offset("mjData", "qacc")
+MODEL_ROW_SIZES, MODEL_ROW_STARTS = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
+MODEL_COLUMNS = offset("mjModel", "M_colind")
+DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "actuator_force"), offset("mjData", "efc_force")
+DATA_NCON, DATA_CONTACT = offset("mjData", "ncon"), offset("mjData", "contact")
+CONTACT_SIZE = ctypes.sizeof(structure("mjContact"))
+CONTACT_DIM, CONTACT_GEOMS = offset("mjContact", "dim"), offset("mjContact", "geom")
+CONTACT_EFC = offset("mjContact", "efc_address")
+PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
+
+
+@inlined
+def is_ours(m: int) -> bool:
+    """Whether a model carries a plan of ours."""
+    return int_at(m + MODEL_NUMBERS) > 0 and double_at(pointer_at(m + MODEL_NUMERIC)) == MAGIC
+
+
+@inlined
+def wiring_of(m: int) -> Any:
+    """The wiring that a model carries behind its plan."""
+    return wiring_behind(pointer_at(m + MODEL_NUMERIC))
+
+
+@inlined
+def tell_model(m: int, d: int, wiring: Any, state: Any) -> None:
+    """Shows the law MuJoCo's own mass matrix and bias force, which are those of the present state."""
+    n, p = state.q.shape
+    for i in range(n):
+        first = int(wiring.dof_address[i])
+        mass_block(
+            pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
+            pointer_at(m + MODEL_COLUMNS), first, p, state.model_mass[i],
+        )  # fmt: skip
+        bias = vector_at(pointer_at(d + DATA_BIAS) + DOUBLE * first, p)
+        for k in range(p):
+            state.model_bias[i, k] = bias[k]
+
+
+@inlined
+def control(m: int, d: int, axes: int) -> None:
+    """Evaluates the law for the present state and applies its forces."""
+    numbers = pointer_at(m + MODEL_NUMERIC)
+    plan = unpack_plan(numbers, axes)
+    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
+    wiring = wiring_of(m)
+    n, p = state.q.shape
+    nq = state.qpos.shape[0]
+    qpos = vector_at(pointer_at(d + DATA_QPOS), nq)
+    qvel = vector_at(pointer_at(d + DATA_QVEL), nq)
+    state.time[0] = double_at(d + DATA_TIME)
+    for c in range(nq):
+        state.qpos[c] = qpos[c]
+    for i in range(n):
+        for k in range(p):
+            state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
+            state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
+    if state.model_bias.shape[0] > 0:
+        tell_model(m, d, wiring, state)
+    evaluate(plan, state)
+    ctrl = vector_at(pointer_at(d + DATA_CTRL), n * p)
+    applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
+    for i in range(n):
+        for k in range(p):
+            ctrl[i * p + k] = state.command[i, k]
+            applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
+    target = vector_at(pointer_at(d + DATA_MOCAP), p)
+    for k in range(p):  # where it will be when MuJoCo next looks
+        target[k] = state.target_position[k] + plan.timestep * state.target_velocity[k]
+
+
+@inlined
+def look(m: int, d: int, axes: int) -> None:
+    """Records what the solved step brought."""
+    numbers = pointer_at(m + MODEL_NUMERIC)
+    plan = unpack_plan(numbers, axes)
+    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
+    n, p = state.q.shape
+    applied = vector_at(pointer_at(d + DATA_FORCE), n * p)
+    for i in range(n):
+        for k in range(p):
+            state.force[i, k] = applied[i * p + k]
+    if plan.truth:
+        observe(
+            numbers,
+            pointer_at(d + DATA_USERDATA),
+            axes,
+            pointer_at(d + DATA_MASS),
+            pointer_at(m + MODEL_ROW_SIZES),
+            pointer_at(m + MODEL_ROW_STARTS),
+            pointer_at(m + MODEL_COLUMNS),
+            pointer_at(d + DATA_BIAS),
+            pointer_at(d + DATA_ACCELERATION),
+        )
+    touching, largest = 0, 0.0
+    count = int_at(d + DATA_NCON)
+    if count > 0:
+        group = wiring_of(m).geom_group
+        first = pointer_at(d + DATA_CONTACT)
+        forces = pointer_at(d + DATA_EFC_FORCE)
+        for c in range(count):
+            contact = first + c * CONTACT_SIZE
+            efc = int_at(contact + CONTACT_EFC)
+            geom1, geom2 = int_at(contact + CONTACT_GEOMS), int_at(contact + CONTACT_GEOMS + INT)
+            if efc < 0 or geom1 < 0 or geom2 < 0 or group[geom1] == 0.0 or group[geom2] == 0.0:
+                continue
+            if touching < state.touching.shape[1]:
+                state.touching[1, touching] = geom1 * group.shape[0] + geom2
+            touching += 1
+            dim = int_at(contact + CONTACT_DIM)
+            rows = 2 * (dim - 1) if int_at(m + MODEL_CONE) == PYRAMIDAL and dim > 1 else 1
+            normal = 0.0
+            for row in range(rows):
+                normal += double_at(forces + DOUBLE * (efc + row))
+            largest = max(largest, normal)
+    watch(plan, state, touching, largest)
