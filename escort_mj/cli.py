@@ -144,6 +144,10 @@ def compare(
         list[str] | None,
         typer.Option(metavar="LAW,...", help="Laws of the inner loop, such as apd_smc,pd [default: all]."),
     ] = None,
+    outer: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LOOP,...", help="Outer loops, such as nsb,barrier_filter [default: its own]."),
+    ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds, from the scenario's own upward.")] = 1,
     overrides: SetOption = None,
     out: Annotated[
@@ -155,9 +159,9 @@ def compare(
     ] = None,
     again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
 ) -> None:
-    """Run one scenario under several laws, side by side, and compare them in one table.
+    """Run one scenario under several laws and outer loops, and compare them in one table.
 
-    Example: escort-mj compare main --laws apd_smc,super_twisting --seeds 5
+    Example: escort-mj compare main --laws apd_smc,pd --outer nsb,barrier_filter --seeds 5
     """
     from escort_mj import api
     from escort_mj.report.comparison import compare as compare_laws
@@ -165,7 +169,7 @@ def compare(
     mission = api.load_scenario(scenario, overrides or ())
     folder = out if out is not None else Path("renders") / "compare" / mission.name
     with _progress("comparing", " runs") as progress:
-        result = compare_laws(mission, folder, laws or (), seeds, workers, docs, again, progress)
+        result = compare_laws(mission, folder, laws or (), outer or (), seeds, workers, docs, again, progress)
     for line in result.lines:
         typer.echo(line)
     typer.echo(f"wrote {_shown(folder)}: {' '.join(result.written)}")

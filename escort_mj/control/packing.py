@@ -10,7 +10,19 @@ from escort_mj.control.failure import FAILURE_SIZE, NEVER
 from escort_mj.control.laws import ComputedTorque
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
-from escort_mj.control.plan import AVOID_OBSTACLES, KINDS, LAW, LAW_KINDS, MAGIC, SCALARS, TRUTH
+from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.plan import (
+    AVOID_OBSTACLES,
+    KINDS,
+    LAW,
+    LAW_KINDS,
+    LOOP_KINDS,
+    MAGIC,
+    OUTER,
+    OUTER_DISTANCE,
+    SCALARS,
+    TRUTH,
+)
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase
 
@@ -58,6 +70,11 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         setup.arrangement.length if setup.arrangement else 0.0,
         len(vertices),
     ]  # fmt: skip
+    header[OUTER] = LOOP_KINDS[type(setup.outer)]
+    if isinstance(setup.outer, PotentialField):
+        header[OUTER + 1], header[OUTER_DISTANCE] = setup.outer.gain, setup.outer.least_distance
+    elif isinstance(setup.outer, BarrierFilter):
+        header[OUTER + 1] = setup.outer.rate
     header[LAW] = LAW_KINDS[type(law)]
     if isinstance(law, ComputedTorque):
         header[LAW + 1] = law.acceleration_filter

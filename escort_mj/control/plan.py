@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors import Chords, Repulsion, Surface, Vertices
 from escort_mj.control.failure import FAILURE_SIZE
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
+from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.reform import scratch_size
 from escort_mj.kernels import DOUBLE, matrix_at, shared, vector_at
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 
 MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
 SCALARS = 48
+OUTER = 28  # place of the outer loop's kind; its gain behind it
+OUTER_DISTANCE = 45
 LAW = 31  # place of the law's kind; its own number behind it
 LEVEL_SIZE = 8
 SIDESTEP, COLUMN = 6, 7  # places in a row of the ladder
@@ -31,6 +34,8 @@ PHASE_SIZE = 9
 AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
+NSB, POTENTIAL_FIELD, BARRIER_FILTER = 0, 1, 2
+LOOP_KINDS = {Nsb: NSB, PotentialField: POTENTIAL_FIELD, BarrierFilter: BARRIER_FILTER}
 LAW_KINDS = {
     ApdSmc: SLIDING,
     Asmc: SLIDING,
@@ -56,6 +61,9 @@ class Plan(NamedTuple):
     radius: float
     target_feedforward: bool
     max_speed: float
+    outer: int  # one of LOOP_KINDS
+    outer_gain: float  # of the repulsion [m^4/s], or rate of the filter [1/s]
+    outer_distance: float  # below which repulsion grows no further [m]
     law: int  # one of LAW_KINDS
     acceleration_filter: float
     kp: float
@@ -225,6 +233,7 @@ def unpack_plan(address: int, axes: int) -> Plan:
     at, turns = _take(at, int(x[36]) * p, p)
     return Plan(
         x[10], int(x[9]), int(x[11]), x[12], x[13] != 0.0, x[14],
+        int(x[OUTER]), x[OUTER + 1], x[OUTER_DISTANCE],
         int(x[LAW]), x[LAW + 1],
         x[15], x[16], x[17], x[18], x[19],
         x[20], x[21], int(x[22]), x[23] != 0.0,

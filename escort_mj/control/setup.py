@@ -12,6 +12,7 @@ from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
 from escort_mj.control.failure import Failure
 from escort_mj.control.formation import Arrangement
 from escort_mj.control.laws import LawParameters
+from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.reform import Reforming
 from escort_mj.control.supervisor import Phase
 from escort_mj.control.thomson import Figure, least_energy
@@ -65,6 +66,7 @@ class Setup:
         reforming: Figures of fewer robots; None without vertices, or where no robot fails.
         phases: When other behaviors than those above rule; of those that do, the last one.
         trigger: When robots run their outer loop; None for every step.
+        outer: How behaviors become one velocity.
     """
 
     timestep: float
@@ -88,6 +90,7 @@ class Setup:
     reforming: Reforming | None = None
     phases: tuple[Phase, ...] = ()
     trigger: Trigger | None = None
+    outer: OuterLoop = Nsb()
 
     @property
     def count(self) -> int:

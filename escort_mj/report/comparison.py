@@ -77,18 +77,20 @@ def compare(
     scenario: Scenario,
     out: Path,
     laws: Sequence[str] = (),
+    outers: Sequence[str] = (),
     seeds: int = 1,
     workers: int | None = None,
     docs: Path | None = None,
     again: bool = False,
     progress: Callable[[float, float], None] | None = None,
 ) -> Comparison:
-    """Runs a scenario under several laws, where that has not been done before, and compares them.
+    """Runs a scenario under several laws and outer loops, where that has not been done, and compares them.
 
     Args:
         scenario: What to run; its own law's gains go to the other laws where they mean the same.
         out: Where everything goes; runs that ended there before are not run again.
         laws: Names of laws, each of them one or several between commas; empty for all.
+        outers: Names of outer loops, likewise; empty for the scenario's own.
         seeds: How many seeds, from the scenario's own upward.
         workers: Processes; None for one per core.
         docs: A page of the docs with marks that the table goes between.
@@ -96,13 +98,15 @@ def compare(
         progress: Called with the runs and figures done and to do.
 
     Raises:
-        UsageError: If there is no such law, a folder holds something else, or the page has no marks.
+        UsageError: If there is no such law or outer loop, a folder holds something else, or the
+            page has no marks.
         ScenarioError: If a seed leaves no room for robots that are placed at random.
     """
     names = chosen("--laws", laws, LAWS, list(LAWS))
     if docs is not None:
         around_marks(docs, scenario)
-    wanted = trials(names, list(OUTERS), [scenario.seed + index for index in range(seeds)])
+    loops = chosen("--outer", outers, OUTERS, [scenario.mission.outer.loop])
+    wanted = trials(names, loops, [scenario.seed + index for index in range(seeds)])
     assignments = [
         Assignment(trial, scenario_of(scenario, trial), out / trial.name, again) for trial in wanted
     ]

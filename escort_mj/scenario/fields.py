@@ -10,6 +10,8 @@ from pydantic_core import PydanticCustomError
 
 from escort_mj.control.behaviors import BEHAVIORS, BehaviorParameters
 from escort_mj.control.laws import LAWS, LawParameters
+from escort_mj.control.outer_loops import OUTER_LOOPS
+from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
 from escort_mj.control.plan import MAX_LEVELS
 from escort_mj.scenario.expressions import Expression, ExpressionError
 
@@ -68,6 +70,7 @@ def _named(key: str, default: str | None = None) -> Any:
 
 
 BehaviorName = Literal[tuple(b.model_fields["behavior"].default for b in BEHAVIORS)]  # type: ignore[valid-type]
+LoopName = Literal[tuple(loop.model_fields["loop"].default for loop in OUTER_LOOPS)]  # type: ignore[valid-type]
 LawName = Literal[tuple(law.model_fields["law"].default for law in LAWS)]  # type: ignore[valid-type]
 Behavior = Annotated[
     BehaviorParameters,
@@ -79,4 +82,9 @@ Law = Annotated[
     LawParameters,
     Field(discriminator="law"),
     BeforeValidator(_named("law", "apd_smc"), json_schema_input_type=LawName | LawParameters),
+]
+OuterLoop = Annotated[
+    OuterLoopParameters,
+    Field(discriminator="loop"),
+    BeforeValidator(_named("loop", "nsb"), json_schema_input_type=LoopName | OuterLoopParameters),
 ]

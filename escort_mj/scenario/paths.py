@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.schema import Scenario
 
-TAGS = ("behavior", "law")  # keys that tell apart the tables which may stand in one place
+TAGS = ("behavior", "law", "loop")  # keys that tell apart the tables which may stand in one place
 
 
 class Location(NamedTuple):

@@ -12,6 +12,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 from escort_mj.control.behaviors import AvoidObstacles, Surface, Vertices
 from escort_mj.control.failure import Failure
 from escort_mj.control.laws import ApdSmc
+from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
@@ -23,6 +24,7 @@ from escort_mj.scenario.fields import (
     Force,
     Law,
     Mass,
+    OuterLoop,
     Radius,
     Vector,
 )
@@ -159,6 +161,8 @@ class Mission(Parameters):
     """Phases with other behaviors, orders or gains, by time or condition; else `behaviors` rules."""
     trigger: Trigger | None = None
     """When a robot computes its reference velocity anew; null: at every physics step."""
+    outer: OuterLoop = Nsb()
+    """How behaviors become one velocity: `nsb` (the paper) or a baseline; a name, or a table with gains."""
     target_feedforward: bool = True
     """Whether robots add the target's measured velocity to the escort behaviors (the paper does not)."""
     max_speed: PositiveFloat | None = None

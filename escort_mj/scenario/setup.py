@@ -33,6 +33,7 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         seed=scenario.seed,
         behaviors=scenario.mission.behaviors,
         law=scenario.controller,
+        outer=scenario.mission.outer,
         radius=scenario.mission.radius,
         target_feedforward=scenario.mission.target_feedforward,
         max_speed=scenario.mission.max_speed or math.inf,

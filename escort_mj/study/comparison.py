@@ -16,7 +16,7 @@ from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks import check_scenario
 from escort_mj.scenario.findings import nearest
 from escort_mj.signals import METRICS
-from escort_mj.study.laws import controller_of
+from escort_mj.study.laws import controller_of, outer_of
 from escort_mj.study.measured import Quantity, true_error_rms
 from escort_mj.study.runs import FINAL, run_once
 
@@ -31,7 +31,7 @@ LAWS = {
     "computed_torque": "computed torque",
     "super_twisting": "super-twisting",
 }
-OUTERS = {"nsb": "NSB"}
+OUTERS = {"nsb": "NSB", "potential_field": "potential field", "barrier_filter": "barrier filter"}
 
 TRUE_ERROR, TRUE_PEAK = "true_error_rms", "true_error_max"
 _OF_METRICS = {metric.name: Quantity(metric.unit, metric.meaning) for metric in METRICS}
@@ -155,6 +155,7 @@ def scenario_of(base: Scenario, trial: Trial) -> Scenario:
             "name": trial.name,
             "seed": trial.seed,
             "controller": controller_of(base, trial.law),
+            "mission": base.mission.model_copy(update={"outer": outer_of(base, trial.outer)}),
             "expect": (),
         }
     )

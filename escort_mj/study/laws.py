@@ -1,8 +1,9 @@
-"""One scenario under other laws."""
+"""One scenario under other laws and outer loops."""
 
 from __future__ import annotations
 
 from escort_mj.control.laws import LAWS, LawParameters
+from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.scenario import Scenario
 
 
@@ -21,3 +22,11 @@ def controller_of(base: Scenario, law: str) -> LawParameters:
         key for key in type(base.controller).model_fields if key in model.model_fields and key not in own
     ]
     return model(**{key: getattr(base.controller, key) for key in shared})
+
+
+def outer_of(base: Scenario, loop: str) -> OuterLoop:
+    """An outer loop by its name: the scenario's own as it is, any other with its default gains."""
+    if base.mission.outer.loop == loop:
+        return base.mission.outer
+    (model,) = [model for model in OUTER_LOOPS if model.model_fields["loop"].default == loop]
+    return model()

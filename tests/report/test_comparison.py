@@ -18,7 +18,7 @@ def whole(compiled, tmp_path_factory):
     out, steps = tmp_path_factory.mktemp("comparison"), []
     scenario = load_scenario("main", SHORT)
     result = compare(
-        scenario, out, ["pd,super_twisting"], 2, workers=1, progress=lambda *at: steps.append(at)
+        scenario, out, ["pd,super_twisting"], seeds=2, workers=1, progress=lambda *at: steps.append(at)
     )
     return out, scenario, result, steps
 
@@ -39,9 +39,19 @@ def test_runs_table_and_figures_are_there(whole):
 def test_a_second_time_nothing_runs(whole):
     out, scenario, _, _ = whole
     before = (out / "table.md").read_text()
-    again = compare(scenario, out, ["pd,super_twisting"], 2, workers=1)
+    again = compare(scenario, out, ["pd,super_twisting"], seeds=2, workers=1)
     assert again.lines[0] == "4 runs: 0 run now, 4 had run before"
     assert (out / "table.md").read_text() == before
+
+
+def test_outer_loops_stand_beside_each_other(tmp_path, compiled):
+    scenario = load_scenario("main", SHORT)
+    result = compare(scenario, tmp_path, ["pd"], ["nsb", "barrier_filter,potential_field"], workers=1)
+    assert result.stated and len(result.lines) == 5
+    table = (tmp_path / "table.md").read_text()
+    assert table.startswith("# Outer loops compared: main") and "barrier filter" in table
+    yaml = (tmp_path / "pd-potential_field-seed1" / "scenario.yaml").read_text()
+    assert "potential_field" in yaml
 
 
 def test_what_diverges_is_a_row_and_is_drawn(tmp_path, compiled):
@@ -67,6 +77,8 @@ def test_what_cannot_be_done_is_said_before_anything_runs(tmp_path):
     scenario = load_scenario("main", SHORT)
     with pytest.raises(UsageError, match="--laws lqr"):
         compare(scenario, tmp_path / "out", ["lqr"])
+    with pytest.raises(UsageError, match='--outer nbs: .*did you mean "nsb"'):
+        compare(scenario, tmp_path / "out", ["pd"], ["nbs"])
     with pytest.raises(UsageError, match="--docs"):
         compare(scenario, tmp_path / "out", docs=tmp_path / "missing.md")
     assert not (tmp_path / "out").exists()

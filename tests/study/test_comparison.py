@@ -7,6 +7,7 @@ import pytest
 from escort_mj.api import load_scenario
 from escort_mj.control.laws import LAWS as MODELS
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
+from escort_mj.control.outer_loops import OUTER_LOOPS, BarrierFilter, Nsb, PotentialField
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.scenario import parse_scenario
 from escort_mj.study.comparison import (
@@ -35,7 +36,7 @@ from escort_mj.study.comparison_table import (
     page,
     summary,
 )
-from escort_mj.study.laws import controller_of
+from escort_mj.study.laws import controller_of, outer_of
 
 
 def test_every_law_has_a_name_for_people():
@@ -189,4 +190,12 @@ def test_a_trial_is_measured_and_not_run_again(tmp_path, compiled):
 
 
 def test_every_outer_loop_has_a_name_for_people():
-    assert "nsb" in OUTERS
+    assert list(OUTERS) == [model.model_fields["loop"].default for model in OUTER_LOOPS]
+
+
+def test_an_outer_loop_keeps_its_own_gains_and_others_have_their_defaults():
+    base = parse_scenario("mission: {outer: {loop: barrier_filter, rate: 3}}")
+    assert outer_of(base, "barrier_filter") == BarrierFilter(rate=3)
+    assert outer_of(base, "nsb") == Nsb()
+    assert outer_of(base, "potential_field") == PotentialField()
+    assert scenario_of(base, Trial("pd", "nsb", 0)).mission.outer == Nsb()

@@ -1,0 +1,179 @@
+"""A control-barrier-function filter: the nearest velocity that keeps every distance safe."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.control.outer_loops.nearby import bearing, reach_of
+from escort_mj.control.parameters import Parameters
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+
+Array = NDArray[np.float64]
+
+STIFFNESS = 1e4  # weight of a violated constraint against the change of velocity: violations of 1e-4 of it
+MOST_STEPS = 60  # of the minimization; a handful is needed
+HALVINGS = 40
+CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
+
+
+class BarrierFilter(Parameters):
+    """The escort behaviors by priority, and a filter in place of the avoidance task (Ames et al. 2017).
+
+    With h = d - d_0 the room left to an obstacle, d_0 the safe distance of avoid_obstacles, the velocity is
+    the one nearest to what the behaviors want for which h' >= -rate * h for each obstacle; of two teammates
+    each takes half of it (Wang, Ames, Egerstedt 2017). Where no velocity can do that, the violations are
+    least in the square.
+    """
+
+    loop: Literal["barrier_filter"] = "barrier_filter"
+    rate: PositiveFloat = 1.0
+    """Share of the room left that may be used up per second, or of missing room that is won back [1/s]."""
+
+
+@inlined
+def filter_velocity(
+    robot: int,
+    q: Array,
+    lost: Array,
+    obstacle_position: Array,
+    obstacle_radius: Array,
+    robot_radius: Array,
+    row: Array,
+    rate: float,
+    v: Array,
+) -> bool:
+    """Moves a velocity to the nearest one that keeps the distances safe.
+
+    Minimizes |v - v_nominal|^2 / 2 + STIFFNESS / 2 sum_j max(0, b_j - r_j . v)^2, a quadratic program with
+    one slack per constraint r . v >= b, where r leads away from a body and b = -rate (d - d_0), or half of
+    it between teammates. The function is convex and piecewise quadratic: Newton's method with a line search
+    ends after about as many steps as the set of violated constraints changes.
+
+    Args:
+        robot: Which robot, from 0.
+        q: Measured positions, shape (n, p) [m].
+        lost: 1 for robots that have failed, which do not do their half, shape (n,).
+        obstacle_position: Centers, shape (m, p) [m].
+        obstacle_radius: Shape (m,) [m].
+        robot_radius: Shape (n,) [m].
+        row: The row of avoid_obstacles in the ladder.
+        rate: See `BarrierFilter` [1/s].
+        v: The nominal velocity, shape (p,) [m/s]; changed in place.
+
+    Returns:
+        Whether it had to move.
+    """
+    p = v.shape[0]
+    memory = stack_memory()
+    nominal = vector_at(memory, p)
+    gradient = vector_at(memory + DOUBLE * p, p)
+    step = vector_at(memory + DOUBLE * 2 * p, p)
+    trial = vector_at(memory + DOUBLE * 3 * p, p)
+    direction = vector_at(memory + DOUBLE * 4 * p, p)
+    hessian = matrix_at(memory + DOUBLE * 5 * p, p, p)
+    scale = 0.0
+    for k in range(p):
+        nominal[k] = v[k]
+        scale += abs(v[k])
+    moved = False
+    for _ in range(MOST_STEPS):
+        cost, violated = _cost(
+            robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row, rate,
+            nominal, v, direction, gradient, hessian, True,
+        )  # fmt: skip
+        if not moved and violated == 0:
+            return False
+        moved = True
+        largest, slope = 0.0, 0.0
+        _solve(hessian, gradient, step)
+        for k in range(p):
+            largest = max(largest, abs(step[k]))
+            slope -= gradient[k] * step[k]
+            scale = max(scale, abs(v[k]))
+        if largest <= CLOSE * scale:
+            break
+        share = 1.0
+        for _halving in range(HALVINGS):
+            for k in range(p):
+                trial[k] = v[k] - share * step[k]
+            better, violated = _cost(
+                robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row, rate,
+                nominal, trial, direction, gradient, hessian, False,
+            )  # fmt: skip
+            if better <= cost + 1e-4 * share * slope + 1e-14 * cost:
+                break
+            share *= 0.5
+        for k in range(p):
+            v[k] = trial[k]
+    return moved
+
+
+@inlined
+def _cost(
+    robot: int,
+    q: Array,
+    lost: Array,
+    obstacle_position: Array,
+    obstacle_radius: Array,
+    robot_radius: Array,
+    row: Array,
+    rate: float,
+    nominal: Array,
+    v: Array,
+    direction: Array,
+    gradient: Array,
+    hessian: Array,
+    differentiated: bool,
+) -> tuple[float, int]:
+    """What `filter_velocity` minimizes, its derivatives where asked for, and how many are violated."""
+    p = v.shape[0]
+    cost, violated = 0.0, 0
+    for k in range(p):
+        cost += 0.5 * (v[k] - nominal[k]) ** 2
+        if differentiated:
+            gradient[k] = v[k] - nominal[k]
+            for column in range(p):
+                hessian[k, column] = 1.0 if k == column else 0.0
+    obstacles = obstacle_radius.shape[0]
+    for other in range(obstacles + robot_radius.shape[0]):
+        reach, _ = reach_of(robot, other, lost, obstacle_radius, robot_radius, row)
+        if reach == 0.0:
+            continue
+        shared = other >= obstacles and lost[other - obstacles] == 0.0
+        missing = rate * (reach - bearing(robot, other, q, obstacle_position, direction))
+        missing *= 0.5 if shared else 1.0
+        for k in range(p):
+            missing -= direction[k] * v[k]
+        if missing <= 0.0:
+            continue
+        violated += 1
+        cost += 0.5 * STIFFNESS * missing * missing
+        if differentiated:
+            for k in range(p):
+                gradient[k] -= STIFFNESS * missing * direction[k]
+                for column in range(p):
+                    hessian[k, column] += STIFFNESS * direction[k] * direction[column]
+    return cost, violated
+
+
+@inlined
+def _solve(a: Array, b: Array, x: Array) -> None:
+    """Solves a x = b for a symmetric positive definite matrix, which is used up; shape (p, p)."""
+    p = b.shape[0]
+    for k in range(p):
+        x[k] = b[k]
+    for k in range(p):
+        for i in range(k + 1, p):
+            factor = a[i, k] / a[k, k]
+            x[i] -= factor * x[k]
+            for j in range(k, p):
+                a[i, j] -= factor * a[k, j]
+    for back in range(p):
+        k = p - 1 - back
+        for j in range(k + 1, p):
+            x[k] -= a[k, j] * x[j]
+        x[k] /= a[k, k]

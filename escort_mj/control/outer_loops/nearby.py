@@ -1,0 +1,69 @@
+"""What the baselines avoid: obstacles and teammates, with the distances of the avoid_obstacles behavior."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.kernels import inlined
+
+Array = NDArray[np.float64]
+
+
+@inlined
+def reach_of(
+    robot: int, other: int, lost: Array, obstacle_radius: Array, robot_radius: Array, row: Array
+) -> tuple[float, float]:
+    """How near another body may come to a robot, and what part of it is bodies.
+
+    Args:
+        robot: Which robot, from 0.
+        other: Which body: obstacles first, then robots.
+        lost: 1 for robots that have failed, which are obstacles (remark 2), shape (n,).
+        obstacle_radius: Shape (m,) [m].
+        robot_radius: Shape (n,) [m].
+        row: The row of avoid_obstacles in the ladder: see `packing.pack`.
+
+    Returns:
+        Least distance of the centers, 0 for what is not avoided, and the part of it that does not count as
+        distance between the two [m].
+    """
+    obstacles = obstacle_radius.shape[0]
+    mate = other - obstacles
+    safe, radius = row[1], 0.0
+    if mate < 0:
+        radius = obstacle_radius[other]
+    else:
+        radius = robot_radius[mate]
+        safe = max(row[1], row[2]) if lost[mate] != 0.0 else row[2]
+        if mate == robot:
+            safe = 0.0
+    bodies = row[4] * (robot_radius[robot] + radius)
+    return (safe + bodies if safe > 0.0 else 0.0), bodies
+
+
+@inlined
+def bearing(robot: int, other: int, q: Array, obstacle_position: Array, direction: Array) -> float:
+    """Distance of a robot from another body's center [m], and the unit vector that leads away from it.
+
+    Args:
+        robot: Which robot, from 0.
+        other: Which body: obstacles first, then robots.
+        q: Measured positions, shape (n, p) [m].
+        obstacle_position: Centers, shape (m, p) [m].
+        direction: Result, shape (p,); the first axis where both are in one place.
+    """
+    axes, mate = q.shape[1], other - obstacle_position.shape[0]
+    square = 0.0
+    for k in range(axes):
+        direction[k] = q[robot, k] - (obstacle_position[other, k] if mate < 0 else q[mate, k])
+        square += direction[k] * direction[k]
+    distance = math.sqrt(square)
+    for k in range(axes):
+        if distance > 0.0:
+            direction[k] /= distance
+        else:
+            direction[k] = 1.0 if k == 0 else 0.0
+    return distance

@@ -1,0 +1,227 @@
+"""The baselines of the outer loop: the filter's quadratic program, and the fields' repulsion."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from escort_mj.control.behaviors import AvoidObstacles, Surface
+from escort_mj.control.laws import ApdSmc
+from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.outer_loops.barrier_filter import STIFFNESS, filter_velocity
+from escort_mj.control.outer_loops.potential_field import repulsion
+from escort_mj.control.reference.outer_loops import filtered, least_change, repulsions
+from escort_mj.control.setup import Setup
+from escort_mj.kernels import kernel
+
+
+class Origin:
+    def position(self, t):
+        return np.zeros(2)
+
+    velocity = position
+
+
+def crowd(axes: int, seed: int) -> tuple[Setup, AvoidObstacles, np.ndarray, np.ndarray, np.ndarray]:
+    """Robots and obstacles so dense that constraints contradict each other; q, nominal v, who is lost."""
+    rng = np.random.default_rng([axes, seed])
+    n, m = int(rng.integers(1, 7)), int(rng.integers(0, 7))
+    spread = float(rng.choice([0.5, 1.5, 4.0]))
+    avoid = AvoidObstacles(
+        safe_distance=float(rng.uniform(0.3, 2.5)),
+        teammate_distance=float(rng.uniform(0.3, 2.5)),
+        measure=str(rng.choice(["center", "surface"])),
+        teammates=bool(rng.integers(4)),
+    )
+    setup = Setup(
+        timestep=0.002,
+        seed=0,
+        behaviors=(avoid, Surface()),
+        law=ApdSmc(),
+        radius=5.0,
+        target_feedforward=False,
+        max_speed=math.inf,
+        arrangement=None,
+        obstacle_position=rng.normal(scale=spread, size=(m, axes)),
+        obstacle_radius=rng.uniform(0.1, 0.5, m),
+        robot_radius=rng.uniform(0.1, 0.3, n),
+        force_limit=np.full(n, math.inf),
+        noise_position=0.0,
+        noise_velocity=0.0,
+        target=Origin(),
+        disturbance=None,
+    )
+    q, v = rng.normal(scale=spread, size=(n, axes)), rng.normal(scale=2.0, size=(n, axes))
+    if seed % 10 == 0 and m:
+        q[0] = setup.obstacle_position[0]
+    return setup, avoid, q, v, rng.random(n) < 0.2
+
+
+def row_of(setup: Setup, avoid: AvoidObstacles) -> np.ndarray:
+    return np.array(
+        [0.0, avoid.safe_distance, setup.teammate_distance(avoid), 0.1, avoid.measure == "surface", 0.0]
+    )
+
+
+@kernel
+def filter_all(q, lost, position, radius, robot_radius, row, rate, v, moved):
+    if q.shape[1] == 2 or q.shape[1] == 3:
+        for i in range(q.shape[0]):
+            moved[i] = filter_velocity(i, q, lost, position, radius, robot_radius, row, rate, v[i])
+
+
+@kernel
+def repel_all(q, lost, position, radius, robot_radius, row, gain, least, direction, v, moved):
+    for i in range(q.shape[0]):
+        moved[i] = repulsion(i, q, lost, position, radius, robot_radius, row, gain, least, direction, v[i])
+
+
+def by_kernel(loop, setup, avoid, nominal, q, lost):
+    v, moved = nominal.copy(), np.zeros(len(q))
+    bodies = (setup.obstacle_position, setup.obstacle_radius, setup.robot_radius, row_of(setup, avoid))
+    if isinstance(loop, BarrierFilter):
+        filter_all(q, lost.astype(float), *bodies, loop.rate, v, moved)
+    else:
+        numbers = loop.gain, loop.least_distance
+        repel_all(q, lost.astype(float), *bodies, *numbers, np.zeros(q.shape[1]), v, moved)
+    return v, moved != 0.0
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_the_filter_solves_its_program(axes: int) -> None:
+    """Newton's method in the kernel against Lawson and Hanson's non-negative least squares."""
+    changed = crowded = 0
+    for seed in range(300):
+        setup, avoid, q, nominal, lost = crowd(axes, seed)
+        barrier = BarrierFilter(rate=float(np.random.default_rng(seed).uniform(0.2, 5.0)))
+        v, moved = by_kernel(barrier, setup, avoid, nominal, q, lost)
+        expected, must = filtered(barrier, avoid, nominal, q, setup, lost)
+        np.testing.assert_array_equal(moved, must)
+        np.testing.assert_allclose(v, expected, rtol=0.0, atol=1e-8 * max(1.0, np.abs(expected).max()))
+        changed += int(must.sum())
+        crowded += int((np.linalg.norm(v - nominal, axis=1) > 1.0).sum())
+    assert changed > 300 and crowded > 100
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("measure", ["center", "surface"])
+def test_no_distance_falls_below_the_safe_one(measure: str, axes: int) -> None:
+    """Robots swap places through the middle, where an obstacle stands; one of them has stopped for good."""
+    rng = np.random.default_rng(3)
+    setup, _, _, _, _ = crowd(axes, 1)
+    avoid = AvoidObstacles(safe_distance=1.0, teammate_distance=0.7, measure=measure)
+    q = 4.0 * np.vstack([np.eye(axes), -np.eye(axes)]) + rng.normal(scale=0.1, size=(2 * axes, axes))
+    n = len(q)
+    setup = replace(
+        setup,
+        behaviors=(avoid, Surface()),
+        obstacle_position=np.zeros((1, axes)),
+        obstacle_radius=np.array([0.4]),
+        robot_radius=np.full(n, 0.2),
+    )
+    goal, lost = -q, np.arange(n) == 1
+    q[1] *= 0.6
+    bodies = measure == "surface"
+    nearest = {"obstacle": math.inf, "lost": math.inf, "mate": math.inf}
+    for _ in range(2000):
+        nominal = np.clip(goal - q, -2.0, 2.0)
+        v, _ = by_kernel(BarrierFilter(rate=2.0), setup, avoid, nominal, q, lost)
+        v[lost] = 0.0
+        q = q + 0.005 * v
+        gaps = np.linalg.norm(q[:, None] - q, axis=2) + 100.0 * np.eye(n) - 0.4 * bodies
+        nearest["obstacle"] = min(nearest["obstacle"], np.linalg.norm(q, axis=1).min() - 0.6 * bodies)
+        nearest["lost"] = min(nearest["lost"], gaps[:, lost].min())
+        nearest["mate"] = min(nearest["mate"], gaps[:, ~lost][~lost].min())
+    assert 0.99 < nearest["obstacle"] < 1.01
+    assert nearest["lost"] > 0.99 and nearest["mate"] > 0.69
+
+
+def test_one_wall_takes_the_velocity_into_it() -> None:
+    """One constraint: the tangential part stays, the part toward the obstacle is what the barrier allows."""
+    setup, avoid, _, _, _ = crowd(2, 0)
+    setup = replace(
+        setup,
+        obstacle_position=np.zeros((1, 2)),
+        obstacle_radius=np.array([0.5]),
+        robot_radius=np.array([0.2]),
+    )
+    avoid = AvoidObstacles(safe_distance=1.0, measure="center")
+    barrier, q, lost = BarrierFilter(rate=2.0), np.array([[1.5, 0.0]]), np.array([False])
+    v, moved = by_kernel(barrier, setup, avoid, np.array([[-3.0, 0.7]]), q, lost)
+    assert moved[0]
+    np.testing.assert_allclose(v, [[-2.0 * 0.5 - 2.0 / (STIFFNESS + 1.0), 0.7]], rtol=1e-12)
+    for harmless in ([[3.0, 0.7]], [[-0.99, -5.0]]):
+        v, moved = by_kernel(barrier, setup, avoid, np.array(harmless), q, lost)
+        assert not moved[0] and np.array_equal(v, harmless)
+    inside = np.array([[0.25, 0.0]])
+    v, _ = by_kernel(barrier, setup, avoid, np.zeros((1, 2)), inside, lost)
+    np.testing.assert_allclose(v, [[2.0 * 0.75, 0.0]], rtol=1e-3)
+    v, _ = by_kernel(barrier, setup, avoid, np.zeros((1, 2)), 0.0 * inside, lost)  # no way is out: any is
+    np.testing.assert_allclose(v, [[2.0, 0.0]], rtol=1e-3)
+
+
+def test_contradictions_end_in_the_least_violation() -> None:
+    """Between two obstacles too close to each other a robot goes to the middle."""
+    setup, _, _, _, _ = crowd(2, 0)
+    setup = replace(
+        setup,
+        obstacle_position=np.array([[-1.0, 0.0], [1.0, 0.0]]),
+        obstacle_radius=np.full(2, 0.1),
+        robot_radius=np.array([0.2]),
+    )
+    avoid = AvoidObstacles(safe_distance=2.0, measure="center")
+    q, lost = np.array([[0.3, 0.0]]), np.array([False])
+    v, _ = by_kernel(BarrierFilter(rate=1.0), setup, avoid, np.array([[5.0, 0.3]]), q, lost)
+    # r = (1, 0) asks for at least 0.7, r = (-1, 0) for at least 1.3: halfway is -0.3.
+    np.testing.assert_allclose(v, [[-0.3, 0.3]], atol=1e-3)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_repulsion_is_khatibs(axes: int) -> None:
+    for seed in range(100):
+        setup, avoid, q, nominal, lost = crowd(axes, seed)
+        field = PotentialField(gain=0.7, least_distance=0.15)
+        v, repelled = by_kernel(field, setup, avoid, nominal, q, lost)
+        push, near = repulsions(field, avoid, q, setup, lost)
+        np.testing.assert_array_equal(repelled, near)
+        np.testing.assert_allclose(v, nominal + push, rtol=0.0, atol=1e-10 * max(1.0, np.abs(push).max()))
+
+
+def test_repulsion_is_the_gradient_of_its_potential() -> None:
+    """gain / 2 (1/d - 1/d_0)^2, by differences."""
+    setup, _, _, _, _ = crowd(3, 1)
+    setup = replace(
+        setup,
+        obstacle_position=np.array([[0.2, -0.1, 0.4]]),
+        obstacle_radius=np.array([0.3]),
+        robot_radius=np.array([0.2]),
+    )
+    avoid, field = AvoidObstacles(safe_distance=1.5, measure="surface"), PotentialField(gain=0.4)
+
+    def potential(q: np.ndarray) -> float:
+        d = float(np.linalg.norm(q - setup.obstacle_position[0])) - 0.5
+        return 0.2 * (1.0 / d - 1.0 / 1.5) ** 2 if d < 1.5 else 0.0
+
+    for q in np.array([[1.0, 0.5, 0.9], [1.2, -0.4, 0.0], [3.0, 0.0, 0.0]]):
+        push, repelled = by_kernel(field, setup, avoid, np.zeros((1, 3)), q[None], np.array([False]))
+        steps = 1e-6 * np.eye(3)
+        gradient = [(potential(q + step) - potential(q - step)) / 2e-6 for step in steps]
+        np.testing.assert_allclose(push[0], -np.array(gradient), rtol=1e-6, atol=1e-9)
+        assert repelled[0] == (potential(q) > 0.0)
+
+
+def test_the_least_change_is_the_least() -> None:
+    """No neighbor of the solution costs less."""
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        rows = rng.normal(size=(4, 3))
+        rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+        missing = rng.normal(size=4)
+        missing[0] = 1.0
+
+        def cost(x: np.ndarray, rows=rows, missing=missing) -> float:
+            return float(x @ x + STIFFNESS * np.sum(np.maximum(missing - rows @ x, 0.0) ** 2))
+
+        x = least_change(rows, missing)
+        assert all(cost(x) <= cost(x + 1e-4 * rng.normal(size=3)) for _ in range(50))
