@@ -11,11 +11,11 @@ from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.noise import measure_with_noise
-from escort_mj.control.outer import outer_loop
 from escort_mj.control.plan import LAST_TIME, STARTED, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.control.supervisor import FIRST, LEVELS, supervise
 from escort_mj.control.trigger import refresh
+from escort_mj.control.velocity import reference_velocity
 from escort_mj.kernels import inlined
 
 
@@ -48,7 +48,7 @@ def evaluate(plan: Plan, state: State) -> None:
         phase = plan.phases[int(state.phase[i])]
         first, levels = int(phase[FIRST]), int(phase[LEVELS])
         if state.fresh[i] != 0.0:
-            outer_loop(i, first, levels, plan, state)
+            reference_velocity(i, first, levels, plan, state)
             if moved and state.lost[i] == 0.0:
                 state.outer_updates[i] += 1.0
         if sampled:

@@ -12,6 +12,7 @@ from escort_mj.control.behaviors.vertices import to_vertex
 from escort_mj.control.nsb import INACTIVE, TANGENT, add_within_limit, combine, leave
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
+    BARRIER_FILTER,
     CHORDS,
     MAX_CYCLES,
     MAX_LEVELS,
@@ -129,6 +130,10 @@ def outer_loop(i: int, first: int, levels: int, plan: Plan, state: State) -> Non
 
     for level in range(levels - 1, -1, -1):
         row = plan.ladder[first + level]
+        if row[0] == AVOID_OBSTACLES and plan.outer == BARRIER_FILTER:  # which does that in its own way
+            for k in range(p):
+                parts[level, k] = 0.0
+            continue
         rank = wish(i, row, plan, state, directions, weights, speeds, parts[level])
         if rank == INACTIVE:
             continue

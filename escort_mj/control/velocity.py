@@ -42,13 +42,17 @@ def reference_velocity(i: int, first: int, levels: int, plan: Plan, state: State
 def _add_up(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     """Potential fields: the sum of all wishes and repulsions, slowed down where it is too fast."""
     p = state.q.shape[1]
+    state.avoidance_active[i] = 0.0
+    for k in range(p):
+        state.v_d[i, k] = 0.0
+    if state.lost[i] != 0.0:
+        return
     memory = stack_memory()
     directions = matrix_at(memory, MAX_CYCLES, p)
     weights = vector_at(memory + DOUBLE * MAX_CYCLES * p, MAX_CYCLES)
     speeds = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 1), MAX_CYCLES)
     part = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 2), p)
     total = state.v_d[i]
-    repelled = False
     for k in range(p):
         total[k] = state.target_velocity[k] if plan.target_feedforward else 0.0
     for level in range(first, first + levels):
@@ -58,11 +62,11 @@ def _add_up(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
                 i, state.q_measured, state.lost, plan.obstacle_position, plan.obstacle_radius,
                 plan.robot_radius, row, plan.outer_gain, plan.outer_distance, directions[0], total,
             )  # fmt: skip
+            state.avoidance_active[i] = 1.0 if repelled else 0.0
         else:
             wish(i, row, plan, state, directions, weights, speeds, part)
             for k in range(p):
                 total[k] += part[k]
-    state.avoidance_active[i] = 1.0 if repelled else 0.0
     _slow_down(i, plan, state)
 
 
@@ -75,7 +79,7 @@ def _filter(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     moved = False
     for level in range(first, first + levels):
         row = plan.ladder[level]
-        if row[0] == AVOID_OBSTACLES:
+        if row[0] == AVOID_OBSTACLES and state.lost[i] == 0.0:
             moved = filter_velocity(
                 i, state.q_measured, state.lost, plan.obstacle_position, plan.obstacle_radius,
                 plan.robot_radius, row, plan.outer_gain, state.v_d[i],

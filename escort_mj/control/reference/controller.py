@@ -13,7 +13,7 @@ from escort_mj.control.reference.conflicts import Tasks, weigh
 from escort_mj.control.reference.failure import Team, motors
 from escort_mj.control.reference.laws import demand
 from escort_mj.control.reference.noise import ball_noise
-from escort_mj.control.reference.outer import outer_loop
+from escort_mj.control.reference.outer_loops import reference_velocity
 from escort_mj.control.reference.supervisor import Holder, Supervisor
 from escort_mj.control.setup import Setup
 
@@ -147,7 +147,7 @@ class ReferenceController:
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
         for number in np.unique(phase):
             ladder = self._supervisor.ladder(int(number))
-            wanted, active = outer_loop(setup, team, ladder, self._rotation, q, v, e, c, c_dot)
+            wanted, active = reference_velocity(setup, team, ladder, self._rotation, q, v, e, c, c_dot)
             mine = (phase == number) & fresh
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]
             chosen[int(number)] = weigh(setup, team, ladder, self._rotation, q, v, e, c)
