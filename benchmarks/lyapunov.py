@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
 import os
-import re
-from collections.abc import Iterable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
 import numpy as np  # noqa: E402
 
+from benchmarks.document import publish, several, table, wants_docs  # noqa: E402
 from escort_mj.api import load_scenario  # noqa: E402
 from escort_mj.mission import Run, fly  # noqa: E402
 
-DOCS = Path(__file__).parents[1] / "docs" / "theory.md"
+PAGE = "theory.md"
 TIMESTEPS = (0.002, 0.001, 0.0005, 0.00025)
 ROUNDING = 1e-12  # [J]
 COMMON = ["expect=[]", "recording.truth=true"]
@@ -68,11 +66,6 @@ def number(value: float) -> str:
     return f"{value:.3g}" if abs(value) > ROUNDING else "0"
 
 
-def several(values: Iterable[float]) -> str:
-    """Numbers that share a cell."""
-    return " / ".join(f"{value:.2g}" for value in values)
-
-
 def growth() -> Iterator[list[str]]:
     """Rows: V1 of the team at the end and at most after its first second, its rise, and its causes."""
     for words, (scenario, overrides) in GROWTH.items():
@@ -82,12 +75,6 @@ def growth() -> Iterator[list[str]]:
         change = done.trace["lyapunov_change"].sum("robot").isel(time=-1)
         numbers = [float(value[0]), later, float(value[-10:].mean()), done.metrics["lyapunov_rise"]["value"]]
         yield [words, *map(number, [*numbers, *change.values])]
-
-
-def table(head: list[str], rows: Iterator[list[str]]) -> str:
-    """A Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
 def tables() -> dict[str, str]:
@@ -109,19 +96,8 @@ def tables() -> dict[str, str]:
 
 def main(arguments: Any = None) -> None:
     """Measures, prints the tables, and writes them into the document if asked."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--docs", action="store_true", help=f"write the tables into {DOCS.name}")
-    write = parser.parse_args(arguments).docs
-    text = DOCS.read_text(encoding="utf-8")
-    for name, found in tables().items():
-        print(f"{name}\n\n{found}\n")
-        place = re.compile(rf"(<!-- {name} -->\n).*?(\n<!-- end -->)", re.DOTALL)
-        text, count = place.subn(lambda match, found=found: match[1] + found + match[2], text)
-        if count != 1:
-            raise SystemExit(f"{DOCS} has {count} places for {name}")
-    if write:
-        DOCS.write_text(text, encoding="utf-8")
-        print(f"wrote {DOCS}")
+    write = wants_docs(__doc__, PAGE, arguments)
+    publish(PAGE, tables(), write)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import lyapunov
+from benchmarks.document import DOCS
 
 
 def rows(text: str) -> dict[str, list[str]]:
@@ -14,7 +15,7 @@ def rows(text: str) -> dict[str, list[str]]:
 
 
 def part(name: str) -> dict[str, list[str]]:
-    text = lyapunov.DOCS.read_text(encoding="utf-8")
+    text = DOCS / lyapunov.PAGE.read_text(encoding="utf-8")
     found = re.search(rf"<!-- {name} -->\n(.*?)\n<!-- end -->", text, re.DOTALL)
     assert found, name
     return rows(found[1])

@@ -1,0 +1,44 @@
+"""Tables measured by a benchmark, and their places in the docs: nobody types them."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+def table(head: list[str], rows: Iterable[list[str]]) -> str:
+    """A Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def several(values: Iterable[float]) -> str:
+    """Numbers that share a cell."""
+    return " / ".join(f"{value:.2g}" for value in values)
+
+
+def wants_docs(description: str | None, page: str, arguments: Any = None) -> bool:
+    """Reads the command line: whether the tables are to be written into their page."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--docs", action="store_true", help=f"write the tables into docs/{page}")
+    return bool(parser.parse_args(arguments).docs)
+
+
+def publish(page: str, tables: Mapping[str, str], write: bool) -> None:
+    """Prints tables by name, and puts them between the marks of their names in a page of the docs."""
+    path = DOCS / page
+    text = path.read_text(encoding="utf-8")
+    for name, found in tables.items():
+        print(f"{name}\n\n{found}\n")
+        place = re.compile(rf"(<!-- {name} -->\n).*?(\n<!-- end -->)", re.DOTALL)
+        text, count = place.subn(lambda match, found=found: match[1] + found + match[2], text)
+        if count != 1:
+            raise SystemExit(f"{path} has {count} places for {name}")
+    if write:
+        path.write_text(text, encoding="utf-8")
+        print(f"wrote {path}")
