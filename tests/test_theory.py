@@ -15,7 +15,7 @@ def rows(text: str) -> dict[str, list[str]]:
 
 
 def part(name: str) -> dict[str, list[str]]:
-    text = DOCS / lyapunov.PAGE.read_text(encoding="utf-8")
+    text = (DOCS / lyapunov.PAGE).read_text(encoding="utf-8")
     found = re.search(rf"<!-- {name} -->\n(.*?)\n<!-- end -->", text, re.DOTALL)
     assert found, name
     return rows(found[1])
