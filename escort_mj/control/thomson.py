@@ -121,13 +121,27 @@ def figure(positions: Array, center: Array) -> Figure:
     offset = positions - center
     directions = offset / np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-12)
     vertices = _nearest_placing(even_points(count, axes), directions)
-    i, j = np.triu_indices(count, 1)
-    distance = np.linalg.norm(vertices[i] - vertices[j], axis=1)
-    nearest = np.full(count, np.inf)
+    return Figure(vertices, *nearest_edges(vertices))
+
+
+def nearest_edges(points: Array) -> tuple[NDArray[np.int64], Array]:
+    """Edges of an even figure: pairs that are about as near as either end's nearest point.
+
+    Args:
+        points: Shape (n, p).
+
+    Returns:
+        Pairs, the lower first, shape (edges, 2), and their distances, shape (edges,).
+    """
+    i, j = np.triu_indices(len(points), 1)
+    distance = np.linalg.norm(points[i] - points[j], axis=1)
+    nearest = np.full(len(points), np.inf)
     np.minimum.at(nearest, i, distance)
     np.minimum.at(nearest, j, distance)
-    edge = distance <= 1.2 * np.maximum(nearest[i], nearest[j]) if count > 1 else np.zeros(0, dtype=bool)
-    return Figure(vertices, np.stack([i[edge], j[edge]], axis=1).astype(np.int64), distance[edge])
+    edge = (
+        distance <= 1.2 * np.maximum(nearest[i], nearest[j]) if len(points) > 1 else np.zeros(0, dtype=bool)
+    )
+    return np.stack([i[edge], j[edge]], axis=1).astype(np.int64), distance[edge]
 
 
 def _nearest_placing(points: Array, directions: Array) -> Array:

@@ -12,9 +12,11 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.report.losses import LOST
 from escort_mj.report.style import Key
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 BINS = 1200  # points across a panel; more cannot be seen
 AVERAGED = 1.0  # window of a running average [s]; less in a short run
@@ -31,6 +33,7 @@ def draw_curves(
     colors: Sequence[Any],
     average: Callable[[Array, Array], Array] | None = None,
     lowest: bool = False,
+    lost: Flags | None = None,
 ) -> None:
     """One curve per column.
 
@@ -41,19 +44,26 @@ def draw_curves(
         colors: A color per curve, or a pair of colors, the second dashed over the first.
         average: Draw the curve faintly, and this running average of it (over time, values) boldly.
         lowest: Keep the lowest of each bin only, for quantities of which only the worst matters.
+        lost: Which robots, one per curve, the team has lost, shape (T, curves): behind a cross their
+            curves are gray and faint.
     """
     many = values.shape[1] > palette.MOST_DISTINCT
     width = 0.6 if many else 1.1
     values = np.clip(values, -MOST, MOST)
     for column, color in enumerate(colors):
         curve = values[:, column]
+        end = len(time) if lost is None else int((~lost[:, column]).sum())
+        if end < len(time):
+            axes.plot(*thin(time[end:], curve[end:]), color=LOST, linewidth=FAINT, zorder=1.8)
+            axes.plot(time[end], curve[end], "x", color=color, markersize=6, markeredgewidth=1.6, zorder=3.2)
+            curve = curve[:end]
         first, *second = color if isinstance(color[0], tuple) else (color,)
-        style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(time) == 1 else {}
+        style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(curve) == 1 else {}
         if average is not None:
             if not many:
-                axes.plot(*thin(time, curve), color=first, linewidth=FAINT, alpha=0.3)
-            curve = average(time, curve)
-        x, y = thin(time, curve, lowest)
+                axes.plot(*thin(time[:end], curve), color=first, linewidth=FAINT, alpha=0.3)
+            curve = average(time[:end], curve)
+        x, y = thin(time[:end], curve, lowest)
         axes.plot(x, y, color=first, linewidth=width, **style)
         for other in second:
             axes.plot(x, y, color=other, linewidth=width, linestyle=TWIN, **style)
@@ -124,7 +134,11 @@ def limit_line(axes: Axes, value: float, words: str, color: palette.Color = pale
 
 def log_scale(axes: Axes) -> None:
     """A logarithmic scale over what the bold curves span, at least a decade, at most nine."""
-    bold = [np.asarray(line.get_ydata(), float) for line in axes.lines if line.get_linewidth() > FAINT]
+    bold = [
+        np.asarray(line.get_ydata(), float)
+        for line in axes.lines
+        if line.get_linewidth() > FAINT and line.get_marker() != "x"
+    ]
     values = np.concatenate([*bold, np.zeros(0)])
     values = values[np.isfinite(values) & (values > 0.0)]
     high = float(np.clip(values.max(initial=LEAST), 10 * LEAST, MOST))

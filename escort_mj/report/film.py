@@ -13,6 +13,7 @@ from escort_mj.errors import RenderError
 from escort_mj.palette import MOST_DISTINCT
 from escort_mj.report.camera import View
 from escort_mj.report.encode import VideoFile
+from escort_mj.report.losses import LOST
 from escort_mj.report.overlay import Overlay
 from escort_mj.report.replay import Moment, Replay
 from escort_mj.report.scene import Scenery
@@ -72,6 +73,8 @@ def film(
         for done, time in enumerate(times, 1):
             moment = replay.at(float(time))
             _pose(model, data, moment, target)
+            for robot in np.flatnonzero(replay.lost[moment.sample]):
+                model.geom(f"robot_{robot + 1}_body").rgba[:3] = LOST
             view = shot.view(moment.time)
             model.stat.extent = view.distance  # near and far limits of the view are given in it
             renderer.update_scene(data, _camera(view))
@@ -79,7 +82,8 @@ def film(
             touching = replay.lately(replay.touching, moment, GLOW * video.speed)
             scenery.draw(renderer.scene, moment, avoiding, touching)
             renderer.render(out=frame)
-            overlay.write(frame, moment.time, avoiding, touching, ending if done == len(times) else None)
+            said = ending if done == len(times) else None
+            overlay.write(frame, moment.time, avoiding, touching, replay.lost[moment.sample], said)
             file.add(frame)
             on_frame(done, total)
         for done in range(len(times) + 1, total + 1):

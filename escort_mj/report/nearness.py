@@ -12,7 +12,9 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.record.evenness import lost
 from escort_mj.report.curves import BOUND, draw_curves, limit_line, timeline
+from escort_mj.report.losses import lost_keys
 from escort_mj.report.replay import safe_radius, target_clearance
 from escort_mj.report.style import Key, name_robots
 
@@ -37,7 +39,7 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
     if rows == obstacles:
         for j, axes in enumerate(grid[:rows]):
             axes.set_title(f"To {trace['obstacle'].values[j]}")
-            draw_curves(axes, time, distance[:, :, j], colors)
+            draw_curves(axes, time, distance[:, :, j], colors, lost=lost(trace))
             top = _window(distance[:, :, j], 4.0 * max(safe[:, j].max(), touch[:, j].max()))
             axes.set_ylim(0.0, top)
             axes.axhspan(0.0, float(touch[:, j].min()), color=palette.OBSTACLE, alpha=0.45, linewidth=0)
@@ -47,13 +49,13 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
     else:
         beyond = (distance - safe).min(axis=2)
         grid[0].set_title(f"Beyond the safe distance of the nearest of {obstacles} obstacles")
-        draw_curves(grid[0], time, beyond, colors)
+        draw_curves(grid[0], time, beyond, colors, lost=lost(trace))
         grid[0].set_ylim(min(0.0, float(beyond.min())) - 0.2, _window(beyond, 3.0 * float(safe.max()) + 1.0))
         limit_line(grid[0], 0.0, "", palette.CONTACT)
         grid[0].set_ylabel("m")
     _lanes(grid[-1], trace)
     timeline(grid, time)
-    name_robots(figure, grid, count, others)
+    name_robots(figure, grid, count, [*others, *lost_keys(trace)])
 
 
 def clearances(figure: Figure, trace: xarray.Dataset) -> None:
@@ -65,7 +67,7 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
     grid = np.atleast_1d(figure.subplots(rows + 1, 1, sharex=True, height_ratios=heights))
     for axes, (whom, space) in zip(grid, spaces.items(), strict=False):
         axes.set_title(f"Clearance to {whom}")
-        draw_curves(axes, time, space, palette.robot_colors(count), lowest=True)
+        draw_curves(axes, time, space, palette.robot_colors(count), lowest=True, lost=lost(trace))
         top = _window(space, 4.0 * float(trace.attrs["mission_radius"]))
         axes.set_ylim(min(0.0, float(space.min())) - 0.03 * top, top)
         limit_line(axes, 0.0, "contact", palette.CONTACT)
@@ -77,7 +79,7 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
         axes.set_ylabel("N")
     _lanes(grid[-1], trace)
     timeline(grid, time)
-    name_robots(figure, grid, count)
+    name_robots(figure, grid, count, lost_keys(trace))
 
 
 def clearances_height(trace: xarray.Dataset) -> float:

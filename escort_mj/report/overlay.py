@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from escort_mj import palette
+from escort_mj.report.losses import LOST
 from escort_mj.report.replay import Flags
 
 Pixels = NDArray[np.uint8]
@@ -53,6 +54,7 @@ class Overlay:
         time: float,
         avoiding: Flags,
         touching: Flags,
+        lost: Flags,
         ending: tuple[str, bool] | None = None,
     ) -> None:
         """Writes on a frame, in place.
@@ -62,6 +64,7 @@ class Overlay:
             time: Simulated time [s].
             avoiding: Robots to name as avoiding something, shape (n,).
             touching: Robots to name as touching something, shape (n,).
+            lost: Robots that the team has lost, shape (n,).
             ending: How the run ended, in words, and whether that is well; None before the end.
         """
         image = Image.fromarray(frame)
@@ -72,7 +75,7 @@ class Overlay:
         self._text(draw, (left, self._px(56)), clock, DARK, _font(self._px(18)))
         pace = f"{self.speed:g}× real time" if self.speed != 1 else "real time"
         self._text(draw, (left + self._px(150), self._px(56)), pace, SOFT, _font(self._px(18)))
-        self._legend(draw, avoiding, touching)
+        self._legend(draw, avoiding, touching, lost)
         if ending is not None:
             self._banner(draw, *ending)
         np.copyto(frame, np.asarray(image))
@@ -101,18 +104,20 @@ class Overlay:
         """Words with a pale rim, readable on anything."""
         draw.text(at, words, fill=ink, font=font, stroke_width=self._px(2), stroke_fill=(*PAPER, 170))
 
-    def _legend(self, draw: ImageDraw.ImageDraw, avoiding: Flags, touching: Flags) -> None:
+    def _legend(self, draw: ImageDraw.ImageDraw, avoiding: Flags, touching: Flags, lost: Flags) -> None:
         """Who is who, and who does what: a numbered dot per robot, or a ramp where there are too many."""
         left, middle = self._px(28), self._size[1] - self._px(36)
         if self.count > palette.MOST_DISTINCT:
             right = self._ramp(draw, left, middle)
         else:
-            right = self._dots(draw, left, middle, avoiding, touching)
+            right = self._dots(draw, left, middle, avoiding, touching, lost)
         at = (right + self._px(12), middle - self._px(10))
         if touching.any():
             self._text(draw, at, f"{_named(touching)} in contact", BAD, _font(self._px(16), True))
         elif avoiding.any():
             self._text(draw, at, f"{_named(avoiding)} avoiding", SOFT, _font(self._px(16)))
+        elif lost.any():
+            self._text(draw, at, f"{_named(lost)} lost", SOFT, _font(self._px(16)))
 
     def _ramp(self, draw: ImageDraw.ImageDraw, left: int, middle: int) -> int:
         """Draws the colors of a large team, and returns where they end."""
@@ -126,7 +131,13 @@ class Overlay:
         return left + width + self._px(12) + round(font.getlength(words))
 
     def _dots(
-        self, draw: ImageDraw.ImageDraw, left: int, middle: int, avoiding: Flags, touching: Flags
+        self,
+        draw: ImageDraw.ImageDraw,
+        left: int,
+        middle: int,
+        avoiding: Flags,
+        touching: Flags,
+        lost: Flags,
     ) -> int:
         """Draws a numbered dot per robot, and returns where they end."""
         radius, step = self._px(12), self._px(34)
@@ -134,8 +145,14 @@ class Overlay:
             at = (left + radius + index * step, middle)
             if touching[index] or avoiding[index]:
                 self._dot(draw, at, radius + self._px(4), BAD if touching[index] else (*ink, 110))
+            if lost[index]:
+                ink = _ink(LOST)
             self._dot(draw, at, radius, ink)
             draw.text(at, str(index + 1), fill=_readable_on(ink), font=_font(self._px(14), True), anchor="mm")
+            if lost[index]:
+                x, y, arm = *at, radius - self._px(2)
+                draw.line([x - arm, y - arm, x + arm, y + arm], BAD, self._px(3))
+                draw.line([x - arm, y + arm, x + arm, y - arm], BAD, self._px(3))
         return left + self.count * step
 
     @staticmethod

@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.palette import MOST_DISTINCT
+from escort_mj.record.evenness import lost
 from escort_mj.report.curves import BOUND
+from escort_mj.report.losses import LOST, links, links_at, lost_keys
 from escort_mj.report.replay import safe_radius
 from escort_mj.report.style import WIDTH, Key, name_robots
 
@@ -33,9 +35,8 @@ RANGE = 1e7  # [m]; a run that diverged farther is cut there
 
 def bounds(trace: xarray.Dataset) -> tuple[Array, Array]:
     """Lower and upper corner of everything that happens, shape (axes,) each [m]."""
-    axes = trace.sizes["axis"]
     target, radius = trace["target_position"].values, float(trace.attrs["mission_radius"])
-    parts = [target - radius, target + radius, trace["q"].values.reshape(-1, axes)]
+    parts = [target - radius, target + radius, trace["q"].values[~lost(trace)]]
     if trace.sizes["obstacle"]:
         reach = np.maximum(safe_radius(trace).max(axis=0), trace["obstacle_radius"].values)[:, None]
         parts += [trace["obstacle_position"].values - reach, trace["obstacle_position"].values + reach]
@@ -89,8 +90,7 @@ def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
     rows = _rows(len(q))
     axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
     count = q.shape[1]
-    for index, color in enumerate(palette.robot_colors(count)):
-        axes.plot(*np.clip(q[rows, index], -RANGE, RANGE).T, color=color, linewidth=_width(count), zorder=3.5)
+    _ways(axes, trace, rows)
     _ends(axes, trace)
     _words(axes, trace, moments)
     name_robots(figure, [axes], count, _keys(trace))
@@ -115,7 +115,7 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
     rows, count = _rows(len(q)), q.shape[1]
     colors = palette.robot_colors(count)
     for index, color in enumerate(colors):
-        x, y, _ = np.clip(q[rows, index], -RANGE, RANGE).T
+        x, y, _ = np.clip(q[rows, index][~lost(trace)[rows, index]], -RANGE, RANGE).T
         axes.plot(x, y, floor, color=color, linewidth=0.5, alpha=0.25, zorder=1)
     safe = safe_radius(trace).max(axis=0, initial=0.0)
     for center, radius, clear in zip(
@@ -129,9 +129,7 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         _globe(axes, target[moment], float(trace.attrs["mission_radius"]))
     _formations(axes, trace, moments)
     axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
-    for index, color in enumerate(colors):
-        path = np.clip(q[rows, index], -RANGE, RANGE)
-        axes.plot(*path.T, color=color, linewidth=_width(count), zorder=3.5)
+    _ways(axes, trace, rows)
     _ends(axes, trace)
     for artist in (*axes.lines, *axes.collections):
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
@@ -163,29 +161,48 @@ def _moments(trace: xarray.Dataset) -> list[int]:
 
 def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
     """Links between neighbors and the robots' places at a few moments."""
-    q, ends = np.clip(trace["q"].values, -RANGE, RANGE), trace["neighbors"].values.astype(int) - 1
+    q, formations, gone = np.clip(trace["q"].values, -RANGE, RANGE), links(trace), lost(trace)
     for moment in moments:
-        for i, j in ends:
+        for i, j in links_at(formations, moment):
             axes.plot(*q[moment, [i, j]].T, color=ESCORT, linewidth=0.7, alpha=0.7, zorder=2.5)
         if moment == moments[-1] or q.shape[1] > MOST_DISTINCT:
             continue
         for index, color in enumerate(palette.robot_colors(q.shape[1])):
+            if gone[moment, index]:
+                continue
             axes.plot(*q[moment, index][:, None], "o", color=color, markersize=3.0, zorder=3.6)
+
+
+def _ways(axes: Axes, trace: xarray.Dataset, rows: NDArray[np.int64]) -> None:
+    """Every robot's path; gray and faint from where it was lost, as far as the picture goes."""
+    q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
+    low, high = bounds(trace)
+    width = _width(q.shape[1])
+    for index, color in enumerate(palette.robot_colors(q.shape[1])):
+        kept = rows[~gone[rows, index]]
+        axes.plot(*q[kept, index].T, color=color, linewidth=width, zorder=3.5)
+        drift = q[rows[gone[rows, index]], index]
+        if len(drift):
+            outside = ((drift < low) | (drift > high)).any(axis=1)
+            seen = drift[: int(np.argmax(outside)) if outside.any() else len(drift)]
+            axes.plot(*seen.T, color=LOST, linewidth=0.8, zorder=3.4)
 
 
 def _ends(axes: Axes, trace: xarray.Dataset) -> None:
     """Start and end of every path."""
     q, target = np.clip(trace["q"].values, -RANGE, RANGE), trace["target_position"].values
     size = 6.5 if q.shape[1] <= MOST_DISTINCT else 3.5
+    known = (~lost(trace)).sum(axis=0)
     for path, color, scale in [
         (target, palette.TARGET, 1.1),
-        *((q[:, index], color, 1.0) for index, color in enumerate(palette.robot_colors(q.shape[1]))),
+        *((q[: known[i] or 1, i], color, 1.0) for i, color in enumerate(palette.robot_colors(q.shape[1]))),
     ]:
         start, end = path[0][:, None], path[-1][:, None]
         axes.plot(
             *start, "o", color="white", markeredgecolor=color, markersize=0.75 * size * scale, zorder=3.8
         )
-        (mark,) = axes.plot(*end, "o", color=color, markersize=size * scale, zorder=4.0, clip_on=False)
+        shape = "o" if len(path) == len(q) else "x"
+        (mark,) = axes.plot(*end, shape, color=color, markersize=size * scale, zorder=4.0, clip_on=False)
         mark.set_in_layout(False)
 
 
@@ -214,6 +231,7 @@ def _keys(trace: xarray.Dataset) -> list[Key]:
         ("end", Line2D([], [], **dot, color="#555555", markersize=6.5)),
         ("escort radius", Line2D([], [], color=ESCORT, linestyle=(0, (1, 2)))),
     ]
+    keys += lost_keys(trace)
     if trace.sizes["obstacle"]:
         keys.append(("obstacle", Line2D([], [], **dot, color=palette.OBSTACLE, markersize=7)))
         if float(trace.attrs["safe_distance"]) > 0:

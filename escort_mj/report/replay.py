@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
+from escort_mj.record.evenness import lost
+from escort_mj.report.losses import links
 
 if TYPE_CHECKING:
     import xarray
@@ -57,7 +59,8 @@ class Replay:
         obstacle_radius: Shape (m,) [m].
         safe_radius: How near to each obstacle's center a robot's center may come, shape (m,) [m].
         radius: Distance to keep from the target [m].
-        pairs: Neighbors in the formation, shape (edges, 2), robots from 0.
+        lost: Whether the team has lost a robot, shape (T, n).
+        formations: From which sample on who is whose neighbor: pairs of robots from 0, shape (edges, 2).
         planar: Whether the mission has two axes.
     """
 
@@ -73,7 +76,8 @@ class Replay:
     obstacle_radius: Array
     safe_radius: Array
     radius: float
-    pairs: NDArray[np.int64]
+    lost: Flags
+    formations: list[tuple[int, NDArray[np.int64]]]
     planar: bool
 
     @property
@@ -165,7 +169,8 @@ def replay_of(trace: xarray.Dataset) -> Replay:
         obstacle_radius=trace["obstacle_radius"].values,
         safe_radius=safe_radius(trace).max(axis=0, initial=0.0),
         radius=float(trace.attrs["mission_radius"]),
-        pairs=trace["neighbors"].values.astype(np.int64) - 1,
+        lost=lost(trace),
+        formations=links(trace),
         planar=planar,
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.report.losses import LOST, links_at
 from escort_mj.report.pen import Pen, circle
 from escort_mj.report.replay import Flags, Moment, Replay
 
@@ -124,7 +125,7 @@ class Scenery:
 
     def _links(self, pen: Pen, moment: Moment) -> None:
         """Who is whose neighbor."""
-        for pair in self.replay.pairs:
+        for pair in links_at(self.replay.formations, moment.sample):
             pen.path(moment.robots[pair], palette.LIMIT, 1.5 * self._pixel, 0.35)
 
     def _trails(self, pen: Pen, moment: Moment) -> None:
@@ -134,6 +135,7 @@ class Scenery:
         pen.path(target, palette.TARGET, 2.0 * self._pixel, _fade(target))
         robots = self._trail(replay.robots, moment.robots, moment)
         for index, color in enumerate(self._colors):
+            color = LOST if replay.lost[moment.sample, index] else color
             pen.path(robots[:, index], color, 3.5 * self._pixel, _fade(robots))
 
     def _trail(self, values: Array, present: Array, moment: Moment) -> Array:

@@ -129,7 +129,7 @@ def _everything(replay: Replay) -> Array:
     rows = np.unique(np.linspace(0, len(replay.time) - 1, FRAMED_POINTS).astype(int))
     target = replay.target[rows]
     offset = replay.robots[rows] - target[:, None]
-    near = np.linalg.norm(offset, axis=-1) <= _reach(replay)
+    near = (np.linalg.norm(offset, axis=-1) <= _reach(replay)) & ~replay.lost[rows]
     parts = [_circles(replay, target[:: max(1, len(rows) // 40)], replay.radius), replay.robots[rows][near]]
     parts.append(_circles(replay, target[-1:], replay.radius))
     if len(replay.obstacles):
@@ -145,4 +145,5 @@ def _around(replay: Replay, time: float, camera: CameraName) -> Array:
     if camera == "follow":
         return _circles(replay, moment.target[None], 1.6 * replay.radius)
     near = np.linalg.norm(moment.robots - moment.target, axis=-1) <= _reach(replay)
+    near &= ~replay.lost[moment.sample]
     return np.concatenate([_circles(replay, moment.target[None], 2.2 * replay.radius), moment.robots[near]])

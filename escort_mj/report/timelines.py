@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.record.evenness import energy_ratios, lost
 from escort_mj.report.curves import (
     BOUND,
     TWIN,
@@ -23,12 +24,14 @@ from escort_mj.report.curves import (
     running_rms,
     timeline,
 )
+from escort_mj.report.losses import lost_keys
 from escort_mj.report.style import Key, name_robots
 
 if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 NO_LIMIT = 1e100  # [N]; the trace writes 1e300 where a motor has no limit
 
@@ -44,8 +47,13 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
     offset = trace["q"].values - trace["target_position"].values[:, None]
     distance = np.linalg.norm(offset, axis=2)
     ends, edges = _neighbors(trace)
-    _above_and_below(grid[:2, 0], time, distance, radius, colors, "(a) Distance to the target", "R")
-    if len(ends):
+    gone = lost(trace)
+    _above_and_below(grid[:2, 0], time, distance, radius, colors, "(a) Distance to the target", "R", gone)
+    if gone.any():
+        _nearest_robot(grid[0, 1], trace, colors)
+        _evenness(grid[1, 1], trace)
+        ends = ends[:0]
+    elif len(ends):
         pairs, name = _edge_colors(ends, colors), "(b) Distance between neighbors"
         _above_and_below(grid[:2, 1], time, edges, spacing, pairs, name, "ℓ")
     else:
@@ -55,7 +63,9 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
         (grid[2, 0], "e", "(c) Position tracking error |e|", "m"),
         (grid[2, 1], "e_dot", "(d) Velocity tracking error |ė|", "m/s"),
     ):
-        draw_curves(axes, time, np.linalg.norm(trace[name].values, axis=2), colors, running_rms)
+        error = np.linalg.norm(trace[name].values, axis=2)
+        error[1:][gone[:-1]] = np.nan  # nobody asks a lost robot to follow
+        draw_curves(axes, time, error, colors, running_rms, lost=gone)
         axes.set_title(title)
         axes.set_ylabel(unit)
         log_scale(axes)
@@ -70,6 +80,7 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
                 for i, dash in zip(ends[0], ("-", TWIN), strict=True)
             ]
             keys.append((f"neighbors {ends[0, 0] + 1}, {ends[0, 1] + 1}", tuple(both)))
+    keys += lost_keys(trace)
     name_robots(figure, grid.ravel(), count, keys)
 
 
@@ -81,16 +92,19 @@ def _above_and_below(
     colors: Sequence[Any],
     title: str,
     symbol: str,
+    gone: Flags | None = None,
 ) -> None:
     """Distances as they are, and below how far they are from the wanted ones, down to millimeters."""
     above, below = pair
     above.set_title(title)
-    draw_curves(above, time, values, colors)
+    draw_curves(above, time, values, colors, lost=gone)
     for value in np.unique(np.round(wanted, 3))[:4]:
         limit_line(above, float(value), f"{symbol} = {value:.4g}")
     above.set_ylabel("m")
     above.set_ylim(bottom=0.0)
-    draw_curves(below, time, np.abs(values - wanted), colors, running_rms)
+    if gone is not None and gone.any():
+        above.set_ylim(top=1.4 * float(values[~gone].max()))
+    draw_curves(below, time, np.abs(values - wanted), colors, running_rms, lost=gone)
     below.set_ylabel(f"from {symbol} [m]")
     log_scale(below)
 
@@ -101,9 +115,21 @@ def _nearest_robot(axes: Axes, trace: xarray.Dataset, colors: Sequence[palette.C
         axes.set_axis_off()
         return
     axes.set_title("(b) Distance to the nearest robot")
-    draw_curves(axes, trace["time"].values, trace["robot_distance_min"].values, colors)
+    distance, gone = trace["robot_distance_min"].values, lost(trace)
+    draw_curves(axes, trace["time"].values, distance, colors, lost=gone)
     axes.set_ylabel("m")
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, 1.4 * float(distance[~gone].max()) if gone.any() else None)
+
+
+def _evenness(axes: Axes, trace: xarray.Dataset) -> None:
+    """How much more energy the directions of the robots that are left have than the least of that many."""
+    ratios = energy_ratios(trace)
+    if ratios is None:
+        axes.set_axis_off()
+        return
+    draw_curves(axes, trace["time"].values, np.abs(ratios - 1.0)[:, None], [palette.TARGET])
+    axes.set_ylabel("energy above\nleast [share]")
+    log_scale(axes)
 
 
 def forces(figure: Figure, trace: xarray.Dataset) -> None:
@@ -114,7 +140,7 @@ def forces(figure: Figure, trace: xarray.Dataset) -> None:
     grid = np.atleast_1d(figure.subplots(trace.sizes["axis"], 1, sharex=True, sharey=True))
     for axes, name in zip(grid, trace["axis"].values, strict=True):
         values = trace["force"].sel(axis=name).values
-        draw_curves(axes, time, values, palette.robot_colors(count), running_mean)
+        draw_curves(axes, time, values, palette.robot_colors(count), running_mean, lost=lost(trace))
         for limit in limits[:3]:
             limit_line(axes, float(limit), f"{limit:.4g} N")
             limit_line(axes, -float(limit), f"-{limit:.4g} N")
@@ -126,6 +152,7 @@ def forces(figure: Figure, trace: xarray.Dataset) -> None:
     keys: list[Key] = [("limit", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))] if len(limits) else []
     if count <= palette.MOST_DISTINCT:
         keys += average_keys("running mean")
+    keys += lost_keys(trace)
     name_robots(figure, grid, count, keys)
 
 

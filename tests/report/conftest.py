@@ -80,6 +80,7 @@ def make_run(tmp_path_factory):
         outcome=Outcome.COMPLETED,
         title="synthetic",
         truth=None,
+        lost=None,
         video="{width: 320, height: 180, rate: 10, speed: 2}",
     ) -> Path:
         time, q, target = motion(count, axes, samples, spread)
@@ -128,6 +129,7 @@ def make_run(tmp_path_factory):
             "robot_clearance_worst": nearest - 2 * ROBOT,
             "obstacle_clearance_worst": distance.min(axis=2, initial=np.inf) - ROBOT - 0.5,
             "avoidance_active": distance.min(axis=2, initial=np.inf) < SAFE + ROBOT + 0.5,
+            "lost": np.zeros((samples, count)) if lost is None else lost,
             "mass_matrix": np.broadcast_to(np.diag([1.0, 2.0, 3.0][:axes]), (samples, count, axes, axes)),
             "reference_torque": 5.0 * rng.standard_normal(q.shape),
             "lyapunov": np.exp(-np.outer(time, 1.0 + np.arange(count))),
