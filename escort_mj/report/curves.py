@@ -133,7 +133,10 @@ def limit_line(axes: Axes, value: float, words: str, color: palette.Color = pale
 
 
 def log_scale(axes: Axes) -> None:
-    """A logarithmic scale over what the bold curves span, at least a decade, at most nine."""
+    """A logarithmic scale over what the bold curves span, at least a decade, at most nine.
+
+    Linear where all is zero.
+    """
     bold = [
         np.asarray(line.get_ydata(), float)
         for line in axes.lines
@@ -141,8 +144,10 @@ def log_scale(axes: Axes) -> None:
     ]
     values = np.concatenate([*bold, np.zeros(0)])
     values = values[np.isfinite(values) & (values > 0.0)]
+    if not len(values):  # nothing but zeros, which a logarithm cannot show
+        return
     high = float(np.clip(values.max(initial=LEAST), 10 * LEAST, MOST))
-    low = float(np.percentile(values, 1.0)) / 2 if len(values) else LEAST
+    low = float(np.percentile(values, 1.0)) / 2
     low = float(np.clip(low, max(LEAST, high * 1e-9), high / 10))
     axes.set_yscale("log")
     axes.set_ylim(low, high * 1.8)

@@ -13,7 +13,7 @@ from escort_mj.report import curves, paths, style
 from escort_mj.report.figures import draw_figures
 from escort_mj.report.style import figure
 
-ALWAYS = {"panels", "paths", "forces"}
+ALWAYS = {"panels", "paths", "forces", "tasks"}
 
 
 def draw(folder, formats=("png",)):
