@@ -146,7 +146,7 @@ def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:
             axes.set_visible(False)
         for axes in grid[:, 0]:
             axes.set_yticks(range(len(table)), [_label(row, table) for row in table], fontsize=7.5)
-        grid[0, 0].invert_yaxis()
+        grid[0, 0].set_ylim(len(table) - 0.4, -0.6)
     return path
 
 

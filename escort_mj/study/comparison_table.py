@@ -56,14 +56,15 @@ def cell(name: str, spread: Spread) -> str:
     if spread.mean is None:
         return "never" if spread.never else "-"
     if name == "saturated_share":
-        text, more = f"{100 * spread.mean:.3g} %", f"{100 * spread.deviation:.2g}"
+        text, deviation = f"{100 * spread.mean:.3g} %", 100 * spread.deviation
     else:
         unit = QUANTITIES[name].unit
         small = unit in ("m", "m/s") and abs(spread.mean) < 1
-        text, more = number(spread.mean, unit), f"{spread.deviation * (1000 if small else 1):.2g}"
+        text, deviation = number(spread.mean, unit), spread.deviation * (1000 if small else 1)
     if spread.known - spread.never > 1:
         value, _, unit = text.partition(" ")
-        text = f"{value} ± {more} {unit}".rstrip()
+        decimals = len(value.partition(".")[2])
+        text = f"{value} ± {deviation:.{decimals}f} {unit}".rstrip()
     return f"{text}, {never}" if never else text
 
 

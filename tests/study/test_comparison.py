@@ -110,11 +110,11 @@ def test_mean_and_spread_are_of_finite_values():
 
 
 def test_cells_are_written_for_people():
-    assert cell("settling_time", spread([1.0, 3.0])) == "2 ± 1.4 s"
+    assert cell("settling_time", spread([1.05, 3.05])) == "2.05 ± 1.41 s"
     assert cell("settling_time", spread([math.inf, 4.0])) == "4 s, never in 1 of 2"
     assert cell("settling_time", spread([math.inf])) == "never"
     assert cell("settling_time", spread([None])) == "-"
-    assert cell("radius_error_mean", spread([0.001, 0.003])) == "2 ± 1.4 mm"
+    assert cell("radius_error_mean", spread([0.001, 0.003])) == "2 ± 1 mm"
     assert cell("saturated_share", spread([0.25])) == "25 %"
     assert cell("contacts", spread([2.0])) == "2"
 
