@@ -90,10 +90,12 @@ def test_projectors(axes: int, seed: int) -> None:
         assert np.trace(projector) == pytest.approx(q.size - rank, abs=1e-10)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.1, 1.0])
 @cases
-def test_the_highest_task_is_carried_out_exactly(axes: int, seed: int) -> None:
-    """J1 v_d = lambda sigma~ wherever avoidance is active, whatever the escort asks."""
+def test_the_highest_task_is_carried_out_exactly(axes: int, seed: int, share: float) -> None:
+    """J1 v_d = lambda sigma~ wherever avoidance is active, whatever the escort asks, sidestep included."""
     setup, q, v = crowded(axes, seed)
+    setup = replace(setup, behaviors=(AVOID.model_copy(update={"sidestep": share}), CHORDS, SURFACE))
     signals = evaluate(setup, q, v)
     depth, intruder = intrusion(AVOID, q, setup)
     active = depth > 0.0
@@ -105,6 +107,27 @@ def test_the_highest_task_is_carried_out_exactly(axes: int, seed: int) -> None:
     )
     outward = np.sum(signals.v_d * (q - intruder), axis=1) / np.linalg.norm(q - intruder, axis=1)
     np.testing.assert_allclose(outward[active], wanted[active], rtol=1e-12)
+
+
+@cases
+def test_sidestep_adds_its_share_of_what_is_blocked(axes: int, seed: int) -> None:
+    setup, q, v = crowded(axes, seed)
+    plain = evaluate(setup, q, v).v_d
+    stepped = replace(setup, behaviors=(AVOID.model_copy(update={"sidestep": 0.5}), CHORDS, SURFACE))
+    added = evaluate(stepped, q, v).v_d - plain
+    escort = evaluate(replace(setup, behaviors=(CHORDS, SURFACE)), q, v).v_d
+    depth, intruder = intrusion(AVOID, q, setup)
+    for i in range(len(q)):
+        r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
+        blocked = max(-float(escort[i] @ r), 0.0) if depth[i] > 0.0 else 0.0
+        size = float(np.linalg.norm(escort[i])) + 1e-300
+        assert added[i] @ r == pytest.approx(0.0, abs=1e-12 * size)
+        if axes == 2:  # counterclockwise around what intrudes
+            counterclockwise = np.array([-r[1], r[0]])
+            np.testing.assert_allclose(added[i], 0.5 * blocked * counterclockwise, atol=1e-11 * size)
+        else:  # in space it turns about one axis: enough of it wherever r points
+            assert 0.5 * math.sqrt(0.19) * blocked - 1e-11 * size <= np.linalg.norm(added[i])
+            assert np.linalg.norm(added[i]) <= 0.5 * blocked + 1e-11 * size
 
 
 @cases
