@@ -34,8 +34,8 @@ class AvoidObstacles(Parameters):
     gain_margin: NonNegativeFloat = 0.1
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
     sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
-    """Share of the velocity blocked by the intruder that goes sideways, around it, so that head-on approaches
-    do not end before it (remark 6); 0: none, only noise can break them (the paper)."""
+    """Least share of the velocity blocked by the intruder that goes sideways, around it, so that head-on
+    approaches do not end before it (remark 6); 0: none, only noise can break them (the paper)."""
 
 
 @inlined
@@ -137,10 +137,11 @@ def avoidance(
 def sidestep(
     level: int, levels: int, share: float, direction: Array, feedforward: Array, parts: Array
 ) -> None:
-    """Adds to avoidance a part along the safe sphere: a share of what it blocks of the wishes below it.
+    """Adds to avoidance a part along the safe sphere, where the wishes below it are blocked head-on.
 
-    It turns all robots the same way around whatever they meet (counterclockwise in the plane), so that two
-    that meet head-on pass each other. Along `direction` nothing changes: J1 v_d stays lambda sigma~.
+    What they leave along the sphere, w, is filled up to a share of what avoidance blocks of them. All robots
+    turn the same way around whatever they meet (counterclockwise in the plane), so that two that meet head-on
+    pass each other. Along `direction` nothing changes: J1 v_d stays lambda sigma~.
 
     Args:
         level: Row of avoidance in `parts`.
@@ -151,15 +152,18 @@ def sidestep(
         parts: Parts by level, shape (>= levels, p) [m/s]; the row of avoidance is changed.
     """
     p = direction.shape[0]
-    blocked = 0.0
+    outward = square = 0.0
     for k in range(p):
-        blocked -= feedforward[k] * direction[k]
+        wanted = feedforward[k]
         for lower in range(level + 1, levels):
-            blocked -= parts[lower, k] * direction[k]
-    if blocked <= 0.0:
+            wanted += parts[lower, k]
+        outward += wanted * direction[k]
+        square += wanted * wanted
+    speed = -share * outward - math.sqrt(max(square - outward * outward, 0.0))
+    if speed <= 0.0:
         return
     # Axes are turned in pairs; where p is odd one axis has no partner: not the one that r points along.
     first = 1 if p % 2 == 1 and abs(direction[p - 1]) > POLAR else 0
     for k in range(first, first + p - p % 2, 2):
-        parts[level, k] -= share * blocked * direction[k + 1]
-        parts[level, k + 1] += share * blocked * direction[k]
+        parts[level, k] -= speed * direction[k + 1]
+        parts[level, k + 1] += speed * direction[k]

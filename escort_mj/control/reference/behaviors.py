@@ -165,10 +165,12 @@ def sidestep(
     depth, intruder = intrusion(avoid, q, setup, lost)
     axes = q.shape[1]
     r = np.stack([distance(q, intruder).jacobian[i, i * axes : (i + 1) * axes] for i in range(len(q))])
-    blocked = np.where(depth > 0.0, np.maximum(-np.sum(r * wanted, axis=1), 0.0), 0.0)
+    outward = np.sum(r * wanted, axis=1)
+    left = np.linalg.norm(wanted - outward[:, None] * r, axis=1)
+    speed = np.where(depth > 0.0, np.maximum(-avoid.sidestep * outward - left, 0.0), 0.0)
     pairs = np.kron(np.eye(axes // 2), np.array([[0.0, -1.0], [1.0, 0.0]]))
     odd = axes % 2
     equatorial = np.pad(pairs, (0, odd))  # turns all axes but, where they are odd, the last one
     polar = np.pad(pairs, (odd, 0))
     turned_r = np.where(np.abs(r[:, -1:]) > 0.9, r @ polar.T, r @ equatorial.T)
-    return np.asarray(avoid.sidestep * blocked[:, None] * turned_r)
+    return np.asarray(speed[:, None] * turned_r)
