@@ -124,7 +124,7 @@ def _view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return array._getvalue()
 
 
-STACK_DOUBLES = 128
+STACK_DOUBLES = 192  # the most that a kernel takes in nine axes: 2 p^2 numbers
 
 
 @intrinsic

@@ -42,6 +42,13 @@ class Signal(NamedTuple):
 
 
 RA = ("robot", "axis")
+
+
+def axis_names(axes: int) -> list[str]:
+    """Names of so many axes: x, y, z, x4, x5 ..."""
+    return ["x", "y", "z", *(f"x{k}" for k in range(4, axes + 1))][:axes]
+
+
 RB = ("robot", "behavior")
 TRUTH, LYAPUNOV = "truth", "lyapunov"
 

@@ -51,7 +51,9 @@ def spacing(count: int, axes: int, radius: float) -> float | None:
 def widest_spacing(count: int, axes: int, radius: float) -> float:
     """Distance [m] that nearest neighbors cannot exceed, whatever the formation; inf for a single robot.
 
-    The polygon's edge in the plane; in space the bound of Fejes Toth (1943), attained by 3, 4, 6 and 12.
+    The polygon's edge in the plane; in space the bound of Fejes Toth (1943), attained by 3, 4, 6 and 12; in
+    more axes that of Rankin (1955): the simplex's edge, and for more than p + 1 points that of the
+    cross-polytope, attained up to 2 p.
 
     Args:
         count: Number of robots.
@@ -62,6 +64,8 @@ def widest_spacing(count: int, axes: int, radius: float) -> float:
         return math.inf
     if axes == 2 or count == 2:
         return 2.0 * radius * math.sin(math.pi / count)
+    if axes > 3:
+        return radius * math.sqrt(2.0 * count / (count - 1) if count <= axes + 1 else 2.0)
     return radius * math.sqrt(4.0 - 1.0 / math.sin(math.pi * count / (6.0 * (count - 2))) ** 2)
 
 

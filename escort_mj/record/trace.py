@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.files import replaced
-from escort_mj.signals import CAUSES, SIGNALS, TRUTH, record_size
+from escort_mj.signals import CAUSES, SIGNALS, TRUTH, axis_names, record_size
 
 if TYPE_CHECKING:
     import xarray
@@ -108,7 +108,7 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         coords={
             "time": ("time", time, _said("s", SIGNALS[0].meaning)),
             "robot": ("robot", np.arange(1, sizes["robot"] + 1), _said("1", "number of the robot, from 1")),
-            "axis": ("axis", list("xyz")[: sizes["axis"]], {"long_name": "axis of the world frame"}),
+            "axis": ("axis", axis_names(sizes["axis"]), {"long_name": "axis of the world frame"}),
             "obstacle": (
                 "obstacle",
                 np.array(list(labels["obstacles"]), dtype=str),

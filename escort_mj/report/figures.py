@@ -41,6 +41,13 @@ PLOTS: tuple[Plot, ...] = (
     Plot("paths", "paths", paths.plan_height, paths.plan_view, lambda trace: trace.sizes["axis"] == 2),
     Plot("paths", "paths", lambda trace: 5.2, paths.space_view, lambda trace: trace.sizes["axis"] == 3),
     Plot(
+        "paths",
+        "paths, cast on two axes each",
+        paths.pairs_height,
+        paths.pairs_view,
+        lambda trace: trace.sizes["axis"] > 3,
+    ),
+    Plot(
         "obstacle_distances",
         "distances to obstacles",
         nearness.obstacle_distances_height,

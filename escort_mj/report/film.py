@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -15,9 +17,10 @@ from escort_mj.report.camera import View
 from escort_mj.report.encode import VideoFile
 from escort_mj.report.losses import LOST
 from escort_mj.report.overlay import Overlay
-from escort_mj.report.replay import Moment, Replay
+from escort_mj.report.replay import Array, Replay
 from escort_mj.report.scene import Scenery
 from escort_mj.report.shots import plan_shot
+from escort_mj.report.stages import panels_of, stage_replays
 from escort_mj.scenario.schema import Video
 
 ENDING = 1.5  # how long the last frame stays, with how the run ended [s of the video]
@@ -58,30 +61,40 @@ def film(
     model = _model(model_path, replay, video)
     data = mujoco.MjData(model)
     size = video.width, video.height
-    shot = plan_shot(replay, video.camera, model.vis.global_.fovy, size[0] / size[1], CALM * video.speed)
+    replays = [replay, *stage_replays(replay, model)]
+    panels = panels_of(len(replays) - 1, *size)
+    shots = [
+        plan_shot(seen, video.camera, model.vis.global_.fovy, panel.width / panel.height, CALM * video.speed)
+        for seen, panel in zip(replays, panels, strict=True)
+    ]
     scenery = Scenery(replay, video.speed, video.width)
-    overlay = Overlay(title, video.speed, replay.count, size)
-    target = model.body("target").mocapid[0]
+    captions = [(seen.axes, panel) for seen, panel in zip(replays, panels, strict=True) if len(panels) > 1]
+    overlay = Overlay(title, video.speed, replay.count, size, captions)
     times = frame_times(replay.time[0], replay.end, video)
     held = math.ceil(ENDING * video.rate)
     total = len(times) + held
-    frame = np.empty((video.height, video.width, 3), dtype=np.uint8)
-    with (
-        mujoco.Renderer(model, video.height, video.width, MOST_MARKS) as renderer,
-        VideoFile(path, size, video.rate) as file,
-    ):
+    frame = np.full((video.height, video.width, 3), 255, dtype=np.uint8)
+    with contextlib.ExitStack() as stack:
+        file = stack.enter_context(VideoFile(path, size, video.rate))
+        renderers = {
+            shape: stack.enter_context(mujoco.Renderer(model, *shape, MOST_MARKS))
+            for shape in {(panel.height, panel.width) for panel in panels}
+        }
         for done, time in enumerate(times, 1):
             moment = replay.at(float(time))
-            _pose(model, data, moment, target)
-            for robot in np.flatnonzero(replay.lost[moment.sample]):
-                model.geom(f"robot_{robot + 1}_body").rgba[:3] = LOST
-            view = shot.view(moment.time)
-            model.stat.extent = view.distance  # near and far limits of the view are given in it
-            renderer.update_scene(data, _camera(view))
+            _pose(model, data, moment.qpos, {seen.suffix: seen.at(float(time)).target for seen in replays})
+            for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), replays):
+                model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
             avoiding = replay.lately(replay.avoiding, moment, GLOW * video.speed)
             touching = replay.lately(replay.touching, moment, GLOW * video.speed)
-            scenery.draw(renderer.scene, moment, avoiding, touching)
-            renderer.render(out=frame)
+            for panel, shot in zip(panels, shots, strict=True):
+                view = shot.view(moment.time)
+                model.stat.extent = view.distance  # near and far limits of the view are given in it
+                renderer = renderers[panel.height, panel.width]
+                renderer.update_scene(data, _camera(view), _only(panel.number))
+                if panel.number == 0:
+                    scenery.draw(renderer.scene, moment, avoiding, touching)
+                panel.cut(frame)[:] = renderer.render()
             said = ending if done == len(times) else None
             overlay.write(frame, moment.time, avoiding, touching, replay.lost[moment.sample], said)
             file.add(frame)
@@ -106,13 +119,22 @@ def _model(path: Path, replay: Replay, video: Video) -> mujoco.MjModel:
     return model
 
 
-def _pose(model: mujoco.MjModel, data: mujoco.MjData, moment: Moment, target: int) -> None:
-    """Puts every body where it was."""
-    data.qpos[:] = moment.qpos
+def _pose(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, target: dict[str, Array]) -> None:
+    """Puts every body where it was; of the target by what their names end with."""
+    data.qpos[:] = qpos
     mujoco.mj_normalizeQuat(model, data.qpos)
-    data.mocap_pos[target] = moment.target
+    for suffix, place in target.items():
+        data.mocap_pos[model.body(f"target{suffix}").mocapid[0]] = place
     mujoco.mj_kinematics(model, data)
     mujoco.mj_camlight(model, data)
+
+
+def _only(group: int) -> mujoco.MjvOption:
+    """Shows the geoms of one group."""
+    option = mujoco.MjvOption()
+    option.geomgroup[:] = 0
+    option.geomgroup[group] = 1
+    return option
 
 
 def _camera(view: View) -> mujoco.MjvCamera:

@@ -61,8 +61,8 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
 def clearances(figure: Figure, trace: xarray.Dataset) -> None:
     """Least free space around each robot, surface to surface, and how hard bodies touched."""
     time, count = trace["time"].values, trace.sizes["robot"]
-    spaces, touched = _spaces(trace), _touched(trace)
-    rows = len(spaces) + touched
+    spaces, pushed = _spaces(trace), _pushed(trace)
+    rows = len(spaces) + pushed
     heights = [2.0] * rows + [_lanes_height(count)]
     grid = np.atleast_1d(figure.subplots(rows + 1, 1, sharex=True, height_ratios=heights))
     for axes, (whom, space) in zip(grid, spaces.items(), strict=False):
@@ -72,7 +72,7 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
         axes.set_ylim(min(0.0, float(space.min())) - 0.03 * top, top)
         limit_line(axes, 0.0, "contact", palette.CONTACT)
         axes.set_ylabel("surfaces apart [m]")
-    if touched:
+    if pushed:
         axes, force = grid[len(spaces)], trace["contact_force"].values
         axes.set_title("Largest contact force")
         axes.fill_between(time, force, step="pre", color=palette.CONTACT, alpha=0.6, linewidth=0)
@@ -84,7 +84,7 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
 
 def clearances_height(trace: xarray.Dataset) -> float:
     """Height of `clearances` [inches]."""
-    return _height(trace, len(_spaces(trace)) + _touched(trace))
+    return _height(trace, len(_spaces(trace)) + _pushed(trace))
 
 
 def obstacle_distances_height(trace: xarray.Dataset) -> float:
@@ -110,6 +110,11 @@ def _spaces(trace: xarray.Dataset) -> dict[str, Array]:
 def _touched(trace: xarray.Dataset) -> bool:
     """Whether anything touched anything."""
     return bool((trace["contacts"].values > 0).any())
+
+
+def _pushed(trace: xarray.Dataset) -> bool:
+    """Whether anything touched with a force: beyond three axes bodies go through one another."""
+    return _touched(trace) and trace.sizes["axis"] <= 3
 
 
 def _window(values: Array, most: float) -> float:

@@ -1,4 +1,4 @@
-"""Where everyone went: a plan view of a planar mission, a view in space of one in space."""
+"""Where everyone went: a plan of a planar mission, a view in space, several plans of more than three axes."""
 
 from __future__ import annotations
 
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     import xarray
 
 Array = NDArray[np.float64]
+Formations = list[tuple[int, NDArray[np.int64]]]
+"""See `losses.links`."""
 
 MOMENTS = 5  # at which the formation is drawn
 POINTS = 4000  # of a path at most
@@ -55,6 +57,38 @@ def plan_height(trace: xarray.Dataset) -> float:
 def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
     """Paths on the plane: equal axes, obstacles to scale, the formation at a few moments."""
     axes = figure.subplots()
+    moments = _moments(trace)
+    _plan(axes, trace, moments, links(trace))
+    _words(axes, trace, moments)
+    name_robots(figure, [axes], trace.sizes["robot"], _keys(trace))
+
+
+def pairs_height(trace: xarray.Dataset) -> float:
+    """Height of `pairs_view` [inches]."""
+    rows = -(-len(_pairs(trace)) // 2)
+    return 3.5 * rows + 1.2
+
+
+def pairs_view(figure: Figure, trace: xarray.Dataset) -> None:
+    """Paths in more than three axes: the shadow that all of it casts on planes of two axes each."""
+    pairs = _pairs(trace)
+    grid = figure.subplots(-(-len(pairs) // 2), 2, squeeze=False).ravel()
+    formations = links(trace)
+    for axes, pair in zip(grid, pairs, strict=False):
+        _plan(axes, trace.isel(axis=pair), [trace.sizes["time"] - 1], formations)
+    for axes in grid[len(pairs) :]:
+        axes.set_axis_off()
+    name_robots(figure, grid, trace.sizes["robot"], _keys(trace))
+
+
+def _pairs(trace: xarray.Dataset) -> list[list[int]]:
+    """Two axes for each panel, every axis at least once."""
+    last = trace.sizes["axis"] - 1
+    return [[first, first + 1] if first < last else [last - 1, last] for first in range(0, last + 1, 2)]
+
+
+def _plan(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: Formations) -> None:
+    """Paths along the two axes of a trace, with the formations at some samples."""
     low, high = bounds(trace)
     margin = 0.03 * float((high - low).max())
     axes.set_xlim(low[0] - margin, high[0] + margin)
@@ -63,8 +97,9 @@ def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
     step = _step(float((high - low).max()))
     axes.xaxis.set_major_locator(MultipleLocator(step))
     axes.yaxis.set_major_locator(MultipleLocator(step))
-    axes.set_xlabel("x [m]")
-    axes.set_ylabel("y [m]")
+    across, up = trace["axis"].values
+    axes.set_xlabel(f"{across} [m]")
+    axes.set_ylabel(f"{up} [m]")
 
     safe = safe_radius(trace).max(axis=0, initial=0.0)
     for center, radius, clear in zip(
@@ -82,18 +117,14 @@ def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
             axes.add_patch(Circle(center, clear, **rim, zorder=1.0))
 
     q, target = trace["q"].values, trace["target_position"].values
-    moments = _moments(trace)
     for moment in moments:
         rim = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
         axes.add_patch(Circle(target[moment], float(trace.attrs["mission_radius"]), **rim, zorder=1.2))
-    _formations(axes, trace, moments)
+    _formations(axes, trace, moments, formations)
     rows = _rows(len(q))
     axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
-    count = q.shape[1]
     _ways(axes, trace, rows)
     _ends(axes, trace)
-    _words(axes, trace, moments)
-    name_robots(figure, [axes], count, _keys(trace))
 
 
 def space_view(figure: Figure, trace: xarray.Dataset) -> None:
@@ -127,7 +158,7 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
     moments = sorted({_moments(trace)[(len(_moments(trace)) - 1) // 2], len(q) - 1})
     for moment in moments:
         _globe(axes, target[moment], float(trace.attrs["mission_radius"]))
-    _formations(axes, trace, moments)
+    _formations(axes, trace, moments, links(trace))
     axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
     _ways(axes, trace, rows)
     _ends(axes, trace)
@@ -159,9 +190,9 @@ def _moments(trace: xarray.Dataset) -> list[int]:
     return np.linspace(0, len(target) - 1, count + 1).astype(int)[1:].tolist()
 
 
-def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
+def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: Formations) -> None:
     """Links between neighbors and the robots' places at a few moments."""
-    q, formations, gone = np.clip(trace["q"].values, -RANGE, RANGE), links(trace), lost(trace)
+    q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
     for moment in moments:
         for i, j in links_at(formations, moment):
             axes.plot(*q[moment, [i, j]].T, color=ESCORT, linewidth=0.7, alpha=0.7, zorder=2.5)
@@ -237,7 +268,7 @@ def _keys(trace: xarray.Dataset) -> list[Key]:
         if float(trace.attrs["safe_distance"]) > 0:
             rim = Line2D([], [], color=palette.CONTACT, linestyle=BOUND)
             shade = Patch(color=palette.CONTACT, alpha=0.15, linewidth=0)
-            keys.append(("safe distance", rim if trace.sizes["axis"] == 2 else shade))
+            keys.append(("safe distance", shade if trace.sizes["axis"] == 3 else rim))
     return keys
 
 
@@ -264,4 +295,4 @@ def _globe(axes: Axes3D, center: Array, radius: float) -> None:
         axes.plot(x, y, z, color=ESCORT, linewidth=0.8, linestyle=(0, (1, 2)), zorder=1.5)
 
 
-__all__ = ["bounds", "plan_height", "plan_view", "space_view"]
+__all__ = ["bounds", "pairs_height", "pairs_view", "plan_height", "plan_view", "space_view"]

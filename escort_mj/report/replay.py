@@ -44,13 +44,15 @@ class Moment:
 class Replay:
     """What a video needs of a run.
 
-    Planar missions happen at the height of their robots' centers.
+    Planar missions happen at the height of their robots' centers; of missions in more than three axes this is
+    what happens along x, y, z (see `stages.py` for the rest).
 
     Attributes:
         time: Times of the samples, shape (T,) [s].
         qpos: MuJoCo's generalized positions, shape (T, coordinates).
         robots: Positions, shape (T, n, 3) [m].
         target: Positions, shape (T, 3) [m].
+        target_coordinates: The same in all axes of the mission, shape (T, p) [m].
         avoiding: Whether obstacle avoidance rules a robot, shape (T, n).
         touching: Whether a robot touched something since the previous sample, shape (T, n).
         robot_radius: Shape (n,) [m].
@@ -62,12 +64,16 @@ class Replay:
         lost: Whether the team has lost a robot, shape (T, n).
         formations: From which sample on who is whose neighbor: pairs of robots from 0, shape (edges, 2).
         planar: Whether the mission has two axes.
+        axes: Names of the axes that are seen.
+        suffix: What names of its bodies end with, in the model.
+        facing: Whether to look straight along y: at an abacus, for example.
     """
 
     time: Array
     qpos: Array
     robots: Array
     target: Array
+    target_coordinates: Array
     avoiding: Flags
     touching: Flags
     robot_radius: Array
@@ -79,6 +85,9 @@ class Replay:
     lost: Flags
     formations: list[tuple[int, NDArray[np.int64]]]
     planar: bool
+    axes: tuple[str, ...]
+    suffix: str = ""
+    facing: bool = False
 
     @property
     def count(self) -> int:
@@ -151,7 +160,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
     height = float(robot_radius.max())
 
     def in_space(name: str) -> Array:
-        values = trace[name].values
+        values = trace[name].values[..., :3]
         return (
             np.concatenate([values, np.full((*values.shape[:-1], 1), height)], axis=-1) if planar else values
         )
@@ -161,6 +170,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
         qpos=trace["qpos"].values,
         robots=in_space("q"),
         target=in_space("target_position"),
+        target_coordinates=trace["target_position"].values,
         avoiding=trace["avoidance_active"].values > 0,
         touching=touching(trace),
         robot_radius=robot_radius,
@@ -172,6 +182,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
         lost=lost(trace),
         formations=links(trace),
         planar=planar,
+        axes=tuple(trace["axis"].values[:3]),
     )
 
 

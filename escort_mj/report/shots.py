@@ -17,6 +17,7 @@ CameraName = Literal["overview", "follow", "top"]
 
 PLANAR_ELEVATION = -55.0
 SPACE_ELEVATION = -20.0
+FACING_ELEVATION = -6.0
 ORBIT = 14.0  # degrees to either side: parallax shows depth
 LEAST_CIRCLE = 0.2  # of the picture's height, or else the camera glides along
 FRAMED_POINTS = 400
@@ -58,17 +59,25 @@ def plan_shot(replay: Replay, camera: CameraName, field_of_view: float, aspect: 
         aspect: Width over height of the picture.
         calm: Time over which a gliding camera's motion is smoothed [s].
     """
-    elevation = -90.0 if camera == "top" else PLANAR_ELEVATION if replay.planar else SPACE_ELEVATION
+    elevation = (
+        FACING_ELEVATION
+        if replay.facing
+        else -90.0
+        if camera == "top"
+        else PLANAR_ELEVATION
+        if replay.planar
+        else SPACE_ELEVATION
+    )
     times = np.linspace(replay.time[0], replay.end, 200)
     azimuth = np.full(len(times), 90.0)
-    if not replay.planar and camera != "top":
+    if not replay.planar and not replay.facing and camera != "top":
         azimuth = _across(replay.target) + ORBIT * np.linspace(-1.0, 1.0, len(times))
     optics = (field_of_view, aspect, INSETS)
-    if camera != "follow":
+    if camera != "follow" or replay.facing:
         everything = _everything(replay)
         views = [frame(everything, a, elevation, *optics) for a in azimuth]
         nearest = 2 * replay.radius / (2 * views[0].distance * math.tan(math.radians(field_of_view) / 2))
-        if nearest >= LEAST_CIRCLE:
+        if nearest >= LEAST_CIRCLE or replay.facing:
             return _shot(times, views)
     views = [
         frame(_around(replay, t, camera), a, elevation, *optics) for t, a in zip(times, azimuth, strict=True)

@@ -117,11 +117,11 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
         if not isinstance(chords, Chords):
             continue
         if not chords_exist(count, axes):
-            needed = "at least 2" if axes == 2 else "6"
+            needed = {2: "at least 2 robots, or ", 3: "6 robots, or "}.get(axes, "")
             yield Finding(
                 path,
-                f"chords has no even formation of {count} robots in {axes} axes; expected {needed} robots, "
-                "or vertices, which spreads any number, in its place",
+                f"chords has no even formation of {count} robots in {axes} axes; expected {needed}"
+                "vertices or repulsion, which spread any number, in its place",
                 related=(("robots", "count"), ("robots", "positions"), ("mission", "behaviors"), ("axes",)),
             )
         if chords.order is not None and sorted(chords.order) != list(range(1, count + 1)):

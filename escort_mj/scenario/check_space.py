@@ -37,6 +37,13 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(path, f"found {len(vector)} numbers; expected {axes}, as axes says")
     if robots.kind == "rolling_sphere" and axes != 2:
         yield Finding(("robots", "kind"), f"found rolling_sphere in {axes} axes; it rolls on a floor: axes 2")
+    gravity = scenario.physics.gravity
+    if axes > 3 and gravity is not None and any(gravity):
+        yield Finding(
+            ("physics", "gravity"),
+            f"found {list(gravity)} m/s^2 in {axes} axes; gravity pulls along x, y, z only: give "
+            "uncertainty.disturbance instead, one force per axis",
+        )
 
 
 def check_team(scenario: Scenario) -> Iterator[Finding]:
@@ -72,7 +79,7 @@ def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
     seen: dict[str, int] = {}
     for index, obstacle in enumerate(scenario.obstacles):
         name = obstacle.name or f"obstacle_{index + 1}"
-        if name in ("target", "world") or re.fullmatch(r"robot_\d+", name):
+        if name in ("target", "world") or re.fullmatch(r"robot_\d+|.*_shadow_\d+", name):
             yield Finding(("obstacles", index, "name"), f"found {name}; robots, target and world have theirs")
         if name in seen:
             yield Finding(("obstacles", index, "name"), f"found {name} again; obstacles[{seen[name]}] has it")

@@ -84,7 +84,7 @@ Check = Callable[[Scenario], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_dimensions, ("axes", "target", "robots", "obstacles", "uncertainty")),
+    (check_dimensions, ("axes", "physics", "target", "robots", "obstacles", "uncertainty")),
     (check_team, ("axes", "robots")),
     (check_motion, ("axes", "duration", "target", "uncertainty")),
 )

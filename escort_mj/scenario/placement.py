@@ -13,7 +13,7 @@ from escort_mj.scenario.trajectory import target_trajectory
 
 Array = NDArray[np.float64]
 
-DEFAULT_COUNT = {2: 5, 3: 6}
+DEFAULT_COUNT = {2: 5}  # the paper's teams; in more axes a cross-polytope: two robots an axis
 TRIES_PER_ROBOT = 2000
 TRIES_AT_ONCE = 4
 
@@ -35,11 +35,13 @@ class Team(NamedTuple):
 
 
 def robot_count(scenario: Scenario) -> int:
-    """Number of robots: as told, as many as have positions, or the paper's team for the axes."""
+    """Number of robots: as told, as many as have positions, or the default team for the axes."""
     robots = scenario.robots
     if robots.count is not None:
         return robots.count
-    return DEFAULT_COUNT[scenario.axes] if robots.positions is None else len(robots.positions)
+    if robots.positions is not None:
+        return len(robots.positions)
+    return DEFAULT_COUNT.get(scenario.axes, 2 * scenario.axes)
 
 
 def team(scenario: Scenario) -> Team:
@@ -101,9 +103,11 @@ def _draw(
 
     Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits everywhere.
     """
-    for _ in range(TRIES_PER_ROBOT // TRIES_AT_ONCE):
+    tried = 0
+    while tried < TRIES_PER_ROBOT:
         offsets = 2.0 * random.random((TRIES_AT_ONCE, len(center))) - 1.0
         points = center + within * offsets[(offsets * offsets).sum(axis=1) <= 1.0]
+        tried += len(points)
         apart = points[:, np.newaxis] - taken
         clear = ((apart * apart).sum(axis=2) >= reach * reach).all(axis=1)
         if clear.any():

@@ -31,6 +31,7 @@ from escort_mj.scenario.fields import (
 from escort_mj.signals import METRIC_NAMES
 
 MAX_ROBOTS = 5000
+MAX_AXES = 9
 RobotKind = Literal["point_mass", "rolling_sphere"]
 
 
@@ -99,7 +100,7 @@ class Robots(Parameters):
     """The team of robots."""
 
     count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
-    """Number of robots; null: as many as `positions` has, or else 5 (axes 2) or 6 (axes 3)."""
+    """Number of robots; null: as many as `positions` has, or else 5 where axes is 2, else twice the axes."""
     kind: RobotKind = "point_mass"
     """`point_mass` slides freely along each axis; `rolling_sphere` rolls on the floor (axes 2)."""
     mass: Mass = 1.0
@@ -240,8 +241,8 @@ class Scenario(Parameters):
     """Seed of all randomness: positions and noise."""
     duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0
     """Simulated time [s]."""
-    axes: Literal[2, 3] = 2
-    """Dimension of the space: 2 is the plane, 3 is space."""
+    axes: Annotated[int, Field(ge=2, le=MAX_AXES)] = 2
+    """Dimension of the space: 2 is the plane, 3 is space, more is beyond it (docs/axes.md)."""
     physics: Physics = Physics()
     """How MuJoCo steps the world."""
     target: Target = Target()

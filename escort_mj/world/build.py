@@ -16,15 +16,18 @@ from escort_mj.control.setup import Setup
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
-from escort_mj.signals import truth_sizes
+from escort_mj.signals import axis_names, truth_sizes
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import graft, load_part, new_root
+from escort_mj.world.stages import IN_SPACE, Stage, corners, robot_steps, stages_of
 from escort_mj.world.wiring import PLAN_SIZE, Group, wire
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
 STANDARD_GRAVITY = 9.81
 PATH_SAMPLES = 500
+THIN = 0.012  # of the mission's radius: rails and bars of an abacus
+RAIL = [0.72, 0.74, 0.77, 1.0]
 MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 
@@ -70,16 +73,20 @@ def build(scenario: Scenario) -> World:
     if scenario.axes == 2:
         floor = load_part("floor").find("geom", "floor")
         graft(floor, root.worldbody, "floor")
-    height = scenario.robots.radius if scenario.axes == 2 else 0.0
-    _add_robots(root, scenario, robots, height)
-    _add_obstacles(root, scenario, height)
-    start = _in_space(setup.target.position(0.0), height)
-    target = graft(load_part("target").find("body", "target"), root.worldbody, "target")
-    target.pos = start
-    target.find("geom", "target_body").set_attributes(
-        size=[scenario.target.radius], rgba=[*palette.TARGET, 1.0]
-    )
-    add_cameras(root, target, scenario, *_extent(scenario, setup, robots, height))
+    stages = _stages(scenario, setup, robots)
+    _add_robots(root, scenario, robots, stages)
+    _add_obstacles(root, scenario, stages, len(robots.mass))
+    target = _add_target(root, scenario, setup.target.position(0.0), stages, len(robots.mass))
+    low, high = corners(stages)
+    if scenario.axes == 2:
+        low[2], high[2] = (
+            0.0,
+            high[2] + max(robots.radius.max(), scenario.target.radius, *setup.obstacle_radius),
+        )
+    add_cameras(root, target, scenario, low, high)
+    if scenario.axes > IN_SPACE:  # a body's parts may lie on another's while the two are far apart
+        for geom in root.find_all("geom"):
+            geom.contype = geom.conaffinity = 0
 
     plan = pack(setup, stride, coordinates, scenario.recording.truth)
     root.size.nuserdata = state_size(plan)
@@ -87,7 +94,7 @@ def build(scenario: Scenario) -> World:
     plan[PLAN_SIZE] = len(plan)
     _add_numbers(root, "escort_plan", plan)
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
-    _add_numbers(root, "escort_wiring", wire(model, len(robots.mass)))
+    _add_numbers(root, "escort_wiring", wire(model, len(robots.mass), stages))
     xml = root.to_xml_string()
     sizes = {
         "robot": len(robots.mass),
@@ -120,62 +127,109 @@ def _set_physics(root: Any, scenario: Scenario) -> None:
     root.option.flag.autoreset = "disable"
 
 
-def _in_space(position: NDArray[Any], height: float) -> NDArray[Any]:
-    """A position of the mission as a point of the world: planar missions happen at one height."""
-    return np.asarray(position) if len(position) == 3 else np.array([*position, height])
-
-
-def _add_robots(root: Any, scenario: Scenario, robots: Team, height: float) -> None:
-    """One body and its motors per robot."""
-    part = load_part(scenario.robots.kind)
-    axes = "xyz"[: scenario.axes]
-    body_part = part.find("body", "robot")
-    motors = [part.find("actuator", axis) for axis in axes]
-    rolls = scenario.robots.kind == "rolling_sphere"
-    for i, position in enumerate(robots.position):
-        name = f"robot_{i + 1}"
-        body = graft(body_part, root.worldbody, name, skip=tuple(set("xyz") - set(axes)))
-        body.pos = _in_space(position, robots.radius[i] if rolls else height)
-        body.find("geom", f"{name}_body").set_attributes(
-            size=[robots.radius[i]],
-            mass=robots.mass[i],
-            rgba=[*palette.robot_color(i, len(robots.mass)), 1.0],
-        )
-        if not rolls:
-            for axis, start in zip(axes, position, strict=True):
-                body.find("joint", f"{name}_{axis}").ref = start
-        for motor in motors:
-            copy = root.actuator.add(
-                "motor", name=f"{name}_{motor.name}", joint=f"{name}_{motor.joint.name}", gear=motor.gear
-            )
-            if np.isfinite(robots.force_limit[i]):
-                copy.forcerange = [-robots.force_limit[i], robots.force_limit[i]]
-
-
-def _add_obstacles(root: Any, scenario: Scenario, height: float) -> None:
-    """One fixed body per obstacle."""
-    part = load_part("obstacle").find("body", "obstacle")
-    for name, obstacle in zip(obstacle_names(scenario), scenario.obstacles, strict=True):
-        body = graft(part, root.worldbody, name)
-        body.pos = _in_space(np.array(obstacle.position), height)
-        body.find("geom", f"{name}_body").set_attributes(
-            size=[obstacle.radius], rgba=[*palette.OBSTACLE, 1.0]
-        )
-
-
-def _extent(
-    scenario: Scenario, setup: Setup, robots: Team, height: float
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Corners of the box in which the mission happens, shape (3,) each [m]."""
+def _stages(scenario: Scenario, setup: Setup, robots: Team) -> list[Stage]:
+    """Where the axes of the mission are in the world; planar missions happen at one height."""
     path = setup.target.position(np.linspace(0.0, scenario.duration, PATH_SAMPLES))
     reach = max(scenario.mission.radius + robots.radius.max(), scenario.target.radius)
     centers = np.vstack([path, robots.position, setup.obstacle_position])
     around = np.concatenate([np.full(len(path), reach), robots.radius, setup.obstacle_radius])[:, None]
     low, high = (centers - around).min(axis=0), (centers + around).max(axis=0)
-    if scenario.axes == 2:
-        tallest = max(robots.radius.max(), scenario.target.radius, *setup.obstacle_radius)
-        return np.array([*low, 0.0]), np.array([*high, height + tallest])
-    return low, high
+    height = scenario.robots.radius if scenario.axes == 2 else 0.0
+    return stages_of(low, high, height, scenario.mission.radius, robots.radius.max(), len(robots.mass))
+
+
+def _add_robots(root: Any, scenario: Scenario, robots: Team, stages: list[Stage]) -> None:
+    """The bodies of each robot, one for each stage, and its motors."""
+    part = load_part(scenario.robots.kind)
+    count = len(robots.mass)
+    for i, (steps, position) in enumerate(zip(robot_steps(count), robots.position, strict=True)):
+        for stage in stages:
+            place = stage.place(position, steps)
+            if scenario.robots.kind == "rolling_sphere":
+                place[2] = robots.radius[i]  # it stands on the floor
+            _add_body(root, part, f"robot_{i + 1}", stage, place, position, robots, i)
+            if stage.is_abacus:
+                _add_rail(root, f"robot_{i + 1}_rail", stage, steps, scenario.mission.radius)
+
+
+def _add_body(
+    root: Any,
+    part: Any,
+    robot: str,
+    stage: Stage,
+    place: NDArray[Any],
+    position: NDArray[Any],
+    robots: Team,
+    i: int,
+) -> None:
+    """One body of a robot with its motors; every body has all of the robot's mass."""
+    name = robot + stage.suffix
+    unused = tuple(set("xyz") - set(stage.directions))
+    body = graft(part.find("body", "robot"), root.worldbody, name, skip=unused)
+    body.pos = place
+    body.find("geom", f"{name}_body").set_attributes(
+        size=[robots.radius[i]],
+        mass=robots.mass[i],
+        rgba=[*palette.robot_color(i, len(robots.mass)), 1.0],
+        group=stage.number,
+    )
+    names = axis_names(robots.position.shape[1])[stage.axes]
+    for direction, axis, start in zip(stage.directions, names, position[stage.axes], strict=True):
+        motor = part.find("actuator", direction)
+        joint = body.find("joint", f"{name}_{motor.joint.name}")
+        if joint.tag == "joint":
+            joint.name = f"{robot}_{axis}"
+            joint.ref = start
+        copy = root.actuator.add("motor", name=f"{robot}_{axis}", joint=joint.name, gear=motor.gear)
+        if np.isfinite(robots.force_limit[i]):
+            copy.forcerange = [-robots.force_limit[i], robots.force_limit[i]]
+
+
+def _add_rail(root: Any, name: str, stage: Stage, robot: float, radius: float) -> None:
+    """The column of an abacus along which a robot's body slides, only to be seen."""
+    foot, top = stage.place_at(stage.low[2], robot), stage.place_at(stage.high[2], robot)
+    root.worldbody.add(
+        "geom", name=name, type="capsule", fromto=[*foot, *top], size=[THIN * radius], rgba=RAIL,
+        group=stage.number,
+    )  # fmt: skip
+
+
+def _add_obstacles(root: Any, scenario: Scenario, stages: list[Stage], count: int) -> None:
+    """The fixed bodies of each obstacle, one for each stage."""
+    part = load_part("obstacle").find("body", "obstacle")
+    for name, obstacle in zip(obstacle_names(scenario), scenario.obstacles, strict=True):
+        for stage in stages:
+            body = graft(part, root.worldbody, name + stage.suffix)
+            body.pos = stage.place(np.array(obstacle.position))
+            geom = body.find("geom", f"{name}{stage.suffix}_body")
+            geom.set_attributes(size=[obstacle.radius], rgba=[*palette.OBSTACLE, 1.0], group=stage.number)
+            if stage.is_abacus:  # a band across all columns: this far the obstacle reaches along the axis
+                size = [stage.width(count) / 2, THIN * scenario.mission.radius, obstacle.radius]
+                geom.set_attributes(type="box", size=size, rgba=[*palette.OBSTACLE, 0.3])
+
+
+def _add_target(root: Any, scenario: Scenario, start: NDArray[Any], stages: list[Stage], count: int) -> Any:
+    """The bodies of the target, one for each stage, moved along its trajectory; the first is returned."""
+    part = load_part("target").find("body", "target")
+    radius = scenario.mission.radius
+    for stage in stages:
+        name = f"target{stage.suffix}"
+        body = graft(part, root.worldbody, name, skip=("follow",) if stage.suffix else ())
+        body.pos = stage.place(start)
+        geom = body.find("geom", f"{name}_body")
+        geom.set_attributes(size=[scenario.target.radius], rgba=[*palette.TARGET, 1.0], group=stage.number)
+        if stage.is_abacus:  # bars across all columns: at the target, and as far from it as robots can be
+            half = stage.width(count) / 2
+            geom.set_attributes(type="box", size=[half, THIN * radius, THIN * radius])
+            for side in (-1.0, 1.0):
+                body.add(
+                    "geom", type="box", pos=[0.0, 0.0, side * radius], rgba=[*palette.LIMIT, 0.6],
+                    size=[half, THIN * radius / 2, THIN * radius / 2], group=stage.number,
+                )  # fmt: skip
+        elif stage.suffix:
+            rgba = [*palette.LIMIT, 0.08]
+            body.add("geom", type="sphere", size=[radius], rgba=rgba, group=stage.number)
+    return root.find("body", "target")
 
 
 __all__ = ["Group", "World", "build", "obstacle_names"]

@@ -28,10 +28,10 @@ from numba.extending import intrinsic
 
 from escort_mj.control.plan import axes_of
 from escort_mj.kernels import DOUBLE, OPTIONS, pointer_at
+from escort_mj.scenario.schema import MAX_AXES
 from escort_mj.world.build import World
 from escort_mj.world.step import MODEL_NUMERIC, control, is_ours, look
 
-MOST_AXES = 9
 MANY = 4  # the class of all numbers of axes from here on
 ACCELERATION_STAGE = int(mujoco.mjtStage.mjSTAGE_ACC)
 
@@ -55,7 +55,7 @@ def _compiled(least: int) -> Callbacks:
     `control` evaluates the law before MuJoCo solves for accelerations. `look` runs as a sensor after the
     solve: only then do contact forces belong to this step.
     """
-    most = MOST_AXES if least == MANY else least
+    most = MAX_AXES if least == MANY else least
 
     @numba.cfunc(CONTROL, cache=True, **_OPTIONS)
     def control_callback(m, d):

@@ -16,8 +16,9 @@ from escort_mj.control.plan import MAGIC, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, pointer_at, vector_at
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.mass import INT, mass_block
+from escort_mj.world.stages import IN_SPACE
 from escort_mj.world.truth import observe
-from escort_mj.world.watch import watch
+from escort_mj.world.watch import overlaps, watch
 from escort_mj.world.wiring import wiring_behind
 
 MODEL_NUMBERS = offset("mjModel", "nnumericdata")
@@ -92,9 +93,11 @@ def control(m: int, d: int, axes: int) -> None:
         for k in range(p):
             ctrl[i * p + k] = state.command[i, k]
             applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
-    target = vector_at(pointer_at(d + DATA_MOCAP), p)
+    mocap = pointer_at(d + DATA_MOCAP)
     for k in range(p):  # where it will be when MuJoCo next looks
-        target[k] = state.target_position[k] + plan.timestep * state.target_velocity[k]
+        target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
+        ahead = state.target_position[k] + plan.timestep * state.target_velocity[k]
+        target[0] = wiring.target_offset[k] + ahead
 
 
 @inlined
@@ -121,6 +124,8 @@ def look(m: int, d: int, axes: int) -> None:
             pointer_at(d + DATA_ACCELERATION),
         )
     touching, largest = 0, 0.0
+    if axes > IN_SPACE:
+        touching = overlaps(plan, state, wiring_of(m).target_radius[0])
     count = int_at(d + DATA_NCON)
     if count > 0:
         group = wiring_of(m).geom_group

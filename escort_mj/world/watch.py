@@ -44,6 +44,40 @@ def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None
 
 
 @inlined
+def overlaps(plan: Plan, state: State, target_radius: float) -> int:
+    """Finds the pairs of bodies that overlap in all axes: contacts, where MuJoCo can find none.
+
+    In more than three axes a body's parts may lie on another's while the two are far apart.
+
+    Args:
+        plan: Gives obstacles and radii.
+        state: `q` and `target_position` are read, the keys of the pairs are written to `touching`.
+        target_radius: [m].
+
+    Returns:
+        How many pairs overlap; those beyond the size of `touching` have no key.
+    """
+    n, m = state.q.shape[0], plan.obstacle_radius.shape[0]
+    found = 0
+    for i in range(n):
+        for j in range(i + m + 1):
+            if j < i:
+                other, radius = state.q[j], plan.robot_radius[j]
+            elif j < i + m:
+                other, radius = plan.obstacle_position[j - i], plan.obstacle_radius[j - i]
+            else:
+                other, radius = state.target_position, target_radius
+            square = 0.0
+            for k in range(state.q.shape[1]):
+                square += (state.q[i, k] - other[k]) ** 2
+            if square < (plan.robot_radius[i] + radius) ** 2:
+                if found < state.touching.shape[1]:
+                    state.touching[1, found] = i * (n + m + 1) + j
+                found += 1
+    return found
+
+
+@inlined
 def _onsets(state: State, contacts: int) -> int:
     """How many of this step's touching pairs did not touch in the step before, which they then become."""
     before, now = state.touching[0], state.touching[1]

@@ -280,7 +280,41 @@ WRONG = [
         "2:20: target.position: ",
         "found 2 numbers; expected 3",
     ),
-    ("wrong axes", "axes: 4\n", "1:7: axes: ", "found 4; allowed are 2 or 3"),
+    ("a line", "axes: 1\n", "1:7: axes: ", "found 1; expected at least 2"),
+    ("too many axes", "axes: 10\n", "1:7: axes: ", "found 10; expected at most 9"),
+    ("half an axis", "axes: 3.5\n", "1:7: axes: ", "found 3.5; expected a whole number"),
+    ("rolling in four axes", "axes: 4\nrobots: {kind: rolling_sphere}\n", "2:16: robots.kind: ", "rolls on"),
+    (
+        "chords in four axes",
+        "axes: 4\nmission: {behaviors: [chords]}\n",
+        "2:23: mission.behaviors[0]: ",
+        "chords has no even formation of 8 robots in 4 axes; expected vertices or repulsion, which spread",
+    ),
+    (
+        "gravity in five axes",
+        "axes: 5\nphysics: {gravity: [0, 0, -9.81]}\n",
+        "2:20: physics.gravity: ",
+        "gravity pulls along x, y, z only",
+    ),
+    (
+        "too close for five robots in four axes",
+        "axes: 4\ntarget: {radius: 0.1}\nrobots: {count: 5, radius: 0.8, placement: {within: 20}}\n"
+        "mission: {radius: 1}\n",
+        "4:19: mission.radius: ",
+        "neighbors 1.58 m apart; expected more than their diameter, 1.6 m",
+    ),
+    (
+        "three numbers in four axes",
+        "axes: 4\nobstacles: [{position: [1, 2, 3]}]\n",
+        "2:24: obstacles[0].position: ",
+        "found 3 numbers; expected 4",
+    ),
+    (
+        "a shadow's name",
+        "obstacles: [{position: [30, 30], name: rock_shadow_1}]\n",
+        "1:40: obstacles[0].name: ",
+        "robots, target and world have theirs",
+    ),
     (
         "rolling in space",
         "axes: 3\nrobots: {kind: rolling_sphere}\n",

@@ -1,0 +1,225 @@
+"""Missions of more than three axes: a robot is several bodies, and one of p axes to the law."""
+
+import itertools
+import threading
+
+import mujoco
+import numpy as np
+import pytest
+
+from escort_mj.signals import axis_names
+from escort_mj.world.build import World
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+BODIES = {4: 2, 5: 2, 7: 3, 9: 3}  # of each robot
+
+
+def mission(axes: int, count: int = 3, **keys) -> dict:
+    """A mission of a few robots in general position, with something of everything."""
+    rng = np.random.default_rng(axes)
+    return {
+        "axes": axes,
+        "robots": {
+            "positions": (4.0 * rng.normal(size=(count, axes))).round(3).tolist(),
+            "overrides": [{"robot": 2, "mass": 2.5, "radius": 0.3, "force_limit": 7.0}],
+        },
+        "obstacles": [{"position": (9.0 + np.arange(axes)).tolist(), "radius": 0.7}],
+        "target": {"position": [f"{k + 1}*t + {k}" for k in range(axes)]},
+        **keys,
+    }
+
+
+@pytest.fixture(params=BODIES, ids=lambda axes: f"p{axes}")
+def world(request, make_world) -> World:
+    return make_world(**mission(request.param))
+
+
+def test_names_and_order(world: World) -> None:
+    """The coordinates of a robot lie side by side, and its motors in the same order."""
+    m, p = world.model, world.sizes["axis"]
+    bodies = [m.body(i).name for i in range(1, m.nbody)]
+    parts = ["", *(f"_shadow_{s}" for s in range(1, BODIES[p]))]
+    things = ["robot_1", "robot_2", "robot_3", "obstacle_1", "target"]
+    assert bodies == [thing + part for thing in things for part in parts]
+    assert (m.nq, m.nv, m.nu) == (3 * p, 3 * p, 3 * p)
+    wanted = [f"robot_{i}_{axis}" for i in (1, 2, 3) for axis in axis_names(p)]
+    assert [m.joint(i).name for i in range(m.njnt)] == wanted
+    assert [m.actuator(i).name for i in range(m.nu)] == wanted
+    assert m.actuator_trnid[:, 0].tolist() == list(range(3 * p))
+    assert m.qpos0.reshape(3, p).tolist() == world.team.position.tolist()
+    limits = np.repeat([10.0, 7.0, 10.0], p)
+    assert np.array_equal(m.actuator_forcerange, np.stack([-limits, limits], axis=1))
+    assert (m.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE).all()
+
+
+def test_kinetic_energy_is_that_of_one_mass_in_all_axes(world: World) -> None:
+    m, p = world.model, world.sizes["axis"]
+    data = mujoco.MjData(m)
+    velocity = np.random.default_rng(0).normal(size=(3, p))
+    data.qvel = velocity.ravel()
+    mujoco.mj_forward(m, data)
+    mujoco.mj_energyVel(m, data)
+    expected = 0.5 * (np.array([1.0, 2.5, 1.0]) * (velocity**2).sum(axis=1)).sum()
+    assert data.energy[1] == pytest.approx(expected, rel=1e-14)
+
+
+def test_bodies_are_drawn_where_the_coordinates_say(world: World) -> None:
+    """Each direction of a body is one coordinate, up to an offset that never changes."""
+    m, p = world.model, world.sizes["axis"]
+    data = mujoco.MjData(m)
+    rng = np.random.default_rng(1)
+    directions = {1: "z", 2: "xz", 3: "xyz"}
+    offsets = []
+    for _ in range(3):
+        q = rng.normal(scale=5.0, size=(3, p))
+        data.qpos = q.ravel()
+        mujoco.mj_kinematics(m, data)
+        found = []
+        for i, first in itertools.product(range(3), range(0, p, 3)):
+            name = f"robot_{i + 1}" + (f"_shadow_{first // 3}" if first else "")
+            axes = range(first, min(first + 3, p))
+            for direction, axis in zip(directions[len(axes)], axes, strict=True):
+                found.append(data.body(name).xpos["xyz".index(direction)] - q[i, axis])
+        offsets.append(np.reshape(found, (3, p)))
+    np.testing.assert_allclose(offsets[1:], [offsets[0]] * 2, rtol=0.0, atol=1e-13)
+    np.testing.assert_array_equal(np.round(offsets[0], 13), np.round(offsets[0][:1], 13).repeat(3, axis=0))
+    np.testing.assert_allclose(offsets[0][:, :3], 0.0, atol=1e-14)
+
+
+def test_stages_stand_apart(world: World) -> None:
+    """Nothing of one stage is among another's, at the start."""
+    m = world.model
+    data = mujoco.MjData(m)
+    mujoco.mj_forward(m, data)
+    spans = []
+    for part in ["", *(f"_shadow_{s}" for s in range(1, BODIES[world.sizes["axis"]]))]:
+        places = [
+            data.body(f"{thing}{part}").xpos[0] for thing in ("robot_1", "robot_2", "robot_3", "target")
+        ]
+        spans.append((min(places), max(places)))
+    for (_, right), (left, _) in itertools.pairwise(spans):
+        assert right + 5.0 < left  # at least the mission's radius
+
+
+@pytest.mark.parametrize("axes", [4, 5])
+def test_a_constant_force_accelerates_along_its_axis(axes: int, drifting, record_steps) -> None:
+    """Semi-implicit Euler from rest: v = k h F/m, q - q0 = h^2 F/m k (k + 1) / 2 after k."""
+    force = [0.1 * (k + 1) * (-1) ** k for k in range(axes)]
+    keys = mission(axes, uncertainty={"disturbance": force})
+    world = drifting(keys.pop("robots") | {"force_limit": 1e-12, "overrides": [{"robot": 2, "mass": 2.5}]},
+                     **{key: value for key, value in keys.items() if key != "target"})  # fmt: skip
+    record = record_steps(world, 400)
+    steps, h = np.arange(400)[:, None, None], 0.002
+    acceleration = np.array(force) / np.array([1.0, 2.5, 1.0])[:, None]
+    np.testing.assert_allclose(record["v"], steps * h * acceleration, rtol=0.0, atol=1e-10)
+    moved = record["q"] - world.team.position
+    np.testing.assert_allclose(moved, h * h * acceleration * steps * (steps + 1) / 2, rtol=0.0, atol=1e-10)
+
+
+def test_touch_is_judged_in_all_axes(drifting, record_steps) -> None:
+    """Bodies on each other in x, y, z and apart in x4 do not touch; MuJoCo itself finds no contact at all."""
+    apart = [[0, 0, 0, 3], [0, 0, 0, 3.5], [5, 0, 0, -3], [1000, 1000, 1000, 1001]]
+    world = drifting(
+        {"positions": apart, "radius": 0.2},
+        axes=4,
+        obstacles=[{"position": [5, 0, 0, -1], "radius": 1.0}],
+        target={"position": [1e3] * 4, "radius": 0.3},
+    )
+
+    def close(index: int, coordinate: int, value: float):
+        def prepare(plant: Plant) -> None:
+            plant.data.qpos[4 * index + coordinate] = value
+
+        return prepare
+
+    for prepare, expected in (
+        (id, 0),
+        (close(0, 3, 3.11), 1),  # robots 1 and 2: 0.39 apart, 0.4 is needed
+        (close(0, 3, 3.09), 0),
+        (close(2, 3, -2.19), 1),  # robot 3 and the obstacle: 1.19 of 1.2
+        (close(2, 3, -2.21), 0),
+        (close(3, 3, 1000.49), 1),  # robot 4 and the target: 0.49 of 0.5
+        (close(3, 3, 1000.51), 0),
+    ):
+        record = record_steps(world, 3, prepare)
+        assert record["contacts"].ravel().tolist() == [expected] * 3
+        assert record["contact_onsets"].ravel().tolist() == [expected] * 3
+        assert not record["contact_force"].any()
+
+
+def test_mujoco_finds_no_contacts(world: World) -> None:
+    m = world.model
+    assert not m.geom_contype.any() and not m.geom_conaffinity.any()
+
+
+def test_the_targets_bodies_go_where_the_law_has_it(world: World) -> None:
+    p = world.sizes["axis"]
+    with native_loop(world):
+        plant = Plant(world)
+        start = plant.data.mocap_pos.copy()
+        plant.step(500)
+        moved = plant.data.mocap_pos - start
+    directions = {1: [2], 2: [0, 2], 3: [0, 1, 2]}
+    for stage, first in enumerate(range(0, p, 3)):
+        axes = range(first, min(first + 3, p))
+        expected = np.zeros(3)
+        expected[directions[len(axes)]] = [1.0 + axis for axis in axes]
+        np.testing.assert_allclose(moved[stage], expected * plant.data.time, rtol=1e-12)
+
+
+def bits(plant: Plant) -> bytes:
+    return plant.data.qpos.tobytes() + plant.data.qvel.tobytes() + plant.data.userdata.tobytes()
+
+
+NOISY = {"uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}}}
+
+
+def test_the_same_bits_in_any_way_of_stepping(make_world) -> None:
+    world = make_world(**mission(5, **NOISY))
+    with native_loop(world):
+        whole, single = Plant(world), Plant(world)
+        whole.step(600)
+        for _ in range(600):
+            mujoco.mj_forward(world.model, single.data)
+            single.step(1)
+    assert bits(whole) == bits(single)
+    assert np.abs(whole.state.e).max() > 0.0
+
+
+def test_a_plane_and_four_axes_in_threads(make_world) -> None:
+    """Models of different classes of axes, stepped at once, repeat what each does by itself."""
+    worlds = [make_world(**mission(4, **NOISY)), make_world(seed=4, **NOISY)]
+    alone = []
+    for world in worlds:
+        with native_loop(world):
+            plant = Plant(world)
+            plant.step(1000)
+            alone.append(bits(plant))
+    found: dict[int, bytes] = {}
+
+    def run(index: int) -> None:
+        world = worlds[index % 2]
+        with native_loop(world):
+            plant = Plant(world)
+            for _ in range(20):
+                plant.step(50)
+        found[index] = bits(plant)
+
+    threads = [threading.Thread(target=run, args=(index,)) for index in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [found[index] for index in range(4)] == alone * 2
+    assert mujoco.get_mjcb_control() is None
+
+
+def test_the_exported_model_is_the_same_world(make_world) -> None:
+    world = make_world(**mission(7, **NOISY))
+    again = mujoco.MjModel.from_xml_string(world.xml)
+    with native_loop(world):
+        plant, data = Plant(world), mujoco.MjData(again)
+        plant.step(200)
+        mujoco.mj_step(again, data, nstep=200)
+    assert data.userdata.tobytes() == plant.data.userdata.tobytes()
