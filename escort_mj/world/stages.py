@@ -19,7 +19,8 @@ SHADOW = "_shadow_"  # in the names of bodies that carry a robot's further axes
 IN_SPACE = 3  # axes that one body can move along
 DIRECTIONS = {1: "z", 2: "xz", 3: "xyz"}  # of a stage, by the number of its axes
 SPREAD = {1: "x", 2: "y"}  # where robots are set apart
-APART = 3.0  # radii between two columns, at least
+APART = 3.0  # radii of a robot from one column to the next, at least
+DEPTH = 0.5  # of the mission's radius from the first robot to the last where they stand one behind another
 
 
 class Stage(NamedTuple):
@@ -121,9 +122,10 @@ def stages_of(
         places = ["xyz".index(direction) for direction in directions]
         half[places] = (high - low)[first : first + axes] / 2
         if axes < IN_SPACE:
-            least = APART * robot_radius if axes == 1 else 0.0
             across = "xyz".index(SPREAD[axes])
-            step[across] = max(2.0 * radius / count, least)
+            step[across] = (
+                DEPTH * radius / count if axes > 1 else max(2.0 * radius / count, APART * robot_radius)
+            )
             half[across] = step[across] * count / 2 + robot_radius
         half = np.maximum(half, robot_radius)
         center = (stages[0].low + stages[0].high) / 2

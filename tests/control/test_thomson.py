@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from escort_mj.control import thomson
+from escort_mj.control.formation import widest_spacing
 
 BEST_KNOWN = {
     4: 3.674234614,
@@ -30,6 +31,25 @@ def test_eight_points_in_four_dimensions_are_the_16_cell() -> None:
     points = thomson.even_points(8, 4)
     distance = np.sort(np.linalg.norm(points[:, None] - points, axis=2), axis=1)
     np.testing.assert_allclose(distance, [[0.0] + 6 * [math.sqrt(2.0)] + [2.0]] * 8, atol=1e-5)
+    assert thomson.energy(points) == pytest.approx(24.0 / math.sqrt(2.0) + 4.0 / 2.0, abs=2e-9)
+
+
+@pytest.mark.parametrize("axes", [4, 5, 7])
+def test_one_point_more_than_axes_is_the_simplex(axes: int) -> None:
+    points = thomson.even_points(axes + 1, axes)
+    i, j = np.triu_indices(axes + 1, 1)
+    apart = np.linalg.norm(points[i] - points[j], axis=1)
+    np.testing.assert_allclose(apart, widest_spacing(axes + 1, axes, 1.0), atol=1e-5)
+
+
+def test_the_least_distance_is_within_its_bound() -> None:
+    for axes in (4, 5):
+        for count in (2, 3, axes + 1, axes + 2, 2 * axes, 2 * axes + 1, 4 * axes):
+            points = thomson.even_points(count, axes)
+            i, j = np.triu_indices(count, 1)
+            assert (
+                np.linalg.norm(points[i] - points[j], axis=1).min() <= widest_spacing(count, axes, 1) + 1e-6
+            )
 
 
 @pytest.mark.parametrize("count", [2, 3, 5, 12])

@@ -80,11 +80,13 @@ class Wave:
 
 @kernel
 def step(plan: int, state: int, axes: int) -> None:
-    """Evaluates the law on packed memory; literal axes, as in the physics callback."""
+    """Evaluates the law on packed memory; literal axes where the physics callback has them."""
     if axes == 2:
         evaluate(unpack_plan(plan, 2), unpack_state(plan, state, 2))
-    else:
+    elif axes == 3:
         evaluate(unpack_plan(plan, 3), unpack_state(plan, state, 3))
+    else:
+        evaluate(unpack_plan(plan, axes), unpack_state(plan, state, axes))
 
 
 class Kernel:
@@ -339,6 +341,44 @@ def test_failures_on_every_ladder(ladder, axes: int) -> None:
     )
     setup = replace(setup, behaviors=ladder, failures=failures, reforming=reforming(6, axes, len(failures)))
     compare(setup, q, v, steps=12)
+
+
+def crowded(axes: int, seed: int, count: int) -> tuple[Setup, np.ndarray, np.ndarray]:
+    """A mission with obstacles at two of its robots: room grows with the axes, and they would be alone."""
+    setup, q, v = mission(axes, seed, count)
+    setup.obstacle_position[:2] = q[:2] + 1.0 / math.sqrt(axes)
+    return setup, q, v
+
+
+MANY = [ladder for ladder in LADDERS if CHORDS not in ladder]  # which has no formation in so many axes
+
+
+@pytest.mark.parametrize("axes", [4, 5, 9])
+@pytest.mark.parametrize("ladder", MANY, ids=lambda ladder: "-".join(b.behavior for b in ladder))
+def test_more_than_three_axes(ladder, axes: int) -> None:
+    setup, q, v = crowded(axes, seed=11, count=7)
+    setup = replace(setup, behaviors=ladder)
+    active = compare(setup, q, v)
+    if AVOID in ladder:
+        assert active.any() and not active.all()
+    compare(replace(setup, max_speed=1.5, target_feedforward=False), q, v)
+    failures = (Failure(robot=2, at=0.002, notice=0.002), Failure(robot=5, at=0.004, kind="stuck"))
+    compare(replace(setup, failures=failures, reforming=reforming(7, axes, 2)), q, v, steps=6)
+
+
+@pytest.mark.parametrize("axes", [4, 9])
+@pytest.mark.parametrize("law", LAWS)
+def test_every_law_in_more_than_three_axes(law, axes: int) -> None:
+    setup, q, v = crowded(axes, seed=12, count=5)
+    compare(replace(setup, behaviors=(AVOID, VERTICES, SURFACE), law=law()), q, v)
+
+
+@pytest.mark.parametrize("axes", [4, 9])
+@pytest.mark.parametrize("outer", [PotentialField(), BarrierFilter(rate=3.0)])
+def test_every_outer_loop_in_more_than_three_axes(outer, axes: int) -> None:
+    setup, q, v = crowded(axes, seed=13, count=5)
+    setup = replace(setup, behaviors=(AVOID, VERTICES, SURFACE), outer=outer, max_speed=1.5)
+    assert compare(setup, q, v, tolerance=1e-8).any()
 
 
 @pytest.mark.parametrize("axes", [2, 3])

@@ -36,6 +36,18 @@ ROLLING = {
     "mission": {"radius": 3.0, "max_speed": 1.0},
     "uncertainty": {**UNCERTAINTY, "disturbance": [0.2, "0.1*sin(t)"]},
 }
+FOUR = {
+    "axes": 4,
+    "seed": 14,
+    "robots": {"count": 8, "placement": {"within": 8}},
+    "obstacles": [{"position": [2, 1, 0.2, -1]}],
+    "mission": {"radius": 4.0},
+    "target": {"position": ["0.2*t", "sin(0.3*t)", "0.1*t", "0.2*cos(t)"]},
+    "uncertainty": {
+        **UNCERTAINTY,
+        "disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", 0.2, "0.5*cos(0.5*t)"],
+    },
+}
 
 
 class Driver:
@@ -57,7 +69,8 @@ class Driver:
         self.avoided |= self.signals.avoidance_active
         data.ctrl[:] = self.signals.tau.ravel()
         data.qfrc_applied[self.dof] = self.signals.disturbance
-        data.mocap_pos[0, : self.axes] = self.target.position(data.time + self.timestep)
+        ahead = self.target.position(data.time + self.timestep)[:3]
+        data.mocap_pos[0, : len(ahead)] = ahead
         return self.signals
 
 
@@ -78,8 +91,14 @@ def by_callback(world: World, data: mujoco.MjData, driver: Driver) -> None:
 
 @pytest.mark.parametrize(
     ("keys", "drive"),
-    [(PLANAR, by_halves), (PLANAR, by_callback), (SPATIAL, by_callback), (ROLLING, by_halves)],
-    ids=["planar_halves", "planar_callback", "spatial_callback", "rolling_halves"],
+    [
+        (PLANAR, by_halves),
+        (PLANAR, by_callback),
+        (SPATIAL, by_callback),
+        (ROLLING, by_halves),
+        (FOUR, by_halves),
+    ],
+    ids=["planar_halves", "planar_callback", "spatial_callback", "rolling_halves", "four_halves"],
 )
 def test_five_thousand_steps_agree(keys: dict, drive, make_world) -> None:
     world = make_world(**keys)

@@ -23,7 +23,7 @@ def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2) -> A
     points: list[Array] = []
     waiting = np.zeros(0)
     while len(points) < balls:
-        if len(waiting) < axes:
+        while len(waiting) < axes:
             words = generator.random_raw(4)
             halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
             waiting = np.concatenate([waiting, (halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0])
