@@ -60,7 +60,7 @@ def measure(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
     world = build(load_scenario(scenario, overrides))
     plant = Plant(world)
     bare, slow = mujoco.MjData(world.model), mujoco.MjData(world.model)
-    twin = ReferenceController(world.setup)
+    twin = ReferenceController(world.setup, world.stride)
     n, p = world.sizes["robot"], world.sizes["axis"]
 
     def control(model: mujoco.MjModel, data: mujoco.MjData) -> None:

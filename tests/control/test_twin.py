@@ -159,7 +159,7 @@ def compare(
 ) -> np.ndarray:
     """Walks both through random states, each evaluated twice; how often avoidance was active, (steps, n)."""
     rng = np.random.default_rng(seed)
-    kernel, twin = Kernel(setup), ReferenceController(setup)
+    kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
     twin.reset(q)
     active = []
     for count in range(steps):
@@ -228,7 +228,7 @@ def test_every_law(law, smoothing: str, anti_windup: bool, axes: int) -> None:
     }
     chosen = law(**{key: value for key, value in wanted.items() if key in law.model_fields})
     setup = replace(setup, law=chosen)
-    twin = ReferenceController(setup)
+    twin = ReferenceController(setup, stride=1)
     twin.reset(q)
     tau = twin.evaluate(0.0, q, v).tau
     saturated = np.abs(tau) > setup.force_limit[:, None]
@@ -252,7 +252,7 @@ def test_every_avoidance(gain: str, teammates: bool, measure: str, axes: int) ->
 def test_every_noise(position: float, velocity: float, axes: int) -> None:
     setup, q, v = mission(axes, seed=4)
     setup = replace(setup, noise_position=position, noise_velocity=velocity)
-    kernel, twin = Kernel(setup), ReferenceController(setup)
+    kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
     twin.reset(q)
     for t in (0.0, 0.002, 1.0, 12345.678):
         signals, state = twin.evaluate(t, q, v), kernel.evaluate(t, q, v)
@@ -311,7 +311,7 @@ def test_every_phase_and_the_trigger(trigger: Trigger | None, axes: int) -> None
         setup, q, v = mission(axes, seed=20 + seed)
         setup = replace(setup, phases=PHASES, trigger=trigger)
         rng = np.random.default_rng(seed)
-        kernel, twin = Kernel(setup), ReferenceController(setup)
+        kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
         twin.reset(q)
         for count in range(12):
             t = count * setup.timestep

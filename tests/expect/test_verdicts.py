@@ -29,6 +29,7 @@ def escort(errors, end=10.0):
             "q": (("time", "robot", "axis"), q),
             "target_position": (("time", "axis"), np.zeros((rows, 2))),
             "work": (("time", "robot"), np.zeros((rows, robots))),
+            "lost": (("time", "robot"), np.zeros((rows, robots), int)),
             "neighbors": (("edge", "end"), np.zeros((0, 2), int)),
             "spacing": ("edge", np.zeros(0)),
             "contacts": ("time", np.zeros(rows, int)),

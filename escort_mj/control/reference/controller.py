@@ -49,10 +49,15 @@ class ReferenceSignals(NamedTuple):
 
 
 class ReferenceController:
-    """The whole law with its state: reference position q_d [m] and estimate rho_hat [N], both (n, p)."""
+    """The whole law with its state: reference position q_d [m] and estimate rho_hat [N], both (n, p).
 
-    def __init__(self, setup: Setup) -> None:
-        self.setup = setup
+    Args:
+        setup: What the controller is told.
+        stride: Physics steps between two samples; the task signals are computed in those only.
+    """
+
+    def __init__(self, setup: Setup, stride: int = 25) -> None:
+        self.setup, self.stride = setup, stride
 
     def reset(self, q0: Array) -> None:
         """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
@@ -67,6 +72,8 @@ class ReferenceController:
         self._supervisor, self._holder = Supervisor(self.setup), Holder(self.setup)
         self._v_d, self._avoiding = np.zeros_like(self.q_d), np.zeros(self.setup.count, dtype=bool)
         self._updates = np.zeros(self.setup.count)
+        by_behavior = np.zeros((self.setup.count, len(self.setup.kinds)))
+        self._tasks = Tasks(self._updates, *[by_behavior] * 4)
         self._v_d_before, self._a_d = self._v_d, np.zeros_like(self.q_d)
 
     def evaluate(
@@ -143,6 +150,7 @@ class ReferenceController:
     ) -> Tasks:
         """Runs the outer loop of each phase, for the robots that it rules; returns the task signals."""
         setup = self.setup
+        sampled = round((self._time or 0.0) / setup.timestep) % self.stride == 0
         chosen: dict[int, Tasks] = {}
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
         for number in np.unique(phase):
@@ -150,11 +158,15 @@ class ReferenceController:
             wanted, active = reference_velocity(setup, team, ladder, self._rotation, q, v, e, c, c_dot)
             mine = (phase == number) & fresh
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]
-            chosen[int(number)] = weigh(setup, team, ladder, self._rotation, q, v, e, c)
+            if sampled:
+                chosen[int(number)] = weigh(setup, team, ladder, self._rotation, q, v, e, c)
         v_d[team.lost], avoiding[team.lost] = 0.0, False
         self._v_d, self._avoiding = v_d, avoiding
+        if not sampled:
+            return self._tasks
         rows = [[signal[i] for signal in chosen[int(number)]] for i, number in enumerate(phase)]
-        return Tasks(*(np.array(signal) for signal in zip(*rows, strict=True)))
+        self._tasks = Tasks(*(np.array(signal) for signal in zip(*rows, strict=True)))
+        return self._tasks
 
     def _noise(self, t: float) -> tuple[Array, Array]:
         """Measurement noise of all robots at t, of positions [m] and velocities [m/s], shape (n, p) each.
