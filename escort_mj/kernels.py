@@ -78,6 +78,16 @@ def inlined(function: F) -> F:
     return compiled
 
 
+def merged(function: F) -> F:
+    """Like `inlined`, but merged before types are known: for parts of a kernel that take plan and state.
+
+    As a function of its own each of these takes a second to compile, whatever its size, because its arguments
+    are hundreds of numbers; all of them merged into one kernel would take minutes.
+    """
+    compiled: F = numba.njit(cache=True, inline="always", **OPTIONS)(function)
+    return compiled
+
+
 def shared(function: F) -> F:
     """Compiled when a kernel calls it, and plain Python when Python does."""
     both: F = register_jitable(**OPTIONS)(function)

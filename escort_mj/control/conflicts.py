@@ -18,7 +18,7 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
-from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory, vector_at
 
 Array = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def _norm(x: Array) -> float:
     return math.sqrt(square)
 
 
-@inlined
+@merged
 def _error(row: Array, rank: int, weights: Array, wished: Array, plan: Plan, state: State, i: int) -> float:
     """How far an active task is from done, as a length [m]; root mean square over a task's directions."""
     if row[0] == AVOID_OBSTACLES:

@@ -16,7 +16,7 @@ from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.control.supervisor import FIRST, LEVELS, supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocity
-from escort_mj.kernels import inlined
+from escort_mj.kernels import inlined, merged
 
 
 @inlined
@@ -61,7 +61,7 @@ def evaluate(plan: Plan, state: State) -> None:
         command_motors(plan, state)
 
 
-@inlined
+@merged
 def advance(plan: Plan, state: State) -> bool:
     """Integrates reference position and estimate over the step since the last evaluation (eqs. 8, 10).
 
@@ -101,7 +101,7 @@ def advance(plan: Plan, state: State) -> bool:
     return moved
 
 
-@inlined
+@merged
 def follow_time(plan: Plan, state: State) -> None:
     """Target and disturbance at the present time."""
     n, p = state.q.shape
@@ -122,7 +122,7 @@ def follow_time(plan: Plan, state: State) -> None:
             state.disturbance[i, k] = push
 
 
-@inlined
+@merged
 def measure(plan: Plan, state: State) -> None:
     """What the law is given: true positions and velocities plus noise from a ball (section 5)."""
     n, p = state.q.shape

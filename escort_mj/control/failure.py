@@ -12,7 +12,7 @@ from escort_mj.control.noise import uniform
 from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.reform import reform
-from escort_mj.kernels import inlined
+from escort_mj.kernels import inlined, merged
 
 if TYPE_CHECKING:
     from escort_mj.control.plan import Plan, State
@@ -51,7 +51,7 @@ class Failure(Parameters):
 NEVER = [UNLIMITED, DEAD, UNLIMITED, 0.0]  # row of a robot that does not fail
 
 
-@inlined
+@merged
 def notice_losses(plan: Plan, state: State) -> None:
     """Marks robots of which the team now knows that they failed; the others re-form (remark 2)."""
     n = state.lost.shape[0]
@@ -88,7 +88,7 @@ def _close_ring(predecessors: np.ndarray, lost: np.ndarray) -> None:
         predecessors[i] = other
 
 
-@inlined
+@merged
 def command_motors(plan: Plan, state: State) -> None:
     """What the motors are told: the law's force where they work, else what is left of them.
 

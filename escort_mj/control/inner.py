@@ -7,7 +7,7 @@ from escort_mj.control.laws.sliding import smooth_signs
 from escort_mj.control.laws.super_twisting import twist
 from escort_mj.control.laws.tracking import is_winding_up
 from escort_mj.control.plan import COMPUTED_TORQUE, DIFFERENTIATING, PD, SLIDING, SUPER_TWISTING, Plan, State
-from escort_mj.kernels import inlined, stack_memory, vector_at
+from escort_mj.kernels import inlined, merged, stack_memory, vector_at
 
 
 @inlined
@@ -31,7 +31,7 @@ def inner_loop(plan: Plan, state: State) -> None:
         _computed_torque(plan, state)
 
 
-@inlined
+@merged
 def _demand(plan: Plan, state: State, i: int, k: int, tau: float, rate: float) -> None:
     """Demands a force, and lets reference and estimate move on unless they would wind up.
 
@@ -49,7 +49,7 @@ def _demand(plan: Plan, state: State, i: int, k: int, tau: float, rate: float) -
     state.q_d_rate[i, k] = state.v_measured[i, k] if held else state.v_d[i, k]
 
 
-@inlined
+@merged
 def _sliding_mode(plan: Plan, state: State) -> None:
     """Eq. 9, of which APD-SMC, ASMC and PD-SMC are cases."""
     n, p = state.q.shape
@@ -65,7 +65,7 @@ def _sliding_mode(plan: Plan, state: State) -> None:
             _demand(plan, state, i, k, tau, plan.mu * state.s[i, k])
 
 
-@inlined
+@merged
 def _super_twisting(plan: Plan, state: State) -> None:
     """See `laws/super_twisting.py`."""
     n, p = state.q.shape
@@ -77,7 +77,7 @@ def _super_twisting(plan: Plan, state: State) -> None:
             _demand(plan, state, i, k, tau, plan.mu * switched)
 
 
-@inlined
+@merged
 def _pd(plan: Plan, state: State) -> None:
     """See `laws/pd.py`."""
     n, p = state.q.shape
@@ -87,7 +87,7 @@ def _pd(plan: Plan, state: State) -> None:
             _demand(plan, state, i, k, tau, 0.0)
 
 
-@inlined
+@merged
 def _computed_torque(plan: Plan, state: State) -> None:
     """See `laws/computed_torque.py`. The filtered reference follows v_d at the rate that stands for a_d."""
     n, p = state.q.shape

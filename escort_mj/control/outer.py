@@ -22,7 +22,7 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
-from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory, vector_at
 
 Array = NDArray[np.float64]
 
@@ -85,7 +85,7 @@ def wish(
     return cycles
 
 
-@inlined
+@merged
 def intrusion(i: int, row: Array, plan: Plan, state: State) -> float:
     """How deep the worst intruder is in robot i's safe sphere, by a row of avoidance; 0 for none [m]."""
     depth, _ = avoidance(

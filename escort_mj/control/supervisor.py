@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors import BehaviorParameters
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.plan import Plan, State
-from escort_mj.kernels import inlined
+from escort_mj.kernels import inlined, merged
 
 Array = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def supervise(plan: Plan, state: State) -> None:
                 state.phase[i] = float(f)
 
 
-@inlined
+@merged
 def _holds(i: int, row: Array, plan: Plan, state: State, latched: float) -> bool:
     """Whether a robot meets a phase's condition; a phase that rules is left at its release only."""
     bound = row[RELEASE] if latched != 0.0 else row[THRESHOLD]
@@ -116,7 +116,7 @@ def _holds(i: int, row: Array, plan: Plan, state: State, latched: float) -> bool
     return value < bound if row[BELOW] != 0.0 else value > bound
 
 
-@inlined
+@merged
 def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
     """What a condition looks at, for robot i [m or 1]; infinite where there is nothing to be near to."""
     q, p = state.q_measured, state.q.shape[1]

@@ -12,7 +12,7 @@ from escort_mj.control.outer import intrusion
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.plan import AVOID_OBSTACLES, Plan, State
 from escort_mj.control.supervisor import FIRST, LEVELS
-from escort_mj.kernels import inlined
+from escort_mj.kernels import inlined, merged
 
 Array = NDArray[np.float64]
 
@@ -73,7 +73,7 @@ def refresh(plan: Plan, state: State) -> bool:
     return someone
 
 
-@inlined
+@merged
 def _fires(i: int, plan: Plan, state: State) -> bool:
     """Whether robot i has reason to compute its reference velocity anew."""
     p = state.q.shape[1]

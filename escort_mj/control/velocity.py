@@ -16,10 +16,10 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
-from escort_mj.kernels import DOUBLE, inlined, kernel, matrix_at, stack_memory, vector_at
+from escort_mj.kernels import DOUBLE, kernel, matrix_at, merged, stack_memory, vector_at
 
 
-@inlined
+@merged
 def reference_velocity(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     """Computes one robot's reference velocity in the way that the mission says.
 
@@ -88,7 +88,7 @@ def _filter(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     _slow_down(i, plan, state)
 
 
-@inlined
+@merged
 def _slow_down(i: int, plan: Plan, state: State) -> None:
     """Keeps the speed limit, along the same direction."""
     square = 0.0

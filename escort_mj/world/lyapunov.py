@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from escort_mj.control.laws.sliding import smooth_signs
 from escort_mj.control.plan import Plan, State
-from escort_mj.kernels import inlined, stack_memory, vector_at
+from escort_mj.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.signals import CAUSES
 
 DISSIPATION, REFERENCE, EXTERNAL, NOISE, SATURATION, ANTI_WINDUP, UNEXPLAINED = range(len(CAUSES))
@@ -37,13 +37,13 @@ def account(i: int, plan: Plan, state: State, first: bool) -> None:
     _forecast(i, plan, state, first)
 
 
-@inlined
+@merged
 def _sliding(i: int, a: int, plan: Plan, state: State) -> float:
     """S = (v_d - v) + slope (q_d - q) along an axis, of true states [m/s]."""
     return state.v_d[i, a] - state.v[i, a] + plan.slope * (state.q_d[i, a] - state.q[i, a])
 
 
-@inlined
+@merged
 def _value(i: int, plan: Plan, state: State) -> float:
     """V1 of one robot [J]; without adaptation (mu = 0) the estimate has no part in it."""
     p = state.q.shape[1]
@@ -60,7 +60,7 @@ def _value(i: int, plan: Plan, state: State) -> float:
     return 0.5 * twice
 
 
-@inlined
+@merged
 def _moved_reference(i: int, plan: Plan, state: State) -> float:
     """What the motion of the reference did to V1 at the end of the step, exactly [J].
 
@@ -82,7 +82,7 @@ def _moved_reference(i: int, plan: Plan, state: State) -> float:
     return moved
 
 
-@inlined
+@merged
 def _forecast(i: int, plan: Plan, state: State, first: bool) -> None:
     """The change of V1 by each cause over the step that begins: timestep times the present rates."""
     p = state.q.shape[1]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from escort_mj.control.plan import WATCHED_STEP, Plan, State, unpack_plan, unpack_state
-from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, kernel
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, kernel, merged
 from escort_mj.world.lyapunov import account
 from escort_mj.world.mass import INT, mass_block
 from escort_mj.world.wiring import wiring_behind
@@ -83,7 +83,7 @@ def _coupling(dof: int, p: int, end: int, mass: int, row_sizes: int, row_starts:
     return math.sqrt(squares)
 
 
-@inlined
+@merged
 def _reference_torque(i: int, plan: Plan, state: State, first: bool) -> None:
     """Rho = M q_r'' + C q_r' + g with q_r' = v_d + slope e (eq. 7), of true states.
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.plan import CONTACTS_BEFORE, WATCHED_STEP, Plan, State
-from escort_mj.kernels import inlined
+from escort_mj.kernels import inlined, merged
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None
         _watch_effort(plan, state, first)
 
 
-@inlined
+@merged
 def overlaps(plan: Plan, state: State, target_radius: float) -> int:
     """Finds the pairs of bodies that overlap in all axes: contacts, where MuJoCo can find none.
 
@@ -77,7 +77,7 @@ def overlaps(plan: Plan, state: State, target_radius: float) -> int:
     return found
 
 
-@inlined
+@merged
 def _onsets(state: State, contacts: int) -> int:
     """How many of this step's touching pairs did not touch in the step before, which they then become."""
     before, now = state.touching[0], state.touching[1]
@@ -94,7 +94,7 @@ def _onsets(state: State, contacts: int) -> int:
     return begun
 
 
-@inlined
+@merged
 def _watch_distances(plan: Plan, state: State, sampled: bool) -> None:
     """The worst clearances surface to surface; in a step that is sampled also all distances center to center.
 
@@ -139,7 +139,7 @@ def _watch_distances(plan: Plan, state: State, sampled: bool) -> None:
             state.robot_distance_min[i] = math.sqrt(nearest)
 
 
-@inlined
+@merged
 def _watch_effort(plan: Plan, state: State, first: bool) -> None:
     """Running totals of what the motors did."""
     n, p = state.q.shape
