@@ -1,0 +1,57 @@
+"""The compiled supervisor and event trigger against their NumPy twins."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from escort_mj.control.behaviors import Surface
+from escort_mj.control.reference import ReferenceController
+from escort_mj.control.supervisor import Condition, Phase
+from escort_mj.control.trigger import Trigger
+from tests.control.twins import (
+    AVOID,
+    CHORDS,
+    REPULSION,
+    SURFACE,
+    TOLERANCE,
+    VERTICES,
+    Kernel,
+    assert_same,
+    mission,
+)
+
+PHASES = (
+    Phase("late", (SURFACE, AVOID), after=0.004, before=0.012),
+    Phase("near", (AVOID, SURFACE), when=Condition(quantity="obstacle_distance", below=1.5, release=2.0)),
+    Phase("crowd", (Surface(gain=2.0), VERTICES), when=Condition(quantity="robot_distance", below=2.5)),
+    Phase("far", (REPULSION,), when=Condition(quantity="target_distance", above=7.0, release=6.5)),
+    Phase("gate", (AVOID, CHORDS, SURFACE), 0.008, when=Condition(
+        quantity="target_obstacle_distance", below=2.5, scope="team"
+    )),
+    Phase("all", (AVOID, SURFACE), 0.014, when=Condition(
+        quantity="robot_distance", below=0.6, scope="team"
+    )),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("trigger", [None, Trigger(distance=0.2, share=0.05, dwell=0.004, longest=0.01)])
+def test_every_phase_and_the_trigger(trigger: Trigger | None, axes: int) -> None:
+    seen: set[float] = set()
+    for seed in range(4):
+        setup, q, v = mission(axes, seed=20 + seed)
+        setup = replace(setup, phases=PHASES, trigger=trigger)
+        rng = np.random.default_rng(seed)
+        kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
+        twin.reset(q)
+        for count in range(12):
+            t = count * setup.timestep
+            for _ in range(2):
+                signals = twin.evaluate(t, q, v)
+                assert_same(kernel.evaluate(t, q, v), signals, TOLERANCE)
+            seen |= set(signals.phase)
+            q, v = q + rng.normal(scale=0.3, size=q.shape), v + rng.normal(scale=0.5, size=v.shape)
+        if trigger is not None:
+            assert 1 < signals.outer_updates.min() < signals.outer_updates.max() <= 12
+    assert seen >= {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}
