@@ -22,9 +22,10 @@ from escort_mj.record.metrics import summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
+from escort_mj.scenario.bodies import bodies_of, obstacle_names
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import columns, record_size
-from escort_mj.world.build import World, build, obstacle_names
+from escort_mj.world.build import World, build
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.plant import Plant, mujoco_version
 
@@ -189,8 +190,11 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
     neighbors, spacing = setup.edges
+    bodies = bodies_of(scenario)
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
     return {
+        "bodies": bodies.names,
+        "body_groups": bodies.groups,
         "obstacles": obstacle_names(scenario),
         "behaviors": setup.kinds,
         "robot_radius": setup.robot_radius.tolist(),

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError, UsageError
+from escort_mj.record.episodes import NONE
 from escort_mj.record.files import TEMPORARY, write_json, write_text
 from escort_mj.record.journal import Journal
 from escort_mj.record.outcome import Outcome
@@ -109,12 +110,12 @@ class RunFolder:
             header = {"sizes": dict(sizes), "record_size": record_size(sizes), "labels": dict(labels)}
             self._journal = Journal(self.path / JOURNAL, header)
 
-    def append(self, block: NDArray[np.float64]) -> None:
-        """Puts samples into the journal, shape (k, record_size)."""
+    def append(self, block: NDArray[np.float64], episodes: NDArray[np.float64] = NONE) -> None:
+        """Puts samples, shape (k, record_size), and contact episodes that ended into the journal."""
         if self._journal is None:
             raise RunFolderError(f"{self.path}: the run has not begun")
         with _writing(self.path):
-            self._journal.append(block)
+            self._journal.append(block, episodes)
 
     def finish(
         self,

@@ -1,4 +1,4 @@
-"""A run's samples on disk while it runs: appended block by block, readable after a kill at any moment."""
+"""A run's samples and contacts on disk while it runs, block by block, readable after a kill at any moment."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError
+from escort_mj.record.episodes import COLUMNS, NONE
 from escort_mj.record.files import read_json, write_json
 
 Array = NDArray[np.float64]
 
-SAMPLES, HEADER = "samples.f64", "header.json"
+SAMPLES, EPISODES, HEADER = "samples.f64", "episodes.f64", "header.json"
 
 
 class Journal:
-    """Appends samples as raw doubles beside a header that says what they are.
+    """Appends samples and contact episodes as raw doubles beside a header that says what they are.
 
     Attributes:
         folder: Folder of the journal.
@@ -35,23 +36,31 @@ class Journal:
         write_json(folder / HEADER, header)
         # Unbuffered: what `append` was given is with the operating system when it returns, kill or no kill.
         self._file = (folder / SAMPLES).open("wb", buffering=0)
+        self._episodes = (folder / EPISODES).open("wb", buffering=0)
 
-    def append(self, block: Array) -> None:
-        """Writes samples, shape (k, record_size), through to the operating system."""
-        rest = memoryview(np.ascontiguousarray(block, dtype="<f8").tobytes())
-        while rest:  # a raw write may take less than it is given
-            rest = rest[self._file.write(rest) :]
+    def append(self, block: Array, episodes: Array = NONE) -> None:
+        """Writes through to the operating system.
+
+        Args:
+            block: Samples, shape (k, record_size).
+            episodes: Contact episodes that ended since the last call, shape (k, len(COLUMNS)).
+        """
+        for file, rows in ((self._file, block), (self._episodes, episodes)):
+            rest = memoryview(np.ascontiguousarray(rows, dtype="<f8").tobytes())
+            while rest:  # a raw write may take less than it is given
+                rest = rest[file.write(rest) :]
 
     def close(self) -> None:
         """Ends writing; the files stay."""
         self._file.close()
+        self._episodes.close()
 
 
-def read_journal(folder: Path) -> tuple[Array, dict[str, Any]]:
-    """Reads what a journal holds, without a last sample that was torn.
+def read_journal(folder: Path) -> tuple[Array, Array, dict[str, Any]]:
+    """Reads what a journal holds, without a last row that was torn.
 
     Returns:
-        Samples, shape (k, record_size), and the header.
+        Samples, shape (k, record_size); episodes, shape (k, len(COLUMNS)); and the header.
 
     Raises:
         RunFolderError: If it cannot be read.
@@ -59,11 +68,18 @@ def read_journal(folder: Path) -> tuple[Array, dict[str, Any]]:
     header = read_json(folder / HEADER)
     try:
         width = int(header["record_size"])
-        values = np.fromfile(folder / SAMPLES, dtype="<f8")
-        rows = len(values) // width
+        samples = _whole_rows(folder / SAMPLES, width)
+        episodes = _whole_rows(folder / EPISODES, len(COLUMNS))
     except (OSError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
         raise RunFolderError(f"{folder}: the journal cannot be read: {error!r}") from None
-    return values[: rows * width].reshape(rows, width), header
+    return samples, episodes, header
+
+
+def _whole_rows(path: Path, width: int) -> Array:
+    """The rows of a file of doubles, without a torn end."""
+    values = np.fromfile(path, dtype="<f8")
+    rows = len(values) // width
+    return values[: rows * width].reshape(rows, width)
 
 
 def journal_of(folder: Path) -> Path | None:

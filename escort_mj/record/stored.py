@@ -103,8 +103,8 @@ def recovered(folder: Path) -> xarray.Dataset | None:
     if journal is None:
         return None
     try:
-        samples, header = read_journal(journal)
-        return build_trace(samples, header["sizes"], header["labels"])
+        samples, episodes, header = read_journal(journal)
+        return build_trace(samples, header["sizes"], header["labels"], episodes)
     except (RunFolderError, KeyError, TypeError, ValueError):
         if journal_of(folder) is None:  # it went while we read: the run has ended
             return None

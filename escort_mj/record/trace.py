@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError
+from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import replaced
 from escort_mj.signals import CAUSES, SIGNALS, TRUTH, axis_names, record_size
 
@@ -29,7 +30,9 @@ WHOLE = {
 }
 
 
-def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, Any]) -> xarray.Dataset:
+def build_trace(
+    samples: Array, sizes: Mapping[str, int], labels: Mapping[str, Any], episodes: Array = NONE
+) -> xarray.Dataset:
     """Names the parts of recorded samples.
 
     Args:
@@ -37,13 +40,15 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         sizes: Size of each dimension and channel, see `signals.record_size`.
         labels: `obstacles` and `behaviors` (names), `robot_radius` (n,), `obstacle_radius` (m,),
             `obstacle_position` (m, p), `force_limit` (n,), `neighbors` (edges, 2) as robot numbers,
-            `spacing` (edges,), and `attributes` of the dataset (texts and numbers; None is left out).
+            `spacing` (edges,), `bodies` and `body_groups` (names), and `attributes` of the dataset (texts and
+            numbers; None is left out).
+        episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
 
     Returns:
         Dataset with dimensions time, robot (from 1), axis (x, y, z), obstacle and behavior (names),
-        coordinate, and edge (pairs of neighbors), and with the truth channel axis_2 and cause; every
-        variable carries `units` and `long_name`. Distances to what is not there (obstacles, other robots)
-        are left out, and so are channels that were not recorded.
+        coordinate, edge (pairs of neighbors), body (names) and episode, and with the truth channel axis_2 and
+        cause; every variable carries `units` and `long_name`. Distances to what is not there (obstacles,
+        other robots) are left out, and so are channels that were not recorded.
 
     Raises:
         ValueError: If the samples do not fit the sizes.
@@ -71,6 +76,7 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
         kind = WHOLE.get(signal.name, "float64")
         attributes = {"units": signal.unit, "long_name": signal.meaning}
         variables[signal.name] = (("time", *signal.dims), values.astype(kind), attributes)
+    variables |= episode_variables(episodes)
     variables |= {
         "robot_radius": (
             "robot",
@@ -113,6 +119,16 @@ def build_trace(samples: Array, sizes: Mapping[str, int], labels: Mapping[str, A
                 "obstacle",
                 np.array(list(labels["obstacles"]), dtype=str),
                 {"long_name": "name of the obstacle"},
+            ),
+            "body": (
+                "body",
+                np.array(list(labels["bodies"]), dtype=str),
+                {"long_name": "name of the body"},
+            ),
+            "body_group": (
+                "body",
+                np.array(list(labels["body_groups"]), dtype=str),
+                {"long_name": "group of the body"},
             ),
             "behavior": (
                 "behavior",

@@ -13,6 +13,7 @@ from escort_mj import palette
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
+from escort_mj.scenario.bodies import obstacle_names
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
@@ -50,11 +51,6 @@ class World:
     team: Team
     stride: int
     sizes: dict[str, int]
-
-
-def obstacle_names(scenario: Scenario) -> list[str]:
-    """Names of the obstacles, given or numbered."""
-    return [obstacle.name or f"obstacle_{j}" for j, obstacle in enumerate(scenario.obstacles, 1)]
 
 
 def build(scenario: Scenario) -> World:

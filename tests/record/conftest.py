@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from escort_mj.record.episodes import COLUMNS
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.metrics import summarize
 from escort_mj.record.outcome import Outcome
@@ -48,6 +49,9 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
     n, m = sizes["robot"], sizes["obstacle"]
     labels: dict[str, Any] = {
         "obstacles": [f"rock {j}" for j in range(1, m + 1)],
+        "bodies": [*(f"robot_{i}" for i in range(1, n + 1)), "target"]
+        + [*(f"rock {j}" for j in range(1, m + 1)), "floor"],
+        "body_groups": [*["robots"] * n, "target", *["obstacles"] * m, "floor"],
         "behaviors": ["vertices", "surface"],
         "robot_radius": [0.2] * n,
         "obstacle_radius": [0.5] * m,
@@ -59,6 +63,7 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
             "title": "synthetic",
             "description": "",
             "seed": 2**53 - 1,
+            "timestep": 0.002,
             "mission_radius": 5.0,
             "version_numpy": np.__version__,
             "version_platform": "some machine",
@@ -79,10 +84,12 @@ def make_trace() -> Callable[..., Any]:
         obstacles: int = 0,
         about: Any = None,
         truth: bool = True,
+        episodes: Any = (),
         **given: Any,
     ) -> Any:
         sizes = dimensions(robots, axes, obstacles, truth)
-        return build_trace(pack(time, sizes, **given), sizes, describe(sizes, **(about or {})))
+        rows = np.reshape(np.asarray(episodes, float), (-1, len(COLUMNS)))
+        return build_trace(pack(time, sizes, **given), sizes, describe(sizes, **(about or {})), rows)
 
     return make
 

@@ -7,7 +7,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
-from escort_mj.record.journal import HEADER, SAMPLES, Journal, journal_of, read_journal
+from escort_mj.record.episodes import COLUMNS
+from escort_mj.record.journal import EPISODES, HEADER, SAMPLES, Journal, journal_of, read_journal
 
 
 def test_what_is_appended_is_on_disk_at_once(tmp_path):
@@ -15,8 +16,11 @@ def test_what_is_appended_is_on_disk_at_once(tmp_path):
     block = np.arange(12.0).reshape(4, 3)
     journal.append(block[:3])
     journal.append(block[3:])
-    samples, header = read_journal(tmp_path / "journal")  # still open
+    episodes = np.arange(2.0 * len(COLUMNS)).reshape(2, -1)
+    journal.append(block[:0], episodes)
+    samples, found, header = read_journal(tmp_path / "journal")  # still open
     np.testing.assert_array_equal(samples, block)
+    np.testing.assert_array_equal(found, episodes)
     assert header == {"record_size": 3}
     journal.close()
 
@@ -33,15 +37,20 @@ def test_blocks_need_not_be_contiguous_or_double(tmp_path):
 @given(width=st.integers(1, 5), rows=st.integers(0, 6), lost=st.integers(0, 60))
 def test_a_torn_end_costs_the_last_row_only(tmp_path, width, rows, lost):
     block = np.arange(float(rows * width)).reshape(rows, width)
+    episodes = np.arange(float(rows * len(COLUMNS))).reshape(rows, len(COLUMNS))
     journal = Journal(tmp_path / "journal", {"record_size": width})
-    journal.append(block)
+    journal.append(block, episodes)
     journal.close()
-    file = tmp_path / "journal" / SAMPLES
-    whole = file.read_bytes()
-    file.write_bytes(whole[: max(len(whole) - lost, 0)])
-    samples, _ = read_journal(tmp_path / "journal")
-    assert samples.shape == (max(len(whole) - lost, 0) // (8 * width), width)
+    left = {}
+    for name in (SAMPLES, EPISODES):
+        whole = (tmp_path / "journal" / name).read_bytes()
+        left[name] = max(len(whole) - lost, 0)
+        (tmp_path / "journal" / name).write_bytes(whole[: left[name]])
+    samples, found, _ = read_journal(tmp_path / "journal")
+    assert samples.shape == (left[SAMPLES] // (8 * width), width)
+    assert found.shape == (left[EPISODES] // (8 * len(COLUMNS)), len(COLUMNS))
     np.testing.assert_array_equal(samples, block[: len(samples)])
+    np.testing.assert_array_equal(found, episodes[: len(found)])
 
 
 def test_a_raw_write_that_takes_little_at_a_time_loses_nothing(tmp_path, monkeypatch):
@@ -66,7 +75,7 @@ def test_a_new_journal_forgets_the_old_one(tmp_path):
         journal = Journal(tmp_path / "journal", {"record_size": 1, "value": value})
         journal.append(np.full((1, 1), value))
         journal.close()
-    samples, header = read_journal(tmp_path / "journal")
+    samples, _, header = read_journal(tmp_path / "journal")
     assert samples.tolist() == [[2.0]]
     assert header["value"] == 2.0
 

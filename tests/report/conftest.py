@@ -97,6 +97,9 @@ def make_run(tmp_path_factory):
         sizes |= truth_sizes(axes, truth is not None, truth == "lyapunov")
         labels = {
             "obstacles": [f"obstacle_{j + 1}" for j in range(obstacles)],
+            "bodies": [*(f"robot_{i + 1}" for i in range(count)), "target"]
+            + [*(f"obstacle_{j + 1}" for j in range(obstacles)), "floor"],
+            "body_groups": [*["robots"] * count, "target", *["obstacles"] * obstacles, "floor"],
             "behaviors": ["avoid_obstacles", "surface"],
             "robot_radius": [ROBOT] * count,
             "obstacle_radius": [0.5] * obstacles,
@@ -106,6 +109,7 @@ def make_run(tmp_path_factory):
             "spacing": [2 * RADIUS * math.sin(math.pi / count)] * count if count > 2 else [],
             "attributes": {
                 "title": title,
+                "timestep": 0.002,
                 "mission_radius": RADIUS,
                 "safe_distance": SAFE if obstacles else 0.0,
                 "safe_distance_measure": "surface" if obstacles else "none",

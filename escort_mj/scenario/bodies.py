@@ -1,0 +1,51 @@
+"""The bodies of a mission in one order, and their groups: what contacts and clearances are named after."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from escort_mj.scenario.placement import robot_count
+from escort_mj.scenario.schema import Scenario
+
+ROBOTS, TARGET, OBSTACLES, WALLS, FLOOR = "robots", "target", "obstacles", "walls", "floor"
+GROUPS = (ROBOTS, TARGET, OBSTACLES, WALLS)
+"""Groups whose clearances are watched; `floor` is one for contacts only."""
+
+
+class Bodies(NamedTuple):
+    """Every body that can touch another: robots, target, obstacles and walls, floor, in this order.
+
+    Attributes:
+        names: Name of each body, shape (bodies,).
+        groups: Group of each body, shape (bodies,).
+        watched: Groups whose clearances are watched: `GROUPS`, then single bodies by name.
+    """
+
+    names: tuple[str, ...]
+    groups: tuple[str, ...]
+    watched: tuple[str, ...]
+
+    @property
+    def columns(self) -> list[tuple[int, int]]:
+        """Place in `watched` of each body's group, and of the body itself; -1 for none."""
+        places = {name: place for place, name in enumerate(self.watched)}
+        single = {name: place for name, place in places.items() if name not in GROUPS}
+        return [
+            (places.get(group, -1), single.get(name, -1))
+            for name, group in zip(self.names, self.groups, strict=True)
+        ]
+
+
+def obstacle_names(scenario: Scenario) -> list[str]:
+    """Names of the obstacles, given or numbered."""
+    return [obstacle.name or f"obstacle_{j}" for j, obstacle in enumerate(scenario.obstacles, 1)]
+
+
+def bodies_of(scenario: Scenario) -> Bodies:
+    """The bodies of a scenario."""
+    robots, obstacles = robot_count(scenario), obstacle_names(scenario)
+    return Bodies(
+        (*(f"robot_{i}" for i in range(1, robots + 1)), TARGET, *obstacles, FLOOR),
+        (*[ROBOTS] * robots, TARGET, *[OBSTACLES] * len(obstacles), FLOOR),
+        GROUPS,
+    )
