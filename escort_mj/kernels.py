@@ -41,7 +41,7 @@ def cache_key() -> str:
     for package in ("mujoco", "numba", "llvmlite", "numpy"):
         digest.update(f"{package}={importlib.metadata.version(package)};".encode())
     root = Path(__file__).parent
-    for source in sorted([Path(__file__), *root.glob("control/**/*.py"), *root.glob("world/*.py")]):
+    for source in sorted([*root.glob("*.py"), *root.glob("control/**/*.py"), *root.glob("world/*.py")]):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -79,10 +79,9 @@ def inlined(function: F) -> F:
 
 
 def merged(function: F) -> F:
-    """Like `inlined`, but merged before types are known: for parts of a kernel that take plan and state.
+    """Like `inlined`, but merged before types are known: what is used once compiles a little faster so.
 
-    As a function of its own each of these takes a second to compile, whatever its size, because its arguments
-    are hundreds of numbers; all of them merged into one kernel would take minutes.
+    It also keeps what the caller knows of its arguments, such as a literal number of axes.
     """
     compiled: F = numba.njit(cache=True, inline="always", **OPTIONS)(function)
     return compiled

@@ -7,22 +7,20 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
 from escort_mj.control.failure import FAILURE_SIZE, NEVER
-from escort_mj.control.laws import ComputedTorque
+from escort_mj.control.laws import ComputedTorque, Pd
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     KINDS,
-    LAW,
     LAW_KINDS,
+    LAYOUT,
     LOOP_KINDS,
-    MAGIC,
-    OUTER,
-    OUTER_DISTANCE,
-    SCALARS,
-    TRUTH,
+    PAIRS_PER_ROBOT,
 )
+from escort_mj.control.program import Op
+from escort_mj.control.reform import scratch_size
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase
 
@@ -38,71 +36,102 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         coordinates: Number of MuJoCo's generalized positions, for the record.
         truth: Whether to record the truth channel.
     """
-    n, p, m = setup.count, setup.axes, len(setup.obstacle_radius)
-    code, target_span, pieces = setup.target.programs()
-    disturbance_span = np.zeros((p, 2))
-    if setup.disturbance is not None:
-        more_code, spans, more_pieces = setup.disturbance.programs()
-        more_code = more_code.copy()
-        more_code[more_code[:, 0] == 2, 1] += len(pieces)
-        disturbance_span = np.array(spans, dtype=float)
-        disturbance_span[:, 0] += len(code)
-        code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
-    predecessors = setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n))
-    vertices = setup.figure.vertices if setup.figure else np.zeros((0, p))
-    turns = setup.reforming.turns if setup.reforming else np.zeros((0, p, p))
-    gains, law = setup.law.gains(), setup.law
-    switching = law if isinstance(law, SlidingModeLaw) else SlidingModeLaw()  # the others do not switch
-
+    n, p, law = setup.count, setup.axes, setup.law
     phases = [Phase("", setup.behaviors), *setup.phases]
     ladder = [_level(setup, behavior) for phase in phases for behavior in phase.behaviors]
     starts = np.cumsum([0, *(len(phase.behaviors) for phase in phases)])
+    figures = np.vstack([np.zeros((0, p)), *(setup.reforming.figures if setup.reforming else ())])
+    arrays = _functions(setup) | {
+        "ladder": ladder,
+        "phases": [phase.row(int(start)) for phase, start in zip(phases, starts, strict=False)],
+        "predecessors": setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n)),
+        "vertices": setup.figure.vertices if setup.figure else np.zeros((0, p)),
+        "obstacle_position": setup.obstacle_position,
+        "obstacle_radius": setup.obstacle_radius,
+        "robot_radius": setup.robot_radius,
+        "force_limit": setup.force_limit,
+        "failures": _failures(setup),
+        "figures": figures,
+        "turns": (setup.reforming.turns if setup.reforming else np.zeros((0, p, p))).reshape(-1, p),
+    }
+    sizes = {name: len(arrays[name]) for name in ("phases", "vertices", "pieces")}
+    vertices = sizes["vertices"]
+    sizes |= {
+        "n": n,
+        "p": p,
+        "m": len(setup.obstacle_radius),
+        "coordinates": coordinates,
+        "behaviors": len(setup.kinds),
+        "levels": len(ladder),
+        "cycles": len(arrays["predecessors"]),
+        "instructions": len(arrays["code"]),
+        "failing": len(arrays["failures"]),  # n, or 0 where no robot fails
+        "points": len(figures),
+        "turns": len(arrays["turns"]) // p,
+        "known": n * truth,  # robots whose truth is recorded
+        "judged": n * (truth and law.has_lyapunov),
+        "told": n * isinstance(law, Pd | ComputedTorque),  # robots whose law is told their model
+        "differentiating": n * isinstance(law, ComputedTorque),
+        "pairs": PAIRS_PER_ROBOT * n,
+        "held": p + 3,
+        "scratch": scratch_size(n, p) if setup.failures and vertices else 0,
+    }
+    values = _scalars(setup) | arrays | {"stride": stride, "truth": truth}
+    values["lyapunov"] = truth and law.has_lyapunov
+    return np.minimum(LAYOUT.pack(sizes, values), UNLIMITED)
 
-    header = np.zeros(SCALARS)
-    header[:10] = [
-        MAGIC, n, p, m, coordinates, len(ladder), len(predecessors), len(code), len(pieces), stride,
-    ]  # fmt: skip
-    header[10:28] = [
-        setup.timestep, setup.seed, setup.radius, setup.target_feedforward, setup.max_speed,
-        gains.kp, gains.kd, gains.k, gains.mu, gains.rho_hat_0,
-        law.slope, switching.boundary_layer, SMOOTHINGS.index(switching.smoothing), law.anti_windup,
-        setup.noise_position, setup.noise_velocity,
-        setup.arrangement.length if setup.arrangement else 0.0,
-        len(vertices),
-    ]  # fmt: skip
-    header[OUTER] = LOOP_KINDS[type(setup.outer)]
-    if isinstance(setup.outer, PotentialField):
-        header[OUTER + 1], header[OUTER_DISTANCE] = setup.outer.gain, setup.outer.least_distance
-    elif isinstance(setup.outer, BarrierFilter):
-        header[OUTER + 1] = setup.outer.rate
-    header[LAW] = LAW_KINDS[type(law)]
-    if isinstance(law, ComputedTorque):
-        header[LAW + 1] = law.acceleration_filter
-    header[TRUTH] = truth * (1 + law.has_lyapunov)
-    header[35:37] = len(setup.failures), len(turns)
-    header[37:39] = [len(phases), len(setup.kinds)]
-    if setup.trigger is not None:
-        trigger = setup.trigger
-        header[39:43] = [trigger.distance, trigger.share, trigger.dwell, trigger.longest]
-    blocks = (
-        header,
-        np.array(ladder),
-        np.array([phase.row(int(start)) for phase, start in zip(phases, starts, strict=False)]),
-        predecessors,
-        vertices,
-        setup.obstacle_position,
-        setup.obstacle_radius,
-        setup.robot_radius,
-        setup.force_limit,
-        target_span,
-        disturbance_span,
-        code,
-        pieces,
-        _failures(setup),
-        *(setup.reforming.figures if setup.reforming else ()),
-        turns,
-    )
-    return np.minimum(np.concatenate([np.ravel(block).astype(float) for block in blocks]), UNLIMITED)
+
+def _scalars(setup: Setup) -> dict[str, float]:
+    """Numbers of the plan, by name."""
+    gains, law, outer, trigger = setup.law.gains(), setup.law, setup.outer, setup.trigger
+    switching = law if isinstance(law, SlidingModeLaw) else SlidingModeLaw()  # the others do not switch
+    gain = distance = 0.0
+    if isinstance(outer, PotentialField):
+        gain, distance = outer.gain, outer.least_distance
+    elif isinstance(outer, BarrierFilter):
+        gain = outer.rate
+    return {
+        "timestep": setup.timestep,
+        "seed": setup.seed,
+        "radius": setup.radius,
+        "target_feedforward": setup.target_feedforward,
+        "max_speed": setup.max_speed,
+        "outer": LOOP_KINDS[type(outer)],
+        "outer_gain": gain,
+        "outer_distance": distance,
+        "law": LAW_KINDS[type(law)],
+        "acceleration_filter": law.acceleration_filter if isinstance(law, ComputedTorque) else 0.0,
+        "kp": gains.kp,
+        "kd": gains.kd,
+        "k": gains.k,
+        "mu": gains.mu,
+        "rho_hat_0": gains.rho_hat_0,
+        "slope": law.slope,
+        "boundary_layer": switching.boundary_layer,
+        "smoothing": SMOOTHINGS.index(switching.smoothing),
+        "anti_windup": law.anti_windup,
+        "noise_position": setup.noise_position,
+        "noise_velocity": setup.noise_velocity,
+        "chord_length": setup.arrangement.length if setup.arrangement else 0.0,
+        "trigger_distance": trigger.distance if trigger else 0.0,
+        "trigger_share": trigger.share if trigger else 0.0,
+        "trigger_dwell": trigger.dwell if trigger else 0.0,
+        "trigger_longest": trigger.longest if trigger else 0.0,
+    }
+
+
+def _functions(setup: Setup) -> dict[str, Array]:
+    """Programs of the functions of time, and where each has its instructions."""
+    code, target, pieces = setup.target.programs()
+    disturbance = np.zeros((setup.axes, 2))
+    if setup.disturbance is not None:
+        more_code, spans, more_pieces = setup.disturbance.programs()
+        more_code = more_code.copy()
+        more_code[more_code[:, 0] == Op.PIECEWISE, 1] += len(pieces)
+        disturbance[:] = spans
+        disturbance[:, 0] += len(code)
+        code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
+    return {"code": code, "pieces": pieces, "target": np.asarray(target), "disturbance": disturbance}
 
 
 def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:

@@ -21,7 +21,7 @@ from escort_mj.signals import axis_names, truth_sizes
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import graft, load_part, new_root
 from escort_mj.world.stages import IN_SPACE, Stage, corners, robot_steps, stages_of
-from escort_mj.world.wiring import PLAN_SIZE, Group, wire
+from escort_mj.world.wiring import Group, wire
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
@@ -87,7 +87,6 @@ def build(scenario: Scenario) -> World:
     plan = pack(setup, stride, coordinates, scenario.recording.truth)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
-    plan[PLAN_SIZE] = len(plan)
     _add_numbers(root, "escort_plan", plan)
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
     _add_numbers(root, "escort_wiring", wire(model, len(robots.mass), stages))

@@ -28,7 +28,6 @@ from numba.extending import intrinsic
 
 from escort_mj.control.plan import axes_of
 from escort_mj.kernels import DOUBLE, OPTIONS, pointer_at
-from escort_mj.scenario.schema import MAX_AXES
 from escort_mj.world.build import World
 from escort_mj.world.step import MODEL_NUMERIC, control, is_ours, look
 
@@ -49,27 +48,45 @@ def callbacks(axes: int) -> Callbacks:
 
 
 @cache
-def _compiled(least: int) -> Callbacks:
-    """The callbacks of a class of models; the compiler and its cache know `least` and `most`.
+def _compiled(known: int) -> Callbacks:
+    """The callbacks of a class of models; the compiler and its cache know the number of axes.
 
     `control` evaluates the law before MuJoCo solves for accelerations. `look` runs as a sensor after the
     solve: only then do contact forces belong to this step.
     """
-    most = MAX_AXES if least == MANY else least
+    if known == MANY:
+        return _compiled_for_many()
+
+    @numba.cfunc(CONTROL, cache=True, **_OPTIONS)
+    def control_callback(m, d):
+        if is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == known:
+            control(m, d, known)
+
+    @numba.cfunc(SENSOR, cache=True, **_OPTIONS)
+    def sensor_callback(m, d, stage):
+        if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == known:
+            look(m, d, known)
+
+    return control_callback, sensor_callback
+
+
+def _compiled_for_many() -> Callbacks:
+    """The callbacks of models of so many axes that the compiler need not know how many."""
+    least = MANY
 
     @numba.cfunc(CONTROL, cache=True, **_OPTIONS)
     def control_callback(m, d):
         if is_ours(m):
             axes = axes_of(pointer_at(m + MODEL_NUMERIC))
-            if least <= axes <= most:
-                control(m, d, least if least == most else axes)
+            if axes >= least:
+                control(m, d, axes)
 
     @numba.cfunc(SENSOR, cache=True, **_OPTIONS)
     def sensor_callback(m, d, stage):
         if stage == ACCELERATION_STAGE and is_ours(m):
             axes = axes_of(pointer_at(m + MODEL_NUMERIC))
-            if least <= axes <= most:
-                look(m, d, least if least == most else axes)
+            if axes >= least:
+                look(m, d, axes)
 
     return control_callback, sensor_callback
 

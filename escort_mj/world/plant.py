@@ -11,7 +11,7 @@ from escort_mj.signals import record_size
 from escort_mj.world import layout
 from escort_mj.world.build import World
 from escort_mj.world.properties import MassProperties
-from escort_mj.world.wiring import wiring_behind
+from escort_mj.world.wiring import behind, unpack_wiring
 
 
 class Plant:
@@ -29,7 +29,7 @@ class Plant:
         layout.check(world.model, self.data)
         self.record: NDArray[np.float64] = self.data.userdata[: record_size(world.sizes)]
         self.properties = MassProperties(world.model) if world.sizes["truth"] else None
-        dofs = wiring_behind(world.model.numeric_data.ctypes.data).dof_address
+        dofs = unpack_wiring(behind(world.model.numeric_data.ctypes.data), world.setup.axes).dof_address
         self._trees = world.model.dof_treeid[dofs.astype(int)]
 
     def step(self, count: int) -> None:

@@ -7,19 +7,18 @@ named by MuJoCo's version, among others (`kernels.cache_key`).
 from __future__ import annotations
 
 import ctypes
-from typing import Any
 
 import mujoco
 
 from escort_mj.control.controller import evaluate
-from escort_mj.control.plan import MAGIC, unpack_plan, unpack_state
-from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, pointer_at, vector_at
+from escort_mj.control.plan import MAGIC, State, unpack_plan, unpack_state
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, merged, pointer_at, vector_at
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.mass import INT, mass_block
 from escort_mj.world.stages import IN_SPACE
 from escort_mj.world.truth import observe
 from escort_mj.world.watch import overlaps, watch
-from escort_mj.world.wiring import wiring_behind
+from escort_mj.world.wiring import Wiring, behind, unpack_wiring
 
 MODEL_NUMBERS = offset("mjModel", "nnumericdata")
 MODEL_NUMERIC = offset("mjModel", "numeric_data")
@@ -46,13 +45,7 @@ def is_ours(m: int) -> bool:
 
 
 @inlined
-def wiring_of(m: int) -> Any:
-    """The wiring that a model carries behind its plan."""
-    return wiring_behind(pointer_at(m + MODEL_NUMERIC))
-
-
-@inlined
-def tell_model(m: int, d: int, wiring: Any, state: Any) -> None:
+def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
     """Shows the law MuJoCo's own mass matrix and bias force, which are those of the present state."""
     n, p = state.q.shape
     for i in range(n):
@@ -66,13 +59,13 @@ def tell_model(m: int, d: int, wiring: Any, state: Any) -> None:
             state.model_bias[i, k] = bias[k]
 
 
-@inlined
+@merged
 def control(m: int, d: int, axes: int) -> None:
     """Evaluates the law for the present state and applies its forces."""
     numbers = pointer_at(m + MODEL_NUMERIC)
     plan = unpack_plan(numbers, axes)
     state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
-    wiring = wiring_of(m)
+    wiring = unpack_wiring(behind(numbers), axes)
     n, p = state.q.shape
     nq = state.qpos.shape[0]
     qpos = vector_at(pointer_at(d + DATA_QPOS), nq)
@@ -100,12 +93,13 @@ def control(m: int, d: int, axes: int) -> None:
         target[0] = wiring.target_offset[k] + ahead
 
 
-@inlined
+@merged
 def look(m: int, d: int, axes: int) -> None:
     """Records what the solved step brought."""
     numbers = pointer_at(m + MODEL_NUMERIC)
     plan = unpack_plan(numbers, axes)
     state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
+    wiring = unpack_wiring(behind(numbers), axes)
     n, p = state.q.shape
     applied = vector_at(pointer_at(d + DATA_FORCE), n * p)
     for i in range(n):
@@ -113,9 +107,9 @@ def look(m: int, d: int, axes: int) -> None:
             state.force[i, k] = applied[i * p + k]
     if plan.truth:
         observe(
-            numbers,
-            pointer_at(d + DATA_USERDATA),
-            axes,
+            plan,
+            state,
+            wiring,
             pointer_at(d + DATA_MASS),
             pointer_at(m + MODEL_ROW_SIZES),
             pointer_at(m + MODEL_ROW_STARTS),
@@ -125,10 +119,10 @@ def look(m: int, d: int, axes: int) -> None:
         )
     touching, largest = 0, 0.0
     if axes > IN_SPACE:
-        touching = overlaps(plan, state, wiring_of(m).target_radius[0])
+        touching = overlaps(plan, state, wiring.target_radius)
     count = int_at(d + DATA_NCON)
     if count > 0:
-        group = wiring_of(m).geom_group
+        group = wiring.geom_group
         first = pointer_at(d + DATA_CONTACT)
         forces = pointer_at(d + DATA_EFC_FORCE)
         for c in range(count):

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import math
 
-from escort_mj.control.plan import WATCHED_STEP, Plan, State, unpack_plan, unpack_state
+from escort_mj.control.plan import WATCHED_STEP, Plan, State
 from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, kernel, merged
 from escort_mj.world.lyapunov import account
 from escort_mj.world.mass import INT, mass_block
-from escort_mj.world.wiring import wiring_behind
+from escort_mj.world.wiring import Wiring
 
 
 @kernel
 def observe(
-    numbers: int,
-    memory: int,
-    axes: int,
+    plan: Plan,
+    state: State,
+    wiring: Wiring,
     mass: int,
     row_sizes: int,
     row_starts: int,
@@ -29,9 +29,9 @@ def observe(
     """Writes the truth channel of one solved physics step; before `watch`, which counts the step as seen.
 
     Args:
-        numbers: Address of the plan.
-        memory: Address of the state; `q`, `v` and the law's signals are read, the truth channel is written.
-        axes: p.
+        plan: What the controller is told.
+        state: `q`, `v` and the law's signals are read, the truth channel is written.
+        wiring: Where robots are in MuJoCo's arrays.
         mass: Address of MuJoCo's sparse mass matrix, rows with their columns up to the diagonal.
         row_sizes: Address of the number of entries of each row.
         row_starts: Address of the first entry of each row.
@@ -39,9 +39,6 @@ def observe(
         bias: Address of the bias force.
         acceleration: Address of the acceleration that the solver found.
     """
-    plan = unpack_plan(numbers, axes)
-    state = unpack_state(numbers, memory, axes)
-    wiring = wiring_behind(numbers)
     step = round(state.time[0] / plan.timestep) + 1.0
     if step == state.clock[WATCHED_STEP]:  # mj_forward at the same time: nothing new has happened
         return

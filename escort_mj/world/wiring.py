@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.plan import SCALARS
-from escort_mj.kernels import DOUBLE, shared, vector_at
+from escort_mj.control.plan import MAGIC, size_of
+from escort_mj.kernels import DOUBLE, shared
+from escort_mj.memory import Layout, viewer
 from escort_mj.world.stages import SHADOW, Stage
 
 Array = NDArray[np.float64]
-
-
-PLAN_SIZE = SCALARS - 1  # place in the plan of its own length: the wiring stands behind it
 
 
 class Group(IntEnum):
@@ -30,25 +28,18 @@ class Group(IntEnum):
 
 
 class Wiring(NamedTuple):
-    """Where things are in MuJoCo's arrays.
+    """Where things are in MuJoCo's arrays, for n robots, p axes and so many geoms."""
 
-    Attributes:
-        qpos_address: First position coordinate of each robot, shape (n,).
-        dof_address: First velocity coordinate of each robot, shape (n,).
-        tree_end: One past the last velocity coordinate of each robot's kinematic tree, shape (n,).
-        target_address: Where each of the target's coordinates is in `mocap_pos`, shape (p,).
-        target_offset: What is added to it there, shape (p,) [m].
-        target_radius: Radius of the target, shape (1,) [m].
-        geom_group: `Group` of each geom, shape (ngeom,).
-    """
+    qpos_address: Annotated[Array, "n"]  # first position coordinate of each robot
+    dof_address: Annotated[Array, "n"]  # first velocity coordinate of each robot
+    tree_end: Annotated[Array, "n"]  # one past the last velocity coordinate of each robot's kinematic tree
+    target_address: Annotated[Array, "p"]  # where each of the target's coordinates is in `mocap_pos`
+    target_offset: Annotated[Array, "p"]  # what is added to it there [m]
+    target_radius: float  # [m]
+    geom_group: Annotated[Array, "geoms"]  # `Group` of each geom
 
-    qpos_address: Array
-    dof_address: Array
-    tree_end: Array
-    target_address: Array
-    target_offset: Array
-    target_radius: Array
-    geom_group: Array
+
+LAYOUT = Layout(MAGIC, Wiring)
 
 
 def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
@@ -81,34 +72,30 @@ def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
         for place in stage.places
     ]
     offsets = [stage.origin[place] for stage in stages for place in stage.places]
-    radius = model.geom("target_body").size[:1]
-    return np.concatenate(
-        [
-            [robots, len(places), model.ngeom],
-            model.jnt_qposadr[joints], dofs, ends, places, offsets, radius, groups,
-        ]
-    ).astype(float)  # fmt: skip
-
-
-@shared
-def wiring_behind(plan: int) -> Wiring:
-    """Views the wiring that stands behind the plan at an address."""
-    return unpack_wiring(plan + DOUBLE * int(vector_at(plan, SCALARS)[PLAN_SIZE]))
-
-
-@shared
-def unpack_wiring(address: int) -> Wiring:
-    """Views the wiring at an address; nothing is copied, nothing owned."""
-    sizes = vector_at(address, 3)
-    n, p, geoms = int(sizes[0]), int(sizes[1]), int(sizes[2])
-    robots = address + 3 * DOUBLE
-    target = robots + DOUBLE * 3 * n
-    return Wiring(
-        vector_at(robots, n),
-        vector_at(robots + DOUBLE * n, n),
-        vector_at(robots + DOUBLE * 2 * n, n),
-        vector_at(target, p),
-        vector_at(target + DOUBLE * p, p),
-        vector_at(target + DOUBLE * 2 * p, 1),
-        vector_at(target + DOUBLE * (2 * p + 1), geoms),
+    return LAYOUT.pack(
+        {"n": robots, "p": len(places), "geoms": model.ngeom},
+        {
+            "qpos_address": model.jnt_qposadr[joints],
+            "dof_address": dofs,
+            "tree_end": ends,
+            "target_address": places,
+            "target_offset": offsets,
+            "target_radius": model.geom("target_body").size[0],
+            "geom_group": groups,
+        },
     )
+
+
+@shared
+def behind(plan: int) -> int:
+    """Address of the wiring, which stands behind the plan at an address."""
+    return plan + DOUBLE * size_of(plan)
+
+
+def unpack_wiring(address: int, axes: int) -> Wiring:
+    """Views the wiring at an address; nothing is copied, nothing owned."""
+    wiring: Wiring = LAYOUT.read(Wiring, address, address)
+    return wiring
+
+
+viewer(LAYOUT, Wiring, unpack_wiring)

@@ -15,7 +15,7 @@ from escort_mj.signals import truth_sizes
 from escort_mj.world.build import World, build, obstacle_names
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
-from escort_mj.world.wiring import PLAN_SIZE, Group, wiring_behind
+from escort_mj.world.wiring import Group, behind, unpack_wiring
 
 PLANAR = {
     "axes": 2,
@@ -160,7 +160,7 @@ def test_rolling_spheres() -> None:
     assert (m.nq, m.nv, m.nu) == (21, 18, 6)
     assert m.opt.gravity.tolist() == [0.0, 0.0, -9.81]
     assert [m.jnt_type[j] for j in range(3)] == [mujoco.mjtJoint.mjJNT_FREE] * 3
-    wiring = wiring_behind(m.numeric_data.ctypes.data)
+    wiring = unpack_wiring(behind(m.numeric_data.ctypes.data), 2)
     assert wiring.qpos_address.tolist() == [0.0, 7.0, 14.0]
     assert wiring.dof_address.tolist() == [0.0, 6.0, 12.0]
     data = mujoco.MjData(m)
@@ -173,7 +173,7 @@ def test_rolling_spheres() -> None:
 
 def test_groups_of_the_contact_watch() -> None:
     m = world_of(PLANAR).model
-    wiring = wiring_behind(m.numeric_data.ctypes.data)
+    wiring = unpack_wiring(behind(m.numeric_data.ctypes.data), 2)
     groups = {name_of(m, mujoco.mjtObj.mjOBJ_GEOM, i): g for i, g in enumerate(wiring.geom_group)}
     assert groups == {
         "floor": Group.NONE,
@@ -281,7 +281,6 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     again = mujoco.MjModel.from_xml_string(world.xml)
     assert again.numeric_data.tobytes() == world.model.numeric_data.tobytes()
     plan = pack(world.setup, world.stride, world.sizes["coordinate"])
-    plan[PLAN_SIZE] = len(plan)
     assert again.numeric_data[: len(plan)].tobytes() == plan.tobytes()
     for field in ("qpos0", "body_pos", "body_mass", "geom_size", "actuator_forcerange", "cam_pos"):
         assert getattr(again, field).tobytes() == getattr(world.model, field).tobytes(), field
@@ -300,10 +299,9 @@ def test_many_robots() -> None:
     world = world_of({"robots": {"count": 200, "placement": {"within": 60, "least_gap": 0.1}}})
     assert world.model.nbody == 202
     plan = pack(world.setup, world.stride, world.sizes["coordinate"])
-    plan[PLAN_SIZE] = len(plan)
     assert len(plan) > 500
     assert world.model.numeric_data[: len(plan)].tobytes() == plan.tobytes()
-    wiring = wiring_behind(world.model.numeric_data.ctypes.data)
+    wiring = unpack_wiring(behind(world.model.numeric_data.ctypes.data), 2)
     assert wiring.qpos_address.tolist() == list(range(0, 400, 2))
     with native_loop(world):
         plant = Plant(world)

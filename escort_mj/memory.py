@@ -1,0 +1,298 @@
+"""Named views of flat memory: a class declares fields with their shapes; Python and kernels read the same.
+
+What a mission's kernels need lies in two flat vectors of numbers, so that it travels where MuJoCo keeps it.
+The first, the plan, begins with a header: its own length, the size of every dimension, where each array lies
+in either vector, and the scalars. In kernels a view is two addresses, whatever it holds: reading a field
+loads its place from the header. Python gets NumPy views, all at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import prod
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core.typing.templates import AttributeTemplate, CallableTemplate, infer_global
+from numba.extending import (
+    infer_getattr,
+    lower_builtin,
+    lower_getattr_generic,
+    models,
+    register_model,
+)
+from numba.np.arrayobj import make_array, populate_array
+from numpy.typing import NDArray
+
+from escort_mj.kernels import DOUBLE, matrix_at, vector_at
+
+Array = NDArray[np.float64]
+Extent = tuple[str | int, ...]
+"""A product of dimensions' names and whole numbers."""
+
+AXES = "p"  # the dimension that kernels may know when they are compiled
+MAGIC, LENGTH, FIRST = 0, 1, 2  # places in the header
+
+
+class Field(NamedTuple):
+    """One field of a view.
+
+    Attributes:
+        kind: `float`, `int` or `bool` for a scalar, ndarray for an array of floats.
+        shape: Extent of each of an array's dimensions.
+        place: Where the header has the scalar's value, or the array's offset in its vector.
+    """
+
+    kind: Any
+    shape: tuple[Extent, ...]
+    place: int
+
+
+class Layout:
+    """Where the fields of a plan and of a state lie.
+
+    Args:
+        magic: First number of every plan.
+        plan: Class whose annotations declare scalars, and arrays as `Annotated[Array, extent, ...]`; an
+            extent is a whole number, a dimension's name, or a product of such as in "n*p".
+        state: The same, arrays only; None where the plan is all there is.
+    """
+
+    def __init__(self, magic: float, plan: type, state: type | None = None) -> None:
+        self.magic = magic
+        declared = {kind: _declared(kind) for kind in (plan, state) if kind is not None}
+        names = [AXES, *(name for fields in declared.values() for name in _dimensions(fields.values()))]
+        self.dimensions = {name: FIRST + k for k, name in enumerate(dict.fromkeys(names))}
+        place = FIRST + len(self.dimensions)
+        self.fields: dict[type, dict[str, Field]] = {}
+        for kind, fields in declared.items():
+            self.fields[kind] = {
+                name: Field(*field, place + k) for k, (name, field) in enumerate(fields.items())
+            }
+            place += len(fields)
+        self.header_size = place
+        self.plan, self.state = plan, state
+
+    def pack(self, sizes: Mapping[str, int], values: Mapping[str, Any]) -> Array:
+        """Writes a plan.
+
+        Args:
+            sizes: Size of each dimension.
+            values: Each field of the plan.
+
+        Raises:
+            ValueError: If something is missing, not known or of another shape than declared.
+        """
+        _same_names("dimensions", sizes, self.dimensions)
+        _same_names("fields", values, self.fields[self.plan])
+        header = np.zeros(self.header_size)
+        header[MAGIC] = self.magic
+        for name, place in self.dimensions.items():
+            header[place] = sizes[name]
+        blocks, end = [header], self.header_size
+        for name, field in self.fields[self.plan].items():
+            if field.kind is not np.ndarray:
+                header[field.place] = values[name]
+                continue
+            block = np.asarray(values[name], dtype=float)
+            if block.shape != _shape(field, sizes):
+                raise ValueError(f"{name} has the shape {block.shape}; expected {_shape(field, sizes)}")
+            header[field.place] = end
+            blocks.append(block.ravel())
+            end += block.size
+        header[LENGTH] = end
+        end = 0
+        for field in self.fields[self.state].values() if self.state is not None else ():
+            header[field.place] = end
+            end += prod(_shape(field, sizes))
+        return np.concatenate(blocks)
+
+    def state_size(self, plan: Array) -> int:
+        """Length of the state vector that belongs to a plan."""
+        assert self.state is not None
+        last = list(self.fields[self.state].values())[-1]
+        return int(plan[last.place]) + prod(_shape(last, self._sizes(plan)))
+
+    def read(self, kind: type, plan: int, memory: int) -> Any:
+        """NumPy views of all fields, as an instance of the class that declared them.
+
+        Args:
+            kind: The plan's or the state's class.
+            plan: Address of the plan.
+            memory: Address of the vector that holds the arrays: the plan's own, or the state's.
+        """
+        header = vector_at(plan, self.header_size)
+        sizes = self._sizes(header)
+        values: dict[str, Any] = {}
+        for name, field in self.fields[kind].items():
+            if field.kind is not np.ndarray:
+                values[name] = field.kind(header[field.place])
+                continue
+            shape = _shape(field, sizes)
+            flat = matrix_at(memory + DOUBLE * int(header[field.place]), 1, prod(shape))
+            values[name] = flat.reshape(shape)
+        return kind(**values)
+
+    def _sizes(self, header: Array) -> dict[str, int]:
+        return {name: int(header[place]) for name, place in self.dimensions.items()}
+
+
+def _declared(kind: type) -> dict[str, tuple[Any, tuple[Extent, ...]]]:
+    """Kind and shape of every field that a class annotates."""
+    fields: dict[str, tuple[Any, tuple[Extent, ...]]] = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            fields[name] = np.ndarray, tuple(map(_extent, get_args(hint)[1:]))
+        else:
+            fields[name] = hint, ()
+    return fields
+
+
+def _extent(written: str | int) -> Extent:
+    """The factors of an extent as it is written in an annotation."""
+    parts = [part.strip() for part in str(written).split("*")]
+    return tuple(int(part) if part.isdigit() else part for part in parts)
+
+
+def _dimensions(fields: Iterable[tuple[Any, tuple[Extent, ...]]]) -> list[str]:
+    """Names of the dimensions that fields use."""
+    return [factor for _, shape in fields for extent in shape for factor in extent if isinstance(factor, str)]
+
+
+def _shape(field: Field, sizes: Mapping[str, int]) -> tuple[int, ...]:
+    return tuple(prod(sizes[f] if isinstance(f, str) else f for f in extent) for extent in field.shape)
+
+
+def _same_names(what: str, given: Iterable[str], expected: Iterable[str]) -> None:
+    if different := set(given) ^ set(expected):
+        raise ValueError(f"{what} missing or not known: {', '.join(sorted(different))}")
+
+
+# In kernels.
+
+_LAYOUTS: dict[str, tuple[Layout, type]] = {}
+_KINDS = {float: types.float64, int: types.intp, bool: types.boolean}
+
+
+class ViewType(types.Type):
+    """Type of a view in kernels; it names its layout, and the number of axes where that is known."""
+
+    def __init__(self, layout: str, axes: int | None) -> None:
+        self.layout, self.axes = layout, axes
+        super().__init__(name=f"View({layout}, {axes})")
+
+    @property
+    def fields(self) -> dict[str, Field]:
+        """Its fields by name."""
+        layout, kind = _LAYOUTS[self.layout]
+        return layout.fields[kind]
+
+    @property
+    def dimensions(self) -> dict[str, int]:
+        """Where the header has the size of each dimension."""
+        return _LAYOUTS[self.layout][0].dimensions
+
+
+@register_model(ViewType)
+class _ViewModel(models.StructModel):
+    def __init__(self, manager: Any, kind: ViewType) -> None:
+        super().__init__(manager, kind, [("plan", types.intp), ("memory", types.intp)])
+
+
+def viewer(layout: Layout, kind: type, function: Any) -> None:
+    """Makes a Python function that reads a view known to kernels, which get theirs in its place.
+
+    Args:
+        layout: Where the fields lie.
+        kind: The plan's class, or the state's.
+        function: Called with addresses and the number of axes: (plan, axes), or (plan, state, axes). Kernels
+            that pass a literal number of axes know it in all shapes, so that loops over axes unroll.
+    """
+    name = f"{function.__module__}.{function.__name__}"
+    _LAYOUTS[name] = layout, kind
+    addresses = 1 if kind is layout.plan else 2
+
+    @infer_global(function)
+    class Viewer(CallableTemplate):
+        key = function
+        prefer_literal = True
+
+        def generic(self) -> Any:
+            def typer(*arguments: types.Type) -> ViewType:
+                axes = arguments[-1]
+                return ViewType(name, axes.literal_value if isinstance(axes, types.IntegerLiteral) else None)
+
+            def first(plan: types.Type, axes: types.Type) -> ViewType:
+                return typer(plan, axes)
+
+            def second(plan: types.Type, state: types.Type, axes: types.Type) -> ViewType:
+                return typer(plan, state, axes)
+
+            return first if addresses == 1 else second
+
+    @lower_builtin(function, *[types.Integer] * (addresses + 1))
+    def view(context: Any, builder: Any, signature: Any, arguments: Sequence[Any]) -> Any:
+        kinds, model = signature.args, context.make_helper(builder, signature.return_type)
+        model.plan = context.cast(builder, arguments[0], kinds[0], types.intp)
+        model.memory = context.cast(builder, arguments[addresses - 1], kinds[addresses - 1], types.intp)
+        return model._getvalue()
+
+
+@infer_getattr
+class _Attributes(AttributeTemplate):
+    key = ViewType
+
+    def generic_resolve(self, view: ViewType, name: str) -> types.Type | None:
+        field = view.fields.get(name)
+        if field is None:
+            return None
+        if field.kind is np.ndarray:
+            return types.Array(types.float64, len(field.shape), "C")
+        return _KINDS[field.kind]
+
+
+@lower_getattr_generic(ViewType)
+def _get(context: Any, builder: Any, view: ViewType, value: Any, name: str) -> Any:
+    """Machine code that reads a field."""
+    model = context.make_helper(builder, view, value=value)
+    field, word = view.fields[name], context.get_value_type(types.intp)
+
+    def load(place: int) -> Any:
+        """A number of the header, which no kernel ever changes: the compiler may keep it."""
+        address = builder.add(model.plan, word(DOUBLE * place))
+        number = builder.load(builder.inttoptr(address, ir.DoubleType().as_pointer()))
+        number.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return number
+
+    def extent(factors: Extent) -> Any:
+        product = word(1)
+        for factor in factors:
+            if isinstance(factor, int):
+                size = word(factor)
+            elif factor == AXES and view.axes is not None:
+                size = word(view.axes)
+            else:
+                size = builder.fptosi(load(view.dimensions[factor]), word)
+            product = builder.mul(product, size)
+        return product
+
+    if field.kind is float:
+        return load(field.place)
+    if field.kind is int:
+        return builder.fptosi(load(field.place), word)
+    if field.kind is bool:
+        return builder.fcmp_unordered("!=", load(field.place), ir.DoubleType()(0.0))
+    shape = [extent(factors) for factors in field.shape]
+    strides = [word(DOUBLE)]
+    for size in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], size))
+    offset = builder.mul(builder.fptosi(load(field.place), word), word(DOUBLE))
+    kind = types.Array(types.float64, len(shape), "C")
+    array = make_array(kind)(context, builder)
+    data = builder.inttoptr(
+        builder.add(model.memory, offset), context.get_data_type(types.float64).as_pointer()
+    )
+    populate_array(array, data=data, shape=shape, strides=strides, itemsize=word(DOUBLE), meminfo=None)
+    return array._getvalue()
