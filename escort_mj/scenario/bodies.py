@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
 
@@ -38,14 +39,14 @@ class Bodies(NamedTuple):
 
 def obstacle_names(scenario: Scenario) -> list[str]:
     """Names of the obstacles, given or numbered."""
-    return [obstacle.name or f"obstacle_{j}" for j, obstacle in enumerate(scenario.obstacles, 1)]
+    return [body.name for body in obstacles_of(scenario)]
 
 
 def bodies_of(scenario: Scenario) -> Bodies:
     """The bodies of a scenario."""
-    robots, obstacles = robot_count(scenario), obstacle_names(scenario)
+    robots, obstacles = robot_count(scenario), obstacles_of(scenario)
     return Bodies(
-        (*(f"robot_{i}" for i in range(1, robots + 1)), TARGET, *obstacles, FLOOR),
-        (*[ROBOTS] * robots, TARGET, *[OBSTACLES] * len(obstacles), FLOOR),
+        (*(f"robot_{i}" for i in range(1, robots + 1)), TARGET, *(body.name for body in obstacles), FLOOR),
+        (*[ROBOTS] * robots, TARGET, *(body.group for body in obstacles), FLOOR),
         GROUPS,
     )

@@ -9,6 +9,7 @@ from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Chor
 from escort_mj.control.formation import chords_exist, widest_spacing
 from escort_mj.control.supervisor import Condition
 from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
 
@@ -86,7 +87,7 @@ def _check_condition(scenario: Scenario, when: Condition, path: Path) -> Iterato
                 (*path, "release"),
                 f"found {when.release:g} m; expected {side} {when.threshold:g} m, where the phase begins",
             )
-    if "obstacle" in when.quantity and not scenario.obstacles:
+    if "obstacle" in when.quantity and not obstacles_of(scenario):
         yield Finding((*path, "quantity"), f"found {when.quantity}; there are no obstacles")
     if when.quantity == "robot_distance" and robot_count(scenario) < 2:
         yield Finding((*path, "quantity"), f"found {when.quantity}; there is one robot")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, robot_count, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.trajectory import target_trajectory
@@ -77,8 +78,8 @@ def check_team(scenario: Scenario) -> Iterator[Finding]:
 def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
     """No two obstacles of one name, and none with a name that the world has for something else."""
     seen: dict[str, int] = {}
-    for index, obstacle in enumerate(scenario.obstacles):
-        name = obstacle.name or f"obstacle_{index + 1}"
+    for index, body in enumerate(obstacles_of(scenario)):
+        name = body.name
         if name in ("target", "world") or re.fullmatch(r"robot_\d+|.*_shadow_\d+", name):
             yield Finding(("obstacles", index, "name"), f"found {name}; robots, target and world have theirs")
         if name in seen:
@@ -89,16 +90,10 @@ def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
 def check_clearance(scenario: Scenario) -> Iterator[Finding]:
     """Nothing overlaps at the start, and there is room for robots that are placed at random."""
     target = target_trajectory(scenario).position(0.0)
-    for index, obstacle in enumerate(scenario.obstacles):
-        gap = (
-            float(np.linalg.norm(np.array(obstacle.position) - target))
-            - obstacle.radius
-            - scenario.target.radius
-        )
+    for body in obstacles_of(scenario):
+        gap = float(np.linalg.norm(body.position - target)) - body.bounding_radius - scenario.target.radius
         if gap < 0.0:
-            yield Finding(
-                ("obstacles", index, "position"), f"overlaps the target by {-gap:.3g} m at the start"
-            )
+            yield Finding((*body.path, "position"), f"overlaps the target by {-gap:.3g} m at the start")
     try:
         robots = team(scenario)
     except ScenarioError as error:
@@ -109,11 +104,9 @@ def check_clearance(scenario: Scenario) -> Iterator[Finding]:
 
 def _overlaps(scenario: Scenario, robots: Team, target: Array) -> Iterator[Finding]:
     """Pairs of which one is a robot and which overlap at the start."""
-    obstacles = scenario.obstacles
-    position = np.concatenate(
-        [robots.position, *(np.array([obstacle.position]) for obstacle in obstacles), target[np.newaxis]]
-    )
-    radius = np.array([*robots.radius, *(obstacle.radius for obstacle in obstacles), scenario.target.radius])
+    obstacles = obstacles_of(scenario)
+    position = np.vstack([robots.position, *(body.position for body in obstacles), target])
+    radius = np.array([*robots.radius, *(body.bounding_radius for body in obstacles), scenario.target.radius])
     reported = 0
     for robot in range(len(robots.radius)):
         distance = np.linalg.norm(position[robot + 1 :] - position[robot], axis=1)
@@ -125,17 +118,17 @@ def _overlaps(scenario: Scenario, robots: Team, target: Array) -> Iterator[Findi
             mover, fixed = (other, robot) if other < len(robots.radius) else (robot, other)
             yield Finding(
                 _position_path(scenario, int(mover)),
-                f"robot {mover + 1} overlaps {_body(scenario, int(fixed), len(robots.radius))} "
+                f"robot {mover + 1} overlaps {_body(obstacles, int(fixed), len(robots.radius))} "
                 f"by {-gap[other - robot - 1]:.3g} m at the start",
                 related=(("obstacles", int(fixed) - len(robots.radius), "position"),),
             )
 
 
-def _body(scenario: Scenario, index: int, count: int) -> str:
+def _body(obstacles: Sequence[Body], index: int, count: int) -> str:
     if index < count:
         return f"robot {index + 1}"
-    if index - count < len(scenario.obstacles):
-        return f"{scenario.obstacles[index - count].name or f'obstacle_{index - count + 1}'}"
+    if index - count < len(obstacles):
+        return obstacles[index - count].name
     return "the target"
 
 

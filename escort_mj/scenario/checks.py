@@ -11,6 +11,7 @@ from escort_mj.scenario.check_mission import check_behaviors, check_formation, c
 from escort_mj.scenario.check_motion import check_motion
 from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
 from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import record_size, truth_sizes
@@ -46,7 +47,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
     sizes = {
         "robot": count,
         "axis": axes,
-        "obstacle": len(scenario.obstacles),
+        "obstacle": len(obstacles_of(scenario)),
         "behavior": len({behavior.behavior for ladder in ladders for behavior in ladder}),
         "coordinate": coordinates,
     }

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.schema import RandomPlacement, Scenario
 from escort_mj.scenario.trajectory import target_trajectory
 
@@ -76,15 +77,16 @@ def _place(scenario: Scenario, position: Array, radius: Array) -> None:
     center = target if placement.center is None else np.array(placement.center)
     random = np.random.Generator(np.random.Philox(scenario.seed))
     free = np.isnan(position).any(axis=1)
+    obstacles = obstacles_of(scenario)
     taken = np.concatenate(
         [
             target[np.newaxis],
-            np.array([obstacle.position for obstacle in scenario.obstacles]).reshape(-1, scenario.axes),
+            np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
             position[~free],
         ]
     )
     taken_radius = np.concatenate(
-        [[scenario.target.radius], [obstacle.radius for obstacle in scenario.obstacles], radius[~free]]
+        [[scenario.target.radius], [body.bounding_radius for body in obstacles], radius[~free]]
     )
     for robot in np.flatnonzero(free):
         reach = taken_radius + radius[robot] + placement.least_gap

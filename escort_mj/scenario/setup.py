@@ -12,6 +12,7 @@ from escort_mj.control.reform import Reforming, reforming
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase
 from escort_mj.control.thomson import Figure, figure
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory
@@ -26,7 +27,7 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
     """
     robots = team(scenario) if robots is None else robots
     target = target_trajectory(scenario)
-    obstacles = [obstacle.position for obstacle in scenario.obstacles]
+    obstacles = obstacles_of(scenario)
     noise = scenario.uncertainty.noise
     return Setup(
         timestep=scenario.physics.timestep,
@@ -39,8 +40,8 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         max_speed=scenario.mission.max_speed or math.inf,
         arrangement=_arrangement(scenario, robots, target.position(0.0)),
         figure=_figure(scenario, robots, target.position(0.0)),
-        obstacle_position=np.array(obstacles, dtype=float).reshape(-1, scenario.axes),
-        obstacle_radius=np.array([obstacle.radius for obstacle in scenario.obstacles], dtype=float),
+        obstacle_position=np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
+        obstacle_radius=np.array([body.bounding_radius for body in obstacles], dtype=float),
         robot_radius=robots.radius,
         force_limit=robots.force_limit,
         noise_position=noise.position,

@@ -13,7 +13,7 @@ from escort_mj import palette
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
-from escort_mj.scenario.bodies import obstacle_names
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
@@ -94,7 +94,7 @@ def build(scenario: Scenario) -> World:
     sizes = {
         "robot": len(robots.mass),
         "axis": scenario.axes,
-        "obstacle": len(scenario.obstacles),
+        "obstacle": len(setup.obstacle_radius),
         "behavior": len(setup.kinds),
         "coordinate": coordinates,
     } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
@@ -192,14 +192,15 @@ def _add_rail(root: Any, name: str, stage: Stage, robot: float, radius: float) -
 def _add_obstacles(root: Any, scenario: Scenario, stages: list[Stage], count: int) -> None:
     """The fixed bodies of each obstacle, one for each stage."""
     part = load_part("obstacle").find("body", "obstacle")
-    for name, obstacle in zip(obstacle_names(scenario), scenario.obstacles, strict=True):
+    for obstacle in obstacles_of(scenario):
+        name = obstacle.name
         for stage in stages:
             body = graft(part, root.worldbody, name + stage.suffix)
-            body.pos = stage.place(np.array(obstacle.position))
+            body.pos = stage.place(obstacle.position)
             geom = body.find("geom", f"{name}{stage.suffix}_body")
-            geom.set_attributes(size=[obstacle.radius], rgba=[*palette.OBSTACLE, 1.0], group=stage.number)
+            geom.set_attributes(size=obstacle.size, rgba=[*palette.OBSTACLE, 1.0], group=stage.number)
             if stage.is_abacus:  # a band across all columns: this far the obstacle reaches along the axis
-                size = [stage.width(count) / 2, THIN * scenario.mission.radius, obstacle.radius]
+                size = [stage.width(count) / 2, THIN * scenario.mission.radius, obstacle.bounding_radius]
                 geom.set_attributes(type="box", size=size, rgba=[*palette.OBSTACLE, 0.3])
 
 
@@ -227,4 +228,4 @@ def _add_target(root: Any, scenario: Scenario, start: NDArray[Any], stages: list
     return root.find("body", "target")
 
 
-__all__ = ["Group", "World", "build", "obstacle_names"]
+__all__ = ["Group", "World", "build"]

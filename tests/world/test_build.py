@@ -10,9 +10,10 @@ import pytest
 from escort_mj.control.packing import pack
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario import parse_scenario
+from escort_mj.scenario.bodies import obstacle_names
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import truth_sizes
-from escort_mj.world.build import World, build, obstacle_names
+from escort_mj.world.build import World, build
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
 from escort_mj.world.wiring import Group, behind, unpack_wiring
