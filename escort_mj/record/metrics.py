@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Measure", "measure", "summarize", "window"]
 
+EMPTY = "the run has no sample in the window"
 TAIL = 0.2  # share of a run that counts as its steady state
 
 FUNCTIONS: dict[str, Callable[[Any], Measure]] = {
@@ -35,8 +36,16 @@ def measure(name: str, trace: xarray.Dataset, after: float = 0.0, before: float 
     """Value of a metric over a window of a trace."""
     part = window(trace, after, before)
     if not part.sizes["time"]:
-        return Measure(None, reason="the run has no sample in the window")
+        return Measure(None, reason=EMPTY)
     return FUNCTIONS[name](part)
+
+
+def measures_of(trace: xarray.Dataset) -> dict[str, Measure]:
+    """Every metric: over the whole run or, for steady state, over its last fifth."""
+    if not trace.sizes["time"]:
+        return {metric.name: Measure(None, reason=EMPTY) for metric in METRICS}
+    tail = window(trace, (1.0 - TAIL) * float(trace["time"][-1]))
+    return {metric.name: FUNCTIONS[metric.name](tail if metric.tail else trace) for metric in METRICS}
 
 
 def summarize(trace: xarray.Dataset, outcome: Outcome, steps: int, wall_time: float) -> dict[str, Any]:
@@ -59,13 +68,13 @@ def summarize(trace: xarray.Dataset, outcome: Outcome, steps: int, wall_time: fl
             "real_time_factor": reached / wall_time if wall_time > 0.0 else None,
         }
     }
+    found_of = measures_of(trace)
     for metric in METRICS:
-        after = (1.0 - TAIL) * reached if metric.tail else 0.0
-        found = _finite(measure(metric.name, trace, after))
+        found = _finite(found_of[metric.name])
         summary[metric.name] = {
             "value": found.value,
             "unit": metric.unit,
-            "window": [after, reached],
+            "window": [(1.0 - TAIL) * reached if metric.tail else 0.0, reached],
             "time": found.time,
             "who": found.who,
         } | ({"reason": found.reason} if found.reason else {})

@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from escort_mj.scenario.fields import PATTERNS
 from escort_mj.scenario.findings import Finding, Path, listed, nearest, shown
 from escort_mj.scenario.paths import Location, locate, tag_of
+from escort_mj.scenario.schema import Scenario
 
 
-def findings(error: ValidationError, data: Any) -> list[Finding]:
-    """What pydantic found wrong with a scenario's plain data."""
-    return [_finding(details, data) for details in error.errors(include_url=False) if not _is_echo(details)]
+def findings(error: ValidationError, data: Any, root: type[BaseModel] = Scenario) -> list[Finding]:
+    """What pydantic found wrong with plain data that was to become a scenario, or another kind of table."""
+    return [
+        _finding(details, data, root) for details in error.errors(include_url=False) if not _is_echo(details)
+    ]
 
 
 def _is_echo(details: ErrorDetails) -> bool:
@@ -23,8 +26,8 @@ def _is_echo(details: ErrorDetails) -> bool:
     return details["type"] == "too_short" and len(details["input"]) >= details["ctx"]["min_length"]
 
 
-def _finding(details: ErrorDetails, data: Any) -> Finding:
-    location = locate(details["loc"])
+def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding:
+    location = locate(details["loc"], root)
     path = location.path
     kind, found, context = details["type"], details["input"], details.get("ctx", {})
     if kind == "extra_forbidden":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from pathlib import Path as FilePath
 from typing import Any
@@ -32,7 +33,7 @@ def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Sc
         ScenarioError: With every fault found.
     """
     source = os.fspath(path)
-    return parse_scenario(_decoded(_content(FilePath(source)), source), source, overrides)
+    return parse_scenario(read_text(FilePath(source)), source, overrides)
 
 
 def parse_scenario(text: str, source: str = "<text>", overrides: Overrides = ()) -> Scenario:
@@ -46,13 +47,62 @@ def parse_scenario(text: str, source: str = "<text>", overrides: Overrides = ())
     Raises:
         ScenarioError: With every fault found.
     """
-    document = read(text, source)
-    if not isinstance(document.data, dict):
-        found = "nothing" if document.data is None else shown(document.data)
-        place = document.place(()) if document.values else Place(source, 1, 1)
+    return Template(text, source).scenario(overrides)
+
+
+class Template:
+    """A scenario's text read once, from which scenarios with different overrides are made.
+
+    Attributes:
+        text: The YAML.
+        source: What to call it in messages.
+    """
+
+    def __init__(self, text: str, source: str = "<text>") -> None:
+        """Reads the text.
+
+        Args:
+            text: The YAML.
+            source: What to call it in messages.
+
+        Raises:
+            ScenarioError: If it is no table in YAML.
+        """
+        self.text, self.source = text, source
+        self._document = read(text, source)
+        if isinstance(self._document.data, dict):
+            return
+        found = "nothing" if self._document.data is None else shown(self._document.data)
+        place = self._document.place(()) if self._document.values else Place(source, 1, 1)
         raise ScenarioError(
             [_fault(f"found {found}; a scenario is a table of keys such as duration: 30", "", place)]
         )
+
+    def overridden(self, overrides: Overrides = ()) -> dict[str, Any]:
+        """The plain data with overrides, not checked any further.
+
+        Raises:
+            ScenarioError: If a key cannot be set.
+        """
+        document = copy.deepcopy(self._document)
+        if faults := apply(document, overrides):
+            raise ScenarioError(faults)
+        data: dict[str, Any] = document.data
+        return data
+
+    def scenario(self, overrides: Overrides = ()) -> Scenario:
+        """The checked scenario with overrides, as `load_scenario`.
+
+        Raises:
+            ScenarioError: With every fault found.
+        """
+        return _scenario(
+            copy.deepcopy(self._document) if overrides else self._document, overrides, self.source
+        )
+
+
+def _scenario(document: Document, overrides: Overrides, source: str) -> Scenario:
+    """Checks a document, which the overrides change in place."""
     unset = apply(document, overrides)
     scenario, findings = _checked(document.data)
     faults = [
@@ -65,6 +115,16 @@ def parse_scenario(text: str, source: str = "<text>", overrides: Overrides = ())
     if faults or scenario is None:
         raise ScenarioError(faults)
     return scenario
+
+
+def read_text(path: FilePath) -> str:
+    """Text of a YAML file.
+
+    Raises:
+        UsageError: If there is no such file or it cannot be read.
+        ScenarioError: If it is too large or no text.
+    """
+    return _decoded(_content(path), os.fspath(path))
 
 
 def _content(path: FilePath) -> bytes:
@@ -100,7 +160,7 @@ def _checked(data: dict[str, Any]) -> tuple[Scenario | None, list[Finding]]:
     Parts that are wrong by themselves are left out, so that what is wrong between the others is found too.
     """
     try:
-        scenario = Scenario.model_validate(_tuples(data), strict=True)
+        scenario = Scenario.model_validate(tuples(data), strict=True)
     except ValidationError as error:
         found = explain.findings(error, data)
     else:
@@ -108,15 +168,15 @@ def _checked(data: dict[str, Any]) -> tuple[Scenario | None, list[Finding]]:
     if version := [finding for finding in found if finding.path == ("version",)]:
         return None, version  # another version has other keys: nothing else can be said
     wrong = {str(finding.path[0]) for finding in found}
-    rest = Scenario.model_validate(_tuples({k: v for k, v in data.items() if k not in wrong}), strict=True)
+    rest = Scenario.model_validate(tuples({k: v for k, v in data.items() if k not in wrong}), strict=True)
     return None, found + checks.findings(rest, wrong)
 
 
-def _tuples(data: Any) -> Any:
-    """Lists as tuples: strict types, for which `true` is no number, take no lists for tuples."""
+def tuples(data: Any) -> Any:
+    """Plain data, lists as tuples: strict types, for which `true` is no number, take no list for a tuple."""
     if isinstance(data, dict):
-        return {key: _tuples(value) for key, value in data.items()}
-    return tuple(map(_tuples, data)) if isinstance(data, list) else data
+        return {key: tuples(value) for key, value in data.items()}
+    return tuple(map(tuples, data)) if isinstance(data, list) else data
 
 
 def _place(document: Document, finding: Finding) -> Place:

@@ -29,10 +29,15 @@ class Location(NamedTuple):
     field: FieldInfo | None
 
 
-def locate(location: Path) -> Location:
-    """Follows a key path, or the location of a pydantic error, which names union members on its way."""
+def locate(location: Path, root: type[BaseModel] = Scenario) -> Location:
+    """Follows a key path, or the location of a pydantic error, which names union members on its way.
+
+    Args:
+        location: Keys and list indices.
+        root: The table where they begin.
+    """
     path: list[str | int] = []
-    annotation: Any = Scenario
+    annotation: Any = root
     holder: type[BaseModel] | None = None
     field: FieldInfo | None = None
     for key in location:

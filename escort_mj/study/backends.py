@@ -1,0 +1,147 @@
+"""Where the runs of a study are computed: processes of this machine, or workers of a Dask cluster.
+
+A backend takes jobs as they are wanted and gives results as they come; what a job computes depends on nothing
+but the job, so every backend gives the same bits. A worker that dies takes nothing with it: its jobs are done
+again, and a job that kills its worker time and again becomes a result of its own.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any, TypeVar
+
+from escort_mj.errors import UsageError
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+Backend = Callable[[Callable[[Job], Result], Iterable[Job]], Iterator[tuple[Job, Result | None]]]
+"""Called with a function of a module's top level and jobs; None stands for a job that killed its workers."""
+
+AHEAD = 3  # jobs that are waiting for each worker
+TRIES = 3  # of a job whose worker dies
+
+
+def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Iterator[tuple[Job, Result | None]]:
+    """Computes jobs in this process, one after the other."""
+    for job in jobs:
+        yield job, function(job)
+
+
+def local(workers: int) -> Backend[Any, Any]:
+    """Processes of this machine.
+
+    Args:
+        workers: How many; 1 computes in this process.
+    """
+    if workers == 1:
+        return here
+
+    def compute(
+        function: Callable[[Job], Result], jobs: Iterable[Job]
+    ) -> Iterator[tuple[Job, Result | None]]:
+        waiting = iter(jobs)
+        again: list[tuple[Job, int]] = []  # with the tries that they have had
+        while True:
+            # Not forked from this process, whose threads and native callbacks would not survive it.
+            with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver")) as pool:
+                flying: dict[Future[Result], tuple[Job, int]] = {}
+
+                def launch(job: Job, tries: int) -> None:
+                    flying[pool.submit(function, job)] = job, tries  # noqa: B023
+
+                try:
+                    # Suspects first and one at a time, so that it is seen which of them kills its worker.
+                    while again:
+                        job, tries = again.pop()
+                        future = pool.submit(function, job)
+                        flying[future] = job, tries
+                        result = future.result()
+                        del flying[future]
+                        yield job, result
+                    while True:
+                        while len(flying) < AHEAD * workers:
+                            try:
+                                launch(next(waiting), 0)
+                            except StopIteration:
+                                break
+                        if not flying:
+                            return
+                        for future in wait(flying, return_when=FIRST_COMPLETED).done:
+                            result = future.result()
+                            job, _ = flying.pop(future)
+                            yield job, result
+                except BrokenProcessPool:
+                    for future, (job, tries) in flying.items():
+                        if future.done() and not future.cancelled() and future.exception() is None:
+                            yield job, future.result()
+                        elif tries + 1 < TRIES:
+                            again.append((job, tries + 1))
+                        else:
+                            yield job, None
+                except BaseException:
+                    pool.shutdown(wait=False, cancel_futures=True)
+                    raise
+
+    return compute
+
+
+def dask(workers: int, address: str | None = None) -> Backend[Any, Any]:
+    """Workers of a Dask cluster, on this machine or on many.
+
+    Args:
+        workers: Worker processes of a cluster of this machine's own, where no address is given.
+        address: Of a cluster's scheduler that runs already, such as tcp://host:8786.
+
+    Raises:
+        UsageError: If Dask is not installed, or nobody answers at the address.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise UsageError(
+            "--backend dask: Dask is not installed; pip install 'escort-mj[dask]' adds it"
+        ) from None
+
+    def compute(
+        function: Callable[[Job], Result], jobs: Iterable[Job]
+    ) -> Iterator[tuple[Job, Result | None]]:
+        try:
+            cluster = None
+            if address is None:
+                cluster = distributed.LocalCluster(
+                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
+                )
+            client = distributed.Client(cluster if cluster is not None else address, timeout=20)
+        except OSError as error:
+            raise UsageError(f"--backend dask: no cluster answers at {address}: {error}") from None
+        with client:
+            waiting = iter(jobs)
+            flying: dict[Any, Job] = {}
+            results = distributed.as_completed(with_results=False, raise_errors=False)
+
+            def launch() -> bool:
+                job = next(waiting, None)
+                if job is None:
+                    return False
+                future = client.submit(function, job, pure=False, retries=0)
+                flying[future] = job
+                results.add(future)
+                return True
+
+            for _ in range(AHEAD * max(workers, len(client.scheduler_info()["workers"]))):
+                if not launch():
+                    break
+            for future in results:
+                job = flying.pop(future)
+                if isinstance(future.exception(), distributed.KilledWorker):
+                    yield job, None
+                else:
+                    yield job, future.result()
+                launch()
+        if cluster is not None:
+            cluster.close()
+
+    return compute

@@ -1,0 +1,228 @@
+"""The design of a study: its cells, the runs that they take, and the key that tells runs apart."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Iterator
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.findings import nearest, parse_key_path
+from escort_mj.scenario.load import Template, read_text
+from escort_mj.scenario.schema import Scenario
+from escort_mj.study.definition import Range, Sample, Steps, StudyFile
+
+CASE, SAMPLE = "case", "point"
+MOST_FAULTS = 20
+DIGITS = 32
+
+
+class Cell(NamedTuple):
+    """One combination of what a study varies.
+
+    Attributes:
+        labels: What tells it from other cells: the case's name, values by key, number of the drawn point.
+        settings: Scenario keys and values, in the order in which they are set.
+    """
+
+    labels: dict[str, Any]
+    settings: dict[str, Any]
+
+
+class Planned(NamedTuple):
+    """A run that a study asks for.
+
+    Attributes:
+        cell: Number of its cell, from 0.
+        seed: Of all its randomness.
+        key: Digest of everything that the run depends on.
+    """
+
+    cell: int
+    seed: int
+    key: str
+
+
+class Design:
+    """All cells and runs of a study.
+
+    Attributes:
+        study: What the file says.
+        cells: In the order of the file: cases, then combinations, then drawn points.
+        factors: What is varied: `case` and scenario keys.
+    """
+
+    def __init__(self, file: StudyFile, shipped: Path) -> None:
+        """Lays out a study and tries each of its cells.
+
+        Args:
+            file: The checked study.
+            shipped: Folder of the shipped scenarios.
+
+        Raises:
+            UsageError: If the scenario's file cannot be read.
+            ScenarioError: With every cell that is impossible, by its place in the study.
+        """
+        self.file, self.study = file, file.study
+        path = _scenario_path(file, shipped)
+        self.template = Template(read_text(path), str(path))
+        self.cells = tuple(_cells(file))
+        self.factors = [CASE] * bool(self.study.cases) + list(self.study.vary)
+        if self.study.sample is not None:
+            self.factors += self.study.sample.over
+        first = self.scenario(self.cells[0]).seed if self.study.first_seed is None else self.study.first_seed
+        self.seeds = tuple(range(first, first + self.study.seeds))
+        self._try_cells()
+
+    def scenario(self, cell: Cell, seed: int | None = None) -> Scenario:
+        """The checked scenario of a cell, with a seed or with its own.
+
+        Raises:
+            ScenarioError: If it is impossible.
+        """
+        return self.template.scenario(cell.settings | ({} if seed is None else {"seed": seed}))
+
+    def runs(self) -> Iterator[Planned]:
+        """Every run, seed by seed through all cells: a study that is cut short has all cells alike."""
+        versions = {name: version(name) for name in ("escort-mj", "mujoco", "numpy", "numba")}
+        data = [self.template.overridden(cell.settings) for cell in self.cells]
+        for seed in self.seeds:
+            for index in range(len(self.cells)):
+                text = json.dumps([versions, data[index] | {"seed": seed}], sort_keys=True, default=str)
+                yield Planned(index, seed, hashlib.sha256(text.encode()).hexdigest()[:DIGITS])
+
+    def __len__(self) -> int:
+        return len(self.cells) * len(self.seeds)
+
+    def _try_cells(self) -> None:
+        """Checks every cell with the first seed.
+
+        Raises:
+            ScenarioError: With the faults of the cells; each fault once.
+        """
+        faults: dict[Fault, None] = {}
+        for cell in self.cells:
+            try:
+                self.scenario(cell, self.seeds[0])
+            except ScenarioError as error:
+                faults |= {self._placed(fault, cell): None for fault in error.faults}
+            if len(faults) > MOST_FAULTS:
+                break
+        if faults:
+            raise ScenarioError(list(faults)[:MOST_FAULTS])
+
+    def _placed(self, fault: Fault, cell: Cell) -> Fault:
+        """A fault of a cell's scenario, at the place in the study that brought it about."""
+        at = parse_key_path(fault.key) or ()
+        for key in reversed(cell.settings):
+            path = parse_key_path(key) or ()
+            if fault.source.startswith(f"--set {key}=") or (
+                at and (at[: len(path)] == path or path[: len(at)] == at)
+            ):
+                where = _place_of(key, cell, self.file)
+                value = cell.settings[key]
+                return self.file.fault(f"with {key} = {_short(value)}: {fault.key}: {fault.message}", *where)
+        words = ", ".join(f"{name} = {_short(value)}" for name, value in cell.labels.items())
+        message = f"{self.template.source}: {fault.key}: {fault.message}"
+        return self.file.fault(f"with {words}: {message}" if words else message, "scenario")
+
+
+def _short(value: Any) -> str:
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _scenario_path(file: StudyFile, shipped: Path) -> Path:
+    """The scenario's file: beside the study, or shipped.
+
+    Raises:
+        ScenarioError: If there is none.
+    """
+    name = file.study.scenario
+    beside = file.path.parent / name
+    if beside.is_file():
+        return beside
+    path = shipped / f"{name}.yaml"
+    names = sorted(entry.relative_to(shipped).with_suffix("").as_posix() for entry in shipped.rglob("*.yaml"))
+    if name in names:
+        return path
+    message = f"found {name}; there is no such file beside the study and no such shipped scenario"
+    raise ScenarioError([file.fault(message + nearest(name, names), "scenario")])
+
+
+def _place_of(key: str, cell: Cell, file: StudyFile) -> tuple[str | int, ...]:
+    """Where the study sets a key."""
+    study = file.study
+    if key in study.vary:
+        values, value = study.vary[key], cell.settings[key]
+        return (
+            ("vary", key, values.index(value))
+            if isinstance(values, tuple) and value in values
+            else ("vary", key)
+        )
+    if study.sample is not None and key in study.sample.over:
+        return "sample", "over", key
+    case = cell.labels.get(CASE)
+    if case is not None and key in study.cases[case]:
+        return "cases", case, key
+    return "set", key
+
+
+def _cells(file: StudyFile) -> Iterator[Cell]:
+    """Every combination of cases, values and drawn points."""
+    study = file.study
+    cases: list[tuple[dict[str, Any], dict[str, Any]]]
+    cases = [({CASE: name}, case) for name, case in study.cases.items()] or [({}, {})]
+    levels = [[(key, value) for value in _values(values)] for key, values in study.vary.items()]
+    points = list(_points(study.sample)) if study.sample is not None else [({}, {})]
+    for label, case in cases:
+        for combination in product(*levels):
+            varied = dict(combination)
+            for number, point in points:
+                labels = label | varied | point
+                yield Cell(labels | number, dict(study.set) | case | varied | point)
+
+
+def _values(values: tuple[Any, ...] | Steps) -> list[Any]:
+    """The values of one factor."""
+    if not isinstance(values, Steps):
+        return list(values)
+    spread = np.geomspace if values.scale == "log" else np.linspace
+    numbers = spread(values.low, values.high, values.count)
+    return sorted({round(x) for x in numbers}) if values.whole else numbers.tolist()
+
+
+def _points(sample: Sample) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """Points drawn from the box, each with its number."""
+    from scipy.stats import qmc
+
+    size = len(sample.over)
+    if sample.method == "random":
+        unit = np.random.Generator(np.random.Philox(sample.seed)).random((sample.count, size))
+    elif sample.method == "latin_hypercube":
+        unit = qmc.LatinHypercube(size, rng=sample.seed).random(sample.count)
+    else:
+        unit = qmc.Sobol(size, rng=sample.seed).random_base2(math.ceil(math.log2(sample.count)))[
+            : sample.count
+        ]
+    for number, row in enumerate(unit):
+        yield (
+            {SAMPLE: number},
+            {key: _within(box, float(u)) for (key, box), u in zip(sample.over.items(), row, strict=True)},
+        )
+
+
+def _within(box: Range, share: float) -> float | int:
+    """The number at a share of the way through a range."""
+    if box.whole:
+        return min(math.floor(box.low + share * (box.high - box.low + 1.0)), math.floor(box.high))
+    if box.scale == "log":
+        return box.low * (box.high / box.low) ** share
+    return box.low + share * (box.high - box.low)

@@ -1,0 +1,228 @@
+"""Results of a study in one SQLite file: a row a run, safe to kill at any moment, shared by processes."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import socket
+import sqlite3
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from escort_mj.errors import EscortError, UsageError
+from escort_mj.record.process import alive, identify
+from escort_mj.signals import METRIC_NAMES
+
+FILE = "results.sqlite"
+FORMAT = 1
+PATIENCE = 60.0  # s, for another process's transaction
+SILENCE = 300.0  # s without a sign of life, after which a claim from another machine has lapsed
+
+RUNS = """
+CREATE TABLE IF NOT EXISTS runs (
+    key TEXT PRIMARY KEY, seed INTEGER NOT NULL, settings TEXT NOT NULL, outcome TEXT NOT NULL,
+    message TEXT NOT NULL, passed INTEGER NOT NULL, simulated_time REAL, wall_time REAL NOT NULL,
+    verdicts TEXT NOT NULL, scenario TEXT NOT NULL, versions TEXT NOT NULL, folder TEXT, ended REAL NOT NULL
+) WITHOUT ROWID
+"""
+CLAIMS = """
+CREATE TABLE IF NOT EXISTS claims (
+    key TEXT PRIMARY KEY, owner TEXT NOT NULL, since REAL NOT NULL
+) WITHOUT ROWID
+"""
+
+
+class Row(NamedTuple):
+    """What came of one run.
+
+    Attributes:
+        key: Digest of everything that the run depends on.
+        seed: Of all its randomness.
+        settings: What its cell sets, by scenario key.
+        outcome: How it ended.
+        message: The same in words.
+        passed: Whether every verdict holds, the outcome among them.
+        simulated_time: How far it came [s].
+        wall_time: Time that it took, everything included [s].
+        verdicts: As in verdicts.json.
+        scenario: The complete scenario as YAML.
+        versions: Of the programs that took part.
+        metrics: Value of each metric; None where there is none, infinite for "never".
+        folder: Its run folder, where one was kept.
+    """
+
+    key: str
+    seed: int
+    settings: dict[str, Any]
+    outcome: str
+    message: str
+    passed: bool
+    simulated_time: float
+    wall_time: float
+    verdicts: list[dict[str, Any]]
+    scenario: str
+    versions: dict[str, str]
+    metrics: dict[str, float | None]
+    folder: str | None = None
+
+
+class Store:
+    """The results of one or more studies of a folder. Every call is a transaction of its own.
+
+    Attributes:
+        path: The file.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        """Opens the results in a folder, or begins them.
+
+        Raises:
+            UsageError: If the file is no store of this format, or cannot be written.
+        """
+        self.path = folder / FILE
+        self._owner = json.dumps(identify() | {"host": socket.gethostname()}, sort_keys=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            # Transactions are begun by hand: Python's own would begin them too late to read in them.
+            self._connection = sqlite3.connect(self.path, timeout=PATIENCE, isolation_level=None)
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            self._connection.execute("PRAGMA synchronous = FULL")
+            with self._transaction() as run:
+                known = run("PRAGMA user_version").fetchone()[0]
+                if known not in (0, FORMAT):
+                    raise UsageError(
+                        f"{self.path}: holds results of format {known}; this program reads {FORMAT}"
+                    )
+                run(RUNS)
+                run(CLAIMS)
+                have = {row[1] for row in run("PRAGMA table_info(runs)")}
+                for name in METRIC_NAMES:
+                    if name not in have:
+                        run(f"ALTER TABLE runs ADD COLUMN {name} REAL")
+                run(f"PRAGMA user_version = {FORMAT}")
+        except (sqlite3.Error, OSError) as error:
+            raise UsageError(f"{self.path}: cannot be used as a store of results: {error}") from None
+
+    def close(self) -> None:
+        """Gives back what this process has claimed, and lets the file go."""
+        with self._transaction() as run:
+            run("DELETE FROM claims WHERE owner = ?", (self._owner,))
+        self._connection.close()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def known(self) -> set[str]:
+        """Keys of all runs that have ended."""
+        with self._transaction() as run:
+            return {key for (key,) in run("SELECT key FROM runs")}
+
+    def claim(self, keys: Sequence[str]) -> list[str]:
+        """Claims runs for this process, and returns those that nobody has made or is making.
+
+        Claims of processes that have died lapse.
+        """
+        now = time.time()
+        with self._transaction() as run:
+            for key, owner, since in run("SELECT key, owner, since FROM claims").fetchall():
+                if _lapsed(json.loads(owner), since, now):
+                    run("DELETE FROM claims WHERE key = ?", (key,))
+            taken = []
+            for key in keys:
+                if run("SELECT 1 FROM runs WHERE key = ?", (key,)).fetchone():
+                    continue
+                if run("INSERT OR IGNORE INTO claims VALUES (?, ?, ?)", (key, self._owner, now)).rowcount:
+                    taken.append(key)
+            return taken
+
+    def beat(self) -> None:
+        """Shows that this process is still at its claims."""
+        with self._transaction() as run:
+            run("UPDATE claims SET since = ? WHERE owner = ?", (time.time(), self._owner))
+
+    def claimed_by_others(self) -> int:
+        """How many runs other live processes are making."""
+        now = time.time()
+        with self._transaction() as run:
+            claims = run("SELECT owner, since FROM claims WHERE owner != ?", (self._owner,)).fetchall()
+        return sum(not _lapsed(json.loads(owner), since, now) for owner, since in claims)
+
+    def put(self, row: Row) -> None:
+        """Writes a run, once and for all: a run that is there stays as it is."""
+        values: dict[str, Any] = {
+            **row._asdict(),
+            "settings": json.dumps(row.settings),
+            "verdicts": json.dumps(row.verdicts),
+            "versions": json.dumps(row.versions),
+            "passed": int(row.passed),
+            "ended": time.time(),
+        }
+        metrics = values.pop("metrics")
+        values |= {name: metrics.get(name) for name in METRIC_NAMES}
+        names = ", ".join(values)
+        with self._transaction() as run:
+            marks = ", ".join("?" for _ in values)
+            run(f"INSERT OR IGNORE INTO runs ({names}) VALUES ({marks})", tuple(values.values()))
+            run("DELETE FROM claims WHERE key = ?", (row.key,))
+
+    def get(self, keys: Iterable[str]) -> dict[str, Row]:
+        """Runs by key; those that have not ended are left out."""
+        columns = [name for name in Row._fields if name != "metrics"]
+        query = f"SELECT {', '.join([*columns, *METRIC_NAMES])} FROM runs WHERE key = ?"
+        found: dict[str, Row] = {}
+        with self._transaction() as run:
+            for key in keys:
+                record = run(query, (key,)).fetchone()
+                if record is None:
+                    continue
+                values: dict[str, Any] = dict(zip(columns, record, strict=False))
+                for name in ("settings", "verdicts", "versions"):
+                    values[name] = json.loads(values[name])
+                values["passed"] = bool(values["passed"])
+                metrics = dict(zip(METRIC_NAMES, record[len(columns) :], strict=True))
+                found[key] = Row(**values, metrics=metrics)
+        return found
+
+    @contextmanager
+    def _transaction(self) -> Iterator[Any]:
+        """Begins, and ends with all or nothing."""
+        self._connection.execute("BEGIN IMMEDIATE")
+        try:
+            yield self._connection.execute
+        except BaseException:
+            self._connection.execute("ROLLBACK")
+            raise
+        self._connection.execute("COMMIT")
+
+
+def _lapsed(owner: dict[str, Any], since: float, now: float) -> bool:
+    """Whether the process that made a claim is gone."""
+    if owner.get("host") == socket.gethostname():
+        return not alive(owner)
+    return now - since > SILENCE
+
+
+def open_store(folder: Path) -> Store:
+    """Opens results that are there.
+
+    Raises:
+        UsageError: If the folder has none.
+    """
+    if not os.path.isfile(folder / FILE):
+        raise UsageError(f"{folder}: holds no results of a study ({FILE})")
+    return Store(folder)
+
+
+def finite(value: float | None) -> float | None:
+    """A value that is a number; None for none and for never."""
+    return None if value is None or not math.isfinite(value) else value
+
+
+__all__ = ["FILE", "EscortError", "Row", "Store", "finite", "open_store"]

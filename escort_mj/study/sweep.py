@@ -1,0 +1,271 @@
+"""Makes the runs of a study that have not been made before, and writes each as it ends."""
+
+from __future__ import annotations
+
+import csv
+import io
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from escort_mj.errors import EscortError, UsageError
+from escort_mj.mission import fly
+from escort_mj.record.files import write_text
+from escort_mj.record.folder import RunFolder
+from escort_mj.record.metrics import measures_of
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import dump_scenario
+from escort_mj.scenario.load import Template
+from escort_mj.signals import METRIC_NAMES
+from escort_mj.study.backends import Backend, here
+from escort_mj.study.design import Design, Planned
+from escort_mj.study.store import Row, Store
+
+RUNS, TABLE = "runs", "runs.csv"
+CLAIMED_AT_ONCE = 16  # runs
+BEAT = 30.0  # s between two signs of life
+POLL = 0.5  # s between two looks at what others do
+Progress = Callable[[float, float], None]
+
+
+class Job(NamedTuple):
+    """A run to be made, by whoever gets it.
+
+    Attributes:
+        key: Of the run.
+        seed: Of all its randomness.
+        settings: What its cell sets.
+        text: The scenario's YAML before that.
+        source: What to call it.
+        folder: Where to keep the run; None for nowhere.
+        only_failed: Keep it only where it fails.
+    """
+
+    key: str
+    seed: int
+    settings: dict[str, Any]
+    text: str
+    source: str
+    folder: Path | None
+    only_failed: bool
+
+
+class Swept(NamedTuple):
+    """What a sweep did.
+
+    Attributes:
+        runs: How many runs the study has.
+        made: How many were made now.
+        failed: How many of them all broke or failed a verdict.
+        broken: How many of them all broke.
+    """
+
+    runs: int
+    made: int
+    failed: int
+    broken: int
+
+
+def sweep(
+    design: Design,
+    out: Path,
+    backend: Backend[Job, Row],
+    workers: int,
+    confirmed: bool = False,
+    progress: Progress | None = None,
+) -> Swept:
+    """Makes the runs that are missing.
+
+    Args:
+        design: The study's.
+        out: Folder of its results; other sweeps may work in it at the same time.
+        backend: Where to compute.
+        workers: How many runs go on at once, to judge the time.
+        confirmed: Whether a large study may begin.
+        progress: Called with the runs that are done and all.
+
+    Raises:
+        UsageError: If the study is larger than its own `at_most` and not confirmed.
+    """
+    planned = list(design.runs())
+    with Store(out) as store:
+        write_text(out / "study.yaml", design.file.path.read_text(encoding="utf-8"))
+        missing = _missing(planned, store)
+        made = 0
+        if missing and not confirmed:
+            made = _weigh(design, missing, store, out, workers)
+            missing = _missing(planned, store)
+        if progress is not None:
+            progress(len(planned) - len(missing), len(planned))
+        made += _make(design, missing, store, out, backend, len(planned), progress)
+        rows = store.get(run.key for run in planned)
+    table(design, planned, rows, out)
+    failed = sum(not row.passed for row in rows.values())
+    broken = sum(row.outcome != Outcome.COMPLETED.value for row in rows.values())
+    return Swept(len(planned), made, failed, broken)
+
+
+def _missing(planned: Sequence[Planned], store: Store) -> list[Planned]:
+    known = store.known()
+    return [run for run in planned if run.key not in known]
+
+
+def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, workers: int) -> int:
+    """Makes one run to judge how long all will take; returns how many it made.
+
+    Raises:
+        UsageError: If that is too many or too long.
+    """
+    most = design.study.at_most
+    if len(missing) > most.runs:
+        raise UsageError(
+            f"{design.file.path}: takes {len(missing)} runs, more than at_most.runs allows ({most.runs}); "
+            "--yes makes them"
+        )
+    if len(missing) < 2 * workers:
+        return 0
+    pilot = missing[len(missing) // 2]
+    if not store.claim([pilot.key]):
+        return 0
+    perform(_job(design, pilot, out))  # compiles what must be compiled, or reads it from the cache
+    row = perform(_job(design, pilot, out))
+    store.put(row)
+    hours = row.wall_time * len(missing) / workers / 3600.0
+    if hours > most.hours:
+        raise UsageError(
+            f"{design.file.path}: {len(missing)} runs of about {row.wall_time:.2g} s each would take "
+            f"{hours:.2g} h on {workers} workers, more than at_most.hours allows ({most.hours:g}); "
+            "--yes makes them"
+        )
+    return 1
+
+
+def _make(
+    design: Design,
+    missing: Sequence[Planned],
+    store: Store,
+    out: Path,
+    backend: Backend[Job, Row],
+    total: int,
+    progress: Progress | None,
+) -> int:
+    """Makes what nobody else makes, then waits for the others and makes what they leave."""
+    made, done = 0, total - len(missing)
+    while missing:
+        beaten = time.monotonic()
+        for job, row in backend(perform, _claimed(design, missing, store, out)):
+            store.put(row if row is not None else _killed(job))
+            made, done = made + 1, done + 1
+            if progress is not None:
+                progress(done, total)
+            if time.monotonic() - beaten > BEAT:
+                store.beat()
+                beaten = time.monotonic()
+        missing = _missing(missing, store)
+        if missing and store.claimed_by_others():
+            time.sleep(POLL)
+            done = total - len(missing)
+            if progress is not None:
+                progress(done, total)
+    return made
+
+
+def _claimed(design: Design, missing: Sequence[Planned], store: Store, out: Path) -> Iterator[Job]:
+    """Jobs that this process has claimed, a few at a time."""
+    for first in range(0, len(missing), CLAIMED_AT_ONCE):
+        some = missing[first : first + CLAIMED_AT_ONCE]
+        mine = set(store.claim([run.key for run in some]))
+        yield from (_job(design, run, out) for run in some if run.key in mine)
+
+
+def _job(design: Design, run: Planned, out: Path) -> Job:
+    keep = design.study.traces
+    return Job(
+        run.key,
+        run.seed,
+        design.cells[run.cell].settings,
+        design.template.text,
+        design.template.source,
+        None if keep == "none" else out / RUNS / run.key,
+        keep == "failed",
+    )
+
+
+@lru_cache(maxsize=4)
+def _template(text: str, source: str) -> Template:
+    return Template(text, source)
+
+
+def perform(job: Job) -> Row:
+    """Makes one run and sums it up; whatever goes wrong is a row, too."""
+    began = time.perf_counter()
+    try:
+        scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})
+        folder, run = None, None
+        if job.folder is None or job.only_failed:
+            run = fly(scenario)
+        if job.folder is not None and (run is None or not run.passed):
+            with RunFolder.create(job.folder) as kept:
+                run = fly(scenario, kept)
+            folder = f"{RUNS}/{job.key}"
+        assert run is not None
+    except EscortError as error:
+        return _row(job, Outcome.FAILED.value, str(error), time.perf_counter() - began)
+    except Exception as error:
+        message = f"{type(error).__name__}: {error}"
+        return _row(job, Outcome.FAILED.value, message, time.perf_counter() - began)
+    attributes, prefix = run.trace.attrs, "version_"
+    return Row(
+        job.key,
+        job.seed,
+        job.settings,
+        run.outcome.value,
+        run.message,
+        run.passed,
+        float(run.metrics["run"]["simulated_time"]),
+        time.perf_counter() - began,
+        [asdict(verdict) for verdict in run.verdicts],
+        dump_scenario(scenario),
+        {
+            str(name).removeprefix(prefix): str(value)
+            for name, value in attributes.items()
+            if str(name).startswith(prefix)
+        },
+        {name: found.value for name, found in measures_of(run.trace).items()} if run.outcome.good else {},
+        folder,
+    )
+
+
+def _row(job: Job, outcome: str, message: str, wall_time: float) -> Row:
+    """The row of a run that came to nothing."""
+    return Row(job.key, job.seed, job.settings, outcome, message, False, 0.0, wall_time, [], "", {}, {})
+
+
+def _killed(job: Job) -> Row:
+    return _row(job, Outcome.KILLED.value, "its worker process died, time and again", 0.0)
+
+
+def table(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
+    """Writes the runs as comma-separated values: what was varied, how it ended, every metric."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    facts = ("seed", "outcome", "passed", "simulated_time", "message", "key")
+    writer.writerow([*design.factors, *(["point"] if design.study.sample else []), *facts, *METRIC_NAMES])
+    for run in planned:
+        if (row := rows.get(run.key)) is None:
+            continue
+        labels = design.cells[run.cell].labels
+        writer.writerow(
+            [
+                *labels.values(),
+                *(getattr(row, name) for name in facts),
+                *(row.metrics.get(name) for name in METRIC_NAMES),
+            ]
+        )
+    write_text(out / TABLE, text.getvalue())
+
+
+__all__ = ["Job", "Swept", "here", "perform", "sweep"]
