@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 
 from escort_mj.scenario.findings import Path
@@ -41,13 +41,18 @@ def locate(location: Path, root: type[BaseModel] = Scenario) -> Location:
     holder: type[BaseModel] | None = None
     field: FieldInfo | None = None
     for key in location:
+        if (alternative := _alternative(annotation, key)) is not None:
+            annotation = alternative
+            continue
         tables = models(annotation)
         if len(tables) > 1 and (member := _member(tables, key)):
             annotation = member
             continue
         path.append(key)
         field = None
-        if isinstance(key, int):
+        if get_origin(annotation) is dict:
+            annotation = get_args(annotation)[1]
+        elif isinstance(key, int):
             annotation = _item(annotation)
         elif tables:
             holder = tables[0]
@@ -70,6 +75,16 @@ def models(annotation: Any) -> list[type[BaseModel]]:
 def tag_of(model: type[BaseModel]) -> tuple[str, str] | None:
     """The key that says which of several tables this one is, and the name that it says."""
     return next(((tag, model.model_fields[tag].default) for tag in TAGS if tag in model.model_fields), None)
+
+
+def _alternative(annotation: Any, name: str | int) -> Any:
+    """What a union has under a tag's name; None where it has nothing."""
+    for part in get_args(annotation):
+        if any(isinstance(mark, Tag) and mark.tag == name for mark in getattr(part, "__metadata__", ())):
+            return get_args(part)[0]
+        if (found := _alternative(part, name)) is not None:
+            return found
+    return None
 
 
 def _member(tables: list[type[BaseModel]], name: str | int) -> type[BaseModel] | None:

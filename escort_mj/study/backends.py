@@ -7,6 +7,8 @@ again, and a job that kills its worker time and again becomes a result of its ow
 
 from __future__ import annotations
 
+import contextlib
+import logging
 import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -108,40 +110,50 @@ def dask(workers: int, address: str | None = None) -> Backend[Any, Any]:
     def compute(
         function: Callable[[Job], Result], jobs: Iterable[Job]
     ) -> Iterator[tuple[Job, Result | None]]:
-        try:
-            cluster = None
-            if address is None:
-                cluster = distributed.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, processes=True, dashboard_address=None
-                )
-            client = distributed.Client(cluster if cluster is not None else address, timeout=20)
-        except OSError as error:
-            raise UsageError(f"--backend dask: no cluster answers at {address}: {error}") from None
-        with client:
-            waiting = iter(jobs)
-            flying: dict[Any, Job] = {}
-            results = distributed.as_completed(with_results=False, raise_errors=False)
-
-            def launch() -> bool:
-                job = next(waiting, None)
-                if job is None:
-                    return False
-                future = client.submit(function, job, pure=False, retries=0)
-                flying[future] = job
-                results.add(future)
-                return True
-
-            for _ in range(AHEAD * max(workers, len(client.scheduler_info()["workers"]))):
-                if not launch():
-                    break
-            for future in results:
-                job = flying.pop(future)
-                if isinstance(future.exception(), distributed.KilledWorker):
-                    yield job, None
+        with contextlib.ExitStack() as stack:
+            try:
+                if address is None:
+                    cluster = distributed.LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        processes=True,
+                        dashboard_address=None,
+                        silence_logs=logging.CRITICAL,
+                    )
+                    client = distributed.Client(stack.enter_context(cluster))
                 else:
-                    yield job, future.result()
-                launch()
-        if cluster is not None:
-            cluster.close()
+                    client = distributed.Client(address, timeout=20)
+                stack.enter_context(client)
+            except OSError as error:
+                raise UsageError(f"--backend dask: no cluster answers at {address}: {error}") from None
+            yield from _as_they_come(client, workers, function, jobs)
 
     return compute
+
+
+def _as_they_come(
+    client: Any, workers: int, function: Callable[[Job], Result], jobs: Iterable[Job]
+) -> Iterator[tuple[Job, Result | None]]:
+    """Hands jobs to a cluster, a few ahead, and yields results."""
+    from distributed import KilledWorker, as_completed
+
+    waiting = iter(jobs)
+    flying: dict[Any, Job] = {}
+    results = as_completed(raise_errors=False)
+
+    def launch() -> bool:
+        job = next(waiting, None)
+        if job is None:
+            return False
+        future = client.submit(function, job, pure=False)
+        flying[future] = job
+        results.add(future)
+        return True
+
+    for _ in range(AHEAD * max(workers, len(client.scheduler_info()["workers"]))):
+        if not launch():
+            break
+    for future in results:
+        job = flying.pop(future)
+        yield job, None if isinstance(future.exception(), KilledWorker) else future.result()
+        launch()

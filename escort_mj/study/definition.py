@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PositiveFloat, PositiveInt, ValidationError
+from pydantic import Discriminator, Field, PositiveFloat, PositiveInt, Tag, ValidationError
 
 from escort_mj.control.parameters import Parameters
 from escort_mj.errors import Fault, ScenarioError
@@ -38,6 +38,13 @@ class Steps(Range):
 
     count: Annotated[int, Field(ge=2, le=10_000)]
     """How many."""
+
+
+Levels = Annotated[
+    Annotated[tuple[Any, ...], Tag("list")] | Annotated[Steps, Tag("steps")],
+    Discriminator(lambda value: "steps" if isinstance(value, dict | Steps) else "list"),
+]
+"""Values of one factor: written out, or evenly spread."""
 
 
 class Sample(Parameters):
@@ -77,7 +84,7 @@ class Study(Parameters):
     """Scenario keys and the value that they have in every run."""
     cases: Annotated[dict[str, dict[str, Any]], Field(max_length=1000)] = {}
     """Named alternatives, each a table of scenario keys and values."""
-    vary: Annotated[dict[str, tuple[Any, ...] | Steps], Field(max_length=16)] = {}
+    vary: Annotated[dict[str, Levels], Field(max_length=16)] = {}
     """Scenario keys and their values, a list or evenly spread; every combination is a cell."""
     sample: Sample | None = None
     """Points drawn from ranges, beside the combinations above."""

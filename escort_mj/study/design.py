@@ -77,7 +77,7 @@ class Design:
         self.factors = [CASE] * bool(self.study.cases) + list(self.study.vary)
         if self.study.sample is not None:
             self.factors += self.study.sample.over
-        first = self.scenario(self.cells[0]).seed if self.study.first_seed is None else self.study.first_seed
+        first = self._own_seed() if self.study.first_seed is None else self.study.first_seed
         self.seeds = tuple(range(first, first + self.study.seeds))
         self._try_cells()
 
@@ -97,6 +97,11 @@ class Design:
             for index in range(len(self.cells)):
                 text = json.dumps([versions, data[index] | {"seed": seed}], sort_keys=True, default=str)
                 yield Planned(index, seed, hashlib.sha256(text.encode()).hexdigest()[:DIGITS])
+
+    def _own_seed(self) -> int:
+        """The scenario's own seed; what is wrong with it shows when cells are tried."""
+        seed = self.template.overridden().get("seed", 0)
+        return seed if isinstance(seed, int) else 0
 
     def __len__(self) -> int:
         return len(self.cells) * len(self.seeds)
@@ -187,7 +192,10 @@ def _cells(file: StudyFile) -> Iterator[Cell]:
             varied = dict(combination)
             for number, point in points:
                 labels = label | varied | point
-                yield Cell(labels | number, dict(study.set) | case | varied | point)
+                settings = dict(study.set) | case | varied | point
+                # A table before its keys: what sets the whole table must not undo what sets a part of it.
+                order = sorted(settings, key=lambda key: len(parse_key_path(key) or ()))
+                yield Cell(labels | number, {key: settings[key] for key in order})
 
 
 def _values(values: tuple[Any, ...] | Steps) -> list[Any]:

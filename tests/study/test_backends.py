@@ -1,0 +1,67 @@
+"""Backends: every job once, whoever dies."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from escort_mj.study.backends import Backend, dask, local
+from tests.study.jobs import Job, stumble, work
+
+
+def backends() -> list[object]:
+    found: list[object] = [
+        pytest.param(lambda: local(1), id="here"),
+        pytest.param(lambda: local(2), id="local"),
+    ]
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        return found
+    return [*found, pytest.param(lambda: dask(2), id="dask")]
+
+
+@pytest.mark.parametrize("make", backends())
+def test_every_job_once(make: "type[Backend]", tmp_path: Path) -> None:
+    jobs = [Job(number, tmp_path) for number in range(40)]
+    results = list(make()(work, iter(jobs)))
+    assert sorted(results) == [(job, job.number**2) for job in jobs]
+    assert len(list(tmp_path.iterdir())) == 40
+    assert list(make()(work, iter([]))) == []
+
+
+@pytest.mark.parametrize("make", backends()[1:])
+def test_a_worker_that_dies_takes_nothing_with_it(make: "type[Backend]", tmp_path: Path) -> None:
+    jobs = [Job(number, tmp_path, deaths=1 if number in (3, 17) else 0) for number in range(30)]
+    results = list(make()(work, iter(jobs)))
+    assert sorted(results) == [(job, job.number**2) for job in jobs]
+
+
+@pytest.mark.parametrize("make", backends()[1:])
+def test_a_job_that_kills_every_worker_becomes_a_result(make: "type[Backend]", tmp_path: Path) -> None:
+    jobs = [Job(number, tmp_path, deaths=99 if number == 5 else 0) for number in range(12)]
+    results = dict(make()(work, iter(jobs)))
+    assert results == {job: None if job.number == 5 else job.number**2 for job in jobs}
+
+
+@pytest.mark.parametrize("make", backends())
+def test_an_error_of_the_job_is_an_error(make: "type[Backend]", tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="job 0"):
+        list(make()(stumble, iter([Job(0, tmp_path)])))
+
+
+def test_jobs_are_taken_as_they_are_wanted(tmp_path: Path) -> None:
+    """A study of a million runs must not be laid out in memory."""
+    taken = 0
+
+    def jobs() -> Iterator[Job]:
+        nonlocal taken
+        for number in range(1000):
+            taken += 1
+            yield Job(number, tmp_path)
+
+    results = local(2)(work, jobs())
+    for _ in range(10):
+        next(results)
+    assert taken <= 10 + 2 * 3 + 2
+    results.close()
