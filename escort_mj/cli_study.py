@@ -1,4 +1,4 @@
-"""Commands for many runs: sweep, report."""
+"""Commands for many runs: sweep, tune, falsify; and for one made again: rerun."""
 
 from __future__ import annotations
 
@@ -46,3 +46,27 @@ def sweep(
     )
     typer.echo(f"wrote {_shown(folder)}: results.sqlite runs.csv study.yaml")
     raise typer.Exit(BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD)
+
+
+@app.command()
+def rerun(
+    run_folder: Annotated[Path, typer.Argument(help="A run folder.", exists=True, file_okay=False)],
+    out: Annotated[Path | None, typer.Option(help="Run folder for the new run [default: none].")] = None,
+    tolerance: Annotated[
+        float, typer.Option(min=0.0, help="Relative difference up to which metrics agree.")
+    ] = 1e-3,
+) -> None:
+    """Make the run of a run folder again, and say whether its bits, or else its metrics, agree.
+
+    Exit code: 0 if they do, 1 if they do not, 2 if there is nothing to repeat.
+
+    Example: escort-mj rerun renders/main
+    """
+    from escort_mj.study.rerun import lines
+    from escort_mj.study.rerun import rerun as make_again
+
+    with _progress("simulating", " s") as progress:
+        found = make_again(run_folder, out, tolerance, progress)
+    for line in lines(found):
+        typer.echo(line)
+    raise typer.Exit(GOOD if found.good else VERDICT_FAILED)

@@ -20,6 +20,7 @@ from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.record.metrics import summarize
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.revision import git_revision
 from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.bodies import bodies_of, obstacle_names
@@ -218,7 +219,9 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "version_escort_mj": version("escort-mj"),
             "version_mujoco": mujoco_version(),
             "version_numpy": np.__version__,
+            "version_numba": version("numba"),
             "version_python": platform.python_version(),
             "version_platform": platform.platform(),
+            "version_git_revision": git_revision(),
         },
     }
