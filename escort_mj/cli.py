@@ -192,7 +192,7 @@ def _report(result: Run) -> None:
 
 def _exit_code(result: Run) -> int:
     """What a run means to a shell or a CI job."""
-    if not result.outcome.good:
+    if not result.verdicts[0].passed:  # how it ended
         return BROKEN
     return GOOD if result.passed else VERDICT_FAILED
 

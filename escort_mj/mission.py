@@ -197,6 +197,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
         "body_groups": bodies.groups,
         "obstacles": obstacle_names(scenario),
         "behaviors": setup.kinds,
+        "robot_mass": world.team.mass.tolist(),
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
         "obstacle_position": setup.obstacle_position.tolist(),

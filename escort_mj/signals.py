@@ -9,6 +9,7 @@ Frames: world. Units: SI. Robots are numbered from 1 in a trace's coordinates.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from math import prod
 from typing import NamedTuple
@@ -191,12 +192,16 @@ class Metric(NamedTuple):
         unit: SI unit, `1` for none.
         meaning: One sentence for the docs.
         tail: Whether the run's own summary looks at its tail only (steady state) instead of all of it.
+        least: No value is below this.
+        most: No value is above this.
     """
 
     name: str
     unit: str
     meaning: str
     tail: bool = False
+    least: float = 0.0
+    most: float = math.inf
 
 
 METRICS: tuple[Metric, ...] = (
@@ -212,6 +217,7 @@ METRICS: tuple[Metric, ...] = (
         "1",
         "largest Coulomb energy of the robots' directions over the least of that many (1 is even)",
         tail=True,
+        least=1.0,
     ),
     Metric("tracking_error_rms", "m", "root mean square of |e|", tail=True),
     Metric("velocity_error_rms", "m/s", "root mean square of |e_dot|", tail=True),
@@ -220,11 +226,18 @@ METRICS: tuple[Metric, ...] = (
     Metric("outer_update_rate", "1/s", "runs of the outer loop per second, mean over robots"),
     Metric("energy", "J", "integral of |force . velocity|, sum over robots"),
     Metric("obstacle_distance_min", "m", "least distance robot to obstacle, center to center"),
-    Metric("obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface"),
-    Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
-    Metric("robot_clearance_min", "m", "least distance between two robots, surface to surface"),
     Metric(
-        "saturated_share", "1", "share of time in which a robot's motor was at its limit, mean over robots"
+        "obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface", least=-math.inf
+    ),
+    Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
+    Metric(
+        "robot_clearance_min", "m", "least distance between two robots, surface to surface", least=-math.inf
+    ),
+    Metric(
+        "saturated_share",
+        "1",
+        "share of time in which a robot's motor was at its limit, mean over robots",
+        most=1.0,
     ),
     Metric("contacts", "1", "touches begun between robots, obstacles and target"),
     Metric("contact_force_max", "N", "largest normal contact force"),

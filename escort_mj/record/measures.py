@@ -30,20 +30,36 @@ UNTOLD = "the truth was not recorded (recording.truth)"
 NO_LYAPUNOV = "the Lyapunov function belongs to the sliding-mode laws"
 
 
+Bodies = tuple[str, ...]
+
+
 class Measure(NamedTuple):
     """The value of a metric.
 
     Attributes:
         value: In the metric's unit; None where the metric says nothing of this run, infinite for "never".
         time: Moment of the worst value [s]; None where there is none.
-        who: Who had it; empty where nobody in particular.
+        bodies: Names of the bodies that had it; empty where nobody in particular.
         reason: Why there is no value.
     """
 
     value: float | None
     time: float | None = None
-    who: str = ""
+    bodies: Bodies = ()
     reason: str = ""
+
+    @property
+    def who(self) -> str:
+        """The bodies in words."""
+        return in_words(self.bodies)
+
+
+def in_words(bodies: Bodies) -> str:
+    """Names of bodies in a sentence: `robots 1 and 2`, `robot 1 and gate`."""
+    numbers = [name.removeprefix("robot_") for name in bodies]
+    if len(bodies) > 1 and all(number.isdigit() for number in numbers):
+        return f"robots {' and '.join(numbers)}"
+    return " and ".join(name.replace("robot_", "robot ") for name in bodies)
 
 
 def radius_error(trace: xarray.Dataset) -> np.ndarray:
@@ -64,29 +80,33 @@ def spacing_error(trace: xarray.Dataset) -> np.ndarray | None:
     return np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2) - trace["spacing"].values
 
 
-def _at(trace: xarray.Dataset, values: np.ndarray, place: np.intp, name: Callable[[int], str]) -> Measure:
+def _at(trace: xarray.Dataset, values: np.ndarray, place: np.intp, name: Callable[[int], Bodies]) -> Measure:
     """The value at a flat place of values of shape (time, thing)."""
     row, column = divmod(int(place), values.shape[1])
     return Measure(float(values[row, column]), float(trace["time"][row]), name(column))
 
 
-def _largest(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], str]) -> Measure:
+def _largest(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
     """Largest of values of shape (time, thing), the first of equals; NaN is none."""
     return _at(trace, values, np.argmax(np.where(np.isnan(values), -np.inf, values)), name)
 
 
-def _least(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], str]) -> Measure:
+def _least(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
     """Least of values of shape (time, thing), the first of equals."""
     return _at(trace, values, np.argmin(values), name)
 
 
-def _robot(index: int) -> str:
-    return f"robot {index + 1}"
+def _robot(index: int) -> Bodies:
+    return (f"robot_{index + 1}",)
 
 
-def _edge(trace: xarray.Dataset) -> Callable[[int], str]:
+def _nobody(index: int) -> Bodies:
+    return ()
+
+
+def _edge(trace: xarray.Dataset) -> Callable[[int], Bodies]:
     pairs = trace["neighbors"].values
-    return lambda index: f"robots {pairs[index, 0]} and {pairs[index, 1]}"
+    return lambda index: (f"robot_{pairs[index, 0]}", f"robot_{pairs[index, 1]}")
 
 
 def radius_error_mean(trace: xarray.Dataset) -> Measure:
@@ -135,7 +155,7 @@ def energy_ratio(trace: xarray.Dataset) -> Measure:
         return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)
     if np.isnan(ratios).all():
         return Measure(None, reason=LEFT_ALONE)
-    return _largest(trace, ratios[:, None], lambda index: "")
+    return _largest(trace, ratios[:, None], _nobody)
 
 
 def _rms(trace: xarray.Dataset, name: str) -> Measure:
@@ -203,7 +223,7 @@ def obstacle_distance_min(trace: xarray.Dataset) -> Measure:
     distances = trace["obstacle_distance"].values
     names, count = trace["obstacle"].values, trace.sizes["obstacle"]
     flat = distances.reshape(len(distances), -1)
-    return _least(trace, flat, lambda index: f"{_robot(index // count)} and {names[index % count]}")
+    return _least(trace, flat, lambda index: (*_robot(index // count), str(names[index % count])))
 
 
 def _clearance(trace: xarray.Dataset, name: str, reason: str) -> Measure:
@@ -243,7 +263,7 @@ def contacts(trace: xarray.Dataset) -> Measure:
 
 def contact_force_max(trace: xarray.Dataset) -> Measure:
     """Largest normal contact force at any physics step."""
-    found = _largest(trace, trace["contact_force"].values[:, None], lambda index: "")
+    found = _largest(trace, trace["contact_force"].values[:, None], _nobody)
     return found if found.value else Measure(0.0)
 
 

@@ -38,8 +38,8 @@ def build_trace(
     Args:
         samples: Shape (k, record_size); no NaN.
         sizes: Size of each dimension and channel, see `signals.record_size`.
-        labels: `obstacles` and `behaviors` (names), `robot_radius` (n,), `obstacle_radius` (m,),
-            `obstacle_position` (m, p), `force_limit` (n,), `neighbors` (edges, 2) as robot numbers,
+        labels: `obstacles` and `behaviors` (names), `robot_mass`, `robot_radius` and `force_limit` (n,),
+            `obstacle_radius` (m,), `obstacle_position` (m, p), `neighbors` (edges, 2) as robot numbers,
             `spacing` (edges,), `bodies` and `body_groups` (names), and `attributes` of the dataset (texts and
             numbers; None is left out).
         episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
@@ -78,6 +78,7 @@ def build_trace(
         variables[signal.name] = (("time", *signal.dims), values.astype(kind), attributes)
     variables |= episode_variables(episodes)
     variables |= {
+        "robot_mass": ("robot", np.asarray(labels["robot_mass"], float), _said("kg", "mass of each robot")),
         "robot_radius": (
             "robot",
             np.asarray(labels["robot_radius"], float),

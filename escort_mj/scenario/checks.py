@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.check_expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.check_failures import check_failures
 from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor, check_trigger
 from escort_mj.scenario.check_motion import check_motion
@@ -62,25 +63,6 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_expectations(scenario: Scenario) -> Iterator[Finding]:
-    """Each expectation has bounds that a value can meet and a window that the run reaches."""
-    for index, expectation in enumerate(scenario.expect):
-        path: Path = ("expect", index)
-        low, high = expectation.at_least, expectation.at_most
-        if low is None and high is None:
-            yield Finding(path, "has no bound; give at_most or at_least")
-        if low is not None and high is not None and low > high:
-            yield Finding(path, f"no value is at least {low:g} and at most {high:g}")
-        end = scenario.duration if expectation.before is None else expectation.before
-        if expectation.before is not None and expectation.before <= expectation.after:
-            yield Finding(path, f"its window is empty: after {expectation.after:g} s and before {end:g} s")
-        elif end > scenario.duration or expectation.after >= scenario.duration:
-            yield Finding(
-                (*path, "before" if end > scenario.duration else "after"),
-                f"found {max(end, expectation.after):g} s; the run ends at {scenario.duration:g} s",
-            )
-
-
 Check = Callable[[Scenario], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
@@ -91,7 +73,9 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
 )
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission")),
-    (check_expectations, ("expect", "duration")),
+    (check_bounds, ("expect",)),
+    (check_windows, ("expect", "duration")),
+    (check_sides, ("expect", "axes", "robots", "obstacles")),
     (check_obstacle_names, ("obstacles",)),
     (check_behaviors, ("mission",)),
     (check_trigger, ("mission",)),

@@ -11,9 +11,11 @@ import numpy as np
 from pydantic import BaseModel
 
 from escort_mj.scenario.document import plain_scalar
+from escort_mj.scenario.expectations import KINDS
 from escort_mj.scenario.paths import TAGS
 from escort_mj.scenario.schema import Scenario
 
+_FIRST = {*TAGS, *(kind.kind for kind in KINDS)}  # keys that say what a table is
 _PLAIN_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 
@@ -60,7 +62,7 @@ def _quoted(text: str) -> str:
 
 
 def _table(table: dict[str, Any], indent: str) -> Iterator[str]:
-    for key, value in sorted(table.items(), key=lambda entry: entry[0] not in TAGS):
+    for key, value in sorted(table.items(), key=lambda entry: entry[0] not in _FIRST):
         if isinstance(value, dict) and value:
             yield f"{indent}{key}:"
             yield from _table(value, indent + "  ")

@@ -17,6 +17,7 @@ from escort_mj.scenario.schema import Scenario
 
 MAX_BYTES = 1_000_000
 MOST_FAULTS = 100
+NO_DEMAND = {"sanity": "all"}  # an expectation that nothing can be wrong with stands in for a wrong one
 
 
 def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:
@@ -107,9 +108,14 @@ def _checked(data: dict[str, Any]) -> tuple[Scenario | None, list[Finding]]:
         return scenario, checks.findings(scenario)
     if version := [finding for finding in found if finding.path == ("version",)]:
         return None, version  # another version has other keys: nothing else can be said
+    rest = {key: value for key, value in data.items() if (key,) not in {finding.path for finding in found}}
     wrong = {str(finding.path[0]) for finding in found}
-    rest = Scenario.model_validate(_tuples({k: v for k, v in data.items() if k not in wrong}), strict=True)
-    return None, found + checks.findings(rest, wrong)
+    if isinstance(rest.get("expect"), list):  # expectations do not depend on each other
+        bad = {finding.path[1] for finding in found if finding.path[0] == "expect"}
+        rest["expect"] = [NO_DEMAND if i in bad else one for i, one in enumerate(rest["expect"])]
+        wrong.discard("expect")
+    rest = {key: value for key, value in rest.items() if key not in wrong}
+    return None, found + checks.findings(Scenario.model_validate(_tuples(rest), strict=True), wrong)
 
 
 def _tuples(data: Any) -> Any:

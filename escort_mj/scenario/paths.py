@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from escort_mj.scenario.expectations import Demand, tag_of_kind
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.schema import Scenario
 
@@ -67,8 +68,16 @@ def tag_of(model: type[BaseModel]) -> tuple[str, str] | None:
     return next(((tag, model.model_fields[tag].default) for tag in TAGS if tag in model.model_fields), None)
 
 
+def member_name(model: type[BaseModel]) -> str | None:
+    """What a table is called among those that may stand in its place; None where it is the only one."""
+    if issubclass(model, Demand):
+        return tag_of_kind(model.kind)
+    tag = tag_of(model)
+    return tag[1] if tag else None
+
+
 def _member(tables: list[type[BaseModel]], name: str | int) -> type[BaseModel] | None:
-    return next((table for table in tables if (tag := tag_of(table)) and tag[1] == name), None)
+    return next((table for table in tables if member_name(table) == name), None)
 
 
 def _item(annotation: Any) -> Any:

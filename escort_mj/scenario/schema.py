@@ -16,6 +16,7 @@ from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
+from escort_mj.scenario.expectations import Expectation
 from escort_mj.scenario.fields import (
     BODY_NAME,
     RUN_NAME,
@@ -28,7 +29,6 @@ from escort_mj.scenario.fields import (
     Radius,
     Vector,
 )
-from escort_mj.signals import METRIC_NAMES
 
 MAX_ROBOTS = 5000
 MAX_AXES = 9
@@ -211,21 +211,6 @@ class Video(Parameters):
     """Simulated seconds per second of the video."""
     camera: Literal["overview", "follow", "top"] = "overview"
     """`overview` frames the whole mission, `follow` goes with the target, `top` looks down."""
-
-
-class Expectation(Parameters):
-    """A bound on one metric, over the whole run or a window of it; a verdict says whether it held."""
-
-    metric: Literal[METRIC_NAMES]  # type: ignore[valid-type]
-    """Which metric."""
-    at_most: float | None = None
-    """Upper bound, in the metric's unit."""
-    at_least: float | None = None
-    """Lower bound, in the metric's unit."""
-    after: NonNegativeFloat = 0.0
-    """Start of the window [s]."""
-    before: PositiveFloat | None = None
-    """End of the window [s]; null: the end of the run."""
 
 
 class Scenario(Parameters):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from escort_mj.expect.verdicts import judge, verdict_lines
 from escort_mj.record.files import write_json
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema import Expectation
+from escort_mj.scenario.expectations import MetricExpectation as Expectation
 from escort_mj.signals import METRIC_NAMES
 
 RADIUS = 5.0

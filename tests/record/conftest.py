@@ -53,6 +53,7 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         + [*(f"rock {j}" for j in range(1, m + 1)), "floor"],
         "body_groups": [*["robots"] * n, "target", *["obstacles"] * m, "floor"],
         "behaviors": ["vertices", "surface"],
+        "robot_mass": [1.0] * n,
         "robot_radius": [0.2] * n,
         "obstacle_radius": [0.5] * m,
         "obstacle_position": [[float(j)] * sizes["axis"] for j in range(m)],

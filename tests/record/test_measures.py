@@ -165,7 +165,7 @@ class TestDistances:
         distance = np.full((501, 2), 3.0)
         distance[7] = 0.9
         trace = make_trace(TIME, robots=2, robot_distance_min=distance, robot_clearance_worst=distance - 0.4)
-        assert measure("robot_distance_min", trace)[:3] == (0.9, TIME[7], "robot 1")
+        assert measure("robot_distance_min", trace)[:3] == (0.9, TIME[7], ("robot_1",))
         assert measure("robot_clearance_min", trace).value == pytest.approx(0.5)
 
     def test_a_least_of_zero_is_plain_zero(self, make_trace):

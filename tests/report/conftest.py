@@ -101,6 +101,7 @@ def make_run(tmp_path_factory):
             + [*(f"obstacle_{j + 1}" for j in range(obstacles)), "floor"],
             "body_groups": [*["robots"] * count, "target", *["obstacles"] * obstacles, "floor"],
             "behaviors": ["avoid_obstacles", "surface"],
+            "robot_mass": [1.0] * count,
             "robot_radius": [ROBOT] * count,
             "obstacle_radius": [0.5] * obstacles,
             "obstacle_position": places.tolist(),
