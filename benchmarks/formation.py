@@ -30,7 +30,7 @@ robots: {{count: {count}, placement: {{within: {within}, least_gap: 0.3}}}}
 mission:
   radius: {radius}
   behaviors: [{{behavior: avoid_obstacles, safe_distance: 0.8}}, {behavior}, surface]
-uncertainty: {{noise: {{position: 0.02, velocity: 0.01}}}}
+sensing: {{position: {{noise: 0.02}}, velocity: {{noise: 0.01}}}}
 """
 
 

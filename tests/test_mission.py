@@ -49,7 +49,7 @@ def test_samples_begin_at_the_start_and_come_at_the_recording_rate() -> None:
 
 
 def test_without_noise_measurements_are_true() -> None:
-    trace = run("main", "uncertainty.noise={position: 0, velocity: 0}").trace
+    trace = run("main", "sensing={}").trace
     np.testing.assert_array_equal(trace.q, trace.q_measured)
     np.testing.assert_array_equal(trace.v, trace.v_measured)
 

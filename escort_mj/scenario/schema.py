@@ -29,6 +29,7 @@ from escort_mj.scenario.fields import (
     Radius,
     Vector,
 )
+from escort_mj.scenario.sensing import Sensing
 
 MAX_ROBOTS = 5000
 MAX_AXES = 9
@@ -170,20 +171,9 @@ class Mission(Parameters):
     """Largest reference speed [m/s], spent by priority; null: no limit (the paper)."""
 
 
-class Noise(Parameters):
-    """Measurement noise, uniform in a ball, drawn anew for every robot at every step."""
-
-    position: NonNegativeFloat = 0.0
-    """Radius of the ball for positions [m]."""
-    velocity: NonNegativeFloat = 0.0
-    """Radius of the ball for velocities [m/s]."""
-
-
 class Uncertainty(Parameters):
     """What the controller is not told."""
 
-    noise: Noise = Noise()
-    """Measurement noise."""
     disturbance: tuple[Component, ...] | None = None
     """External force on every robot, per axis [N]: numbers, or expressions in t; null: none."""
 
@@ -223,7 +213,7 @@ class Scenario(Parameters):
     description: Annotated[str, Field(max_length=2000)] = ""
     """What the scenario is for."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
-    """Seed of all randomness: positions and noise."""
+    """Seed of all randomness: positions, and errors of measurements."""
     duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0
     """Simulated time [s]."""
     axes: Annotated[int, Field(ge=2, le=MAX_AXES)] = 2
@@ -240,6 +230,8 @@ class Scenario(Parameters):
     """What the robots are to do: the outer loop."""
     controller: Law = ApdSmc()
     """How they do it: the inner loop's law, its name or a table with its gains (law: apd_smc if left out)."""
+    sensing: Sensing = Sensing()
+    """What robots measure, and how well."""
     uncertainty: Uncertainty = Uncertainty()
     """What the controller is not told."""
     recording: Recording = Recording()

@@ -172,7 +172,7 @@ def bits(plant: Plant) -> bytes:
     return plant.data.qpos.tobytes() + plant.data.qvel.tobytes() + plant.data.userdata.tobytes()
 
 
-NOISY = {"uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}}}
+NOISY = {"sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}}
 
 
 def test_the_same_bits_in_any_way_of_stepping(make_world) -> None:

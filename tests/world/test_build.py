@@ -275,10 +275,13 @@ def test_the_following_camera_keeps_the_circle_in_view(keys: dict) -> None:
 @pytest.mark.parametrize("keys", [PLANAR, SPATIAL, ROLLING], ids=["planar", "spatial", "rolling"])
 def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     """model.xml recompiles to the same numbers, and runs by itself to the same bits."""
-    noise = {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": [f"{1 / 3}*sin(t)", 0.1, 0.7][:2]}
+    sensing = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}
+    disturbance = [f"{1 / 3}*sin(t)", 0.1, 0.7][:2]
     if keys["robots"] is SPATIAL["robots"]:
-        noise["disturbance"].append("exp(-t)/3")
-    world = world_of({**keys, "uncertainty": noise, "seed": 2**53 - 1})
+        disturbance.append("exp(-t)/3")
+    world = world_of(
+        {**keys, "sensing": sensing, "uncertainty": {"disturbance": disturbance}, "seed": 2**53 - 1}
+    )
     again = mujoco.MjModel.from_xml_string(world.xml)
     assert again.numeric_data.tobytes() == world.model.numeric_data.tobytes()
     plan = pack(world.setup, world.stride, world.sizes["coordinate"])

@@ -19,7 +19,8 @@ MISSION = {
     "obstacles": [{"position": [4.5, 0.5]}, {"position": [-4, 6.5]}],
     "mission": {"radius": 3.0, "max_speed": 2.0},
     "target": {"position": ["0.3*t", "sin(t)"]},
-    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": ["0.5*sin(t)", 0.1]},
+    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
+    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1]},
 }
 
 

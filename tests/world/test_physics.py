@@ -159,7 +159,8 @@ BUSY = {
     },
     "obstacles": [{"position": [6.0, 0.0], "radius": 0.5}],
     "mission": {"radius": 3.0, "behaviors": ["chords", "surface"]},
-    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": [0.5, "sin(t)"]},
+    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
+    "uncertainty": {"disturbance": [0.5, "sin(t)"]},
 }
 
 
