@@ -10,10 +10,11 @@ from escort_mj.scenario.check_expectations import check_bounds, check_sides, che
 from escort_mj.scenario.check_failures import check_failures
 from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor, check_trigger
 from escort_mj.scenario.check_motion import check_motion
-from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
+from escort_mj.scenario.check_robots import check_heights, check_kinds, check_motors, check_team
+from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.obstacles import obstacles_of
-from escort_mj.scenario.placement import robot_count
+from escort_mj.scenario.placement import coordinates_of, kinds_of, robot_count
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import record_size, truth_sizes
 
@@ -43,7 +44,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
             related=(("physics", "timestep"),),
         )
     count, axes = robot_count(scenario), scenario.axes
-    coordinates = count * (7 if scenario.robots.kind == "rolling_sphere" else axes)
+    coordinates = coordinates_of(kinds_of(scenario), axes)
     ladders = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     sizes = {
         "robot": count,
@@ -69,6 +70,7 @@ Check = Callable[[Scenario], Iterator[Finding]]
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_dimensions, ("axes", "physics", "target", "robots", "obstacles", "uncertainty")),
     (check_team, ("axes", "robots")),
+    (check_kinds, ("axes", "robots")),
     (check_motion, ("axes", "duration", "target", "uncertainty")),
 )
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
@@ -81,6 +83,8 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_trigger, ("mission",)),
     (check_supervisor, ("duration", "obstacles", "robots", "mission")),
     (check_formation, ("axes", "target", "robots", "mission")),
+    (check_motors, ("axes", "robots")),
+    (check_heights, ("axes", "physics", "robots")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),
 )

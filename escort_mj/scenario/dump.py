@@ -61,8 +61,13 @@ def _quoted(text: str) -> str:
     )
 
 
+def _comes_later(entry: tuple[str, Any]) -> bool:
+    """Whether an entry of a table is another than the one that says which table it is."""
+    return entry[0] not in _FIRST or isinstance(entry[1], dict)
+
+
 def _table(table: dict[str, Any], indent: str) -> Iterator[str]:
-    for key, value in sorted(table.items(), key=lambda entry: entry[0] not in _FIRST):
+    for key, value in sorted(table.items(), key=_comes_later):
         if isinstance(value, dict) and value:
             yield f"{indent}{key}:"
             yield from _table(value, indent + "  ")

@@ -11,7 +11,7 @@ from escort_mj.scenario.expectations import Demand, tag_of_kind
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.schema import Scenario
 
-TAGS = ("behavior", "law", "loop")  # keys that tell apart the tables which may stand in one place
+TAGS = ("behavior", "law", "loop", "kind")  # keys that tell apart the tables which may stand in one place
 
 
 class Location(NamedTuple):
@@ -65,7 +65,11 @@ def models(annotation: Any) -> list[type[BaseModel]]:
 
 def tag_of(model: type[BaseModel]) -> tuple[str, str] | None:
     """The key that says which of several tables this one is, and the name that it says."""
-    return next(((tag, model.model_fields[tag].default) for tag in TAGS if tag in model.model_fields), None)
+    for tag in TAGS:
+        field = model.model_fields.get(tag)
+        if field is not None and len(get_args(field.annotation)) == 1:  # one name: others have a choice there
+            return tag, field.default
+    return None
 
 
 def member_name(model: type[BaseModel]) -> str | None:

@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
+from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.control.behaviors import AvoidObstacles, Surface, Vertices
-from escort_mj.control.failure import Failure
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.parameters import Parameters
@@ -22,18 +21,15 @@ from escort_mj.scenario.fields import (
     RUN_NAME,
     Behaviors,
     Component,
-    Force,
     Law,
-    Mass,
     OuterLoop,
     Radius,
     Vector,
 )
 from escort_mj.scenario.sensing import Sensing
+from escort_mj.scenario.robots import Robots
 
-MAX_ROBOTS = 5000
 MAX_AXES = 9
-RobotKind = Literal["point_mass", "rolling_sphere"]
 
 
 class Physics(Parameters):
@@ -46,7 +42,7 @@ class Physics(Parameters):
     solver: Literal["newton", "cg", "pgs"] = "newton"
     """MuJoCo's constraint solver."""
     gravity: Annotated[Vector, Field(min_length=3, max_length=3)] | None = None
-    """Gravity, world frame [m/s^2]; null: 9.81 downward where robots roll on the floor, else none."""
+    """Gravity, world frame [m/s^2]; null: 9.81 downward where a robot's kind needs it, else none."""
 
 
 class Waypoint(Parameters):
@@ -69,55 +65,6 @@ class Target(Parameters):
     """Between waypoints: straight at constant speed, or a cubic spline that starts and ends at rest."""
     radius: Radius = 0.3
     """Radius of its body [m]."""
-
-
-class RandomPlacement(Parameters):
-    """Positions drawn from the scenario's seed: uniform in a ball (a disc when axes is 2)."""
-
-    within: Radius
-    """Radius of the ball [m]."""
-    center: Vector | None = None
-    """Center of the ball [m]; null: the target's position at the start."""
-    least_gap: NonNegativeFloat = 1.0
-    """Least surface-to-surface distance between robots, and from robots to obstacles and target [m]."""
-
-
-class RobotOverride(Parameters):
-    """What one robot has different from its team."""
-
-    robot: PositiveInt
-    """Which robot, counted from 1."""
-    mass: Mass | None = None
-    """Mass [kg]."""
-    radius: Radius | None = None
-    """Radius [m]."""
-    force_limit: Force | None = None
-    """Largest force per axis [N]."""
-    position: Vector | None = None
-    """Initial position [m]."""
-
-
-class Robots(Parameters):
-    """The team of robots."""
-
-    count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
-    """Number of robots; null: as many as `positions` has, or else 5 where axes is 2, else twice the axes."""
-    kind: RobotKind = "point_mass"
-    """`point_mass` slides freely along each axis; `rolling_sphere` rolls on the floor (axes 2)."""
-    mass: Mass = 1.0
-    """Mass of each [kg]."""
-    radius: Radius = 0.2
-    """Radius of each body [m]."""
-    force_limit: Force | None = 10.0
-    """Largest force of each motor, one motor per axis [N]; null: no limit."""
-    positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
-    """Initial positions, one row per robot [m]; null: drawn as `placement` says."""
-    placement: RandomPlacement | None = None
-    """How to draw initial positions; null: within twice the mission's radius of the target."""
-    overrides: tuple[RobotOverride, ...] = ()
-    """Robots that differ from the team."""
-    failures: tuple[Failure, ...] = ()
-    """Robots whose motors fail during the mission."""
 
 
 class Obstacle(Parameters):
