@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.kinds import Kind, Loaded, Quadrotor
@@ -102,7 +103,7 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
         )
     if scenario.axes != 2:
         return
-    heights = [kind.height(radius) for kind, radius in zip(kinds, _radii(scenario), strict=True)]
+    heights = [kind.height(radius) for kind, radius in zip(kinds, _each(scenario, "radius"), strict=True)]
     high = heights.index(max(heights))
     low = next((i for i, kind in enumerate(kinds) if kind.rolls and heights[i] != heights[high]), None)
     if low is not None:
@@ -114,12 +115,30 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def _radii(scenario: Scenario) -> list[float]:
-    """Radius of each robot [m]."""
-    radii = [scenario.robots.radius] * robot_count(scenario)
+def check_weights(scenario: Scenario) -> Iterator[Finding]:
+    """In space motors can hold what gravity pulls, unless the scenario itself asks for that gravity."""
+    if scenario.axes != 3 or scenario.physics.gravity is not None:
+        return
+    pull = -gravity_of(scenario)[2]
+    masses, limits = _each(scenario, "mass"), _each(scenario, "force_limit")
+    for robot, (kind, mass, limit) in enumerate(zip(kinds_of(scenario), masses, limits, strict=True)):
+        weight = (mass + kind.burden()) * pull
+        if not kind.flies and limit is not None and weight >= limit:
+            yield Finding(
+                ("robots", "force_limit"),
+                f"robot {robot + 1}, a {kind.kind}, weighs {weight:.3g} N and has motors of {limit:g} N, "
+                "which cannot hold it; give a larger force_limit, or physics.gravity",
+                related=(_kind_path(scenario, robot),),
+            )
+            return
+
+
+def _each(scenario: Scenario, key: str) -> list[Any]:
+    """A value of each robot."""
+    values = [getattr(scenario.robots, key)] * robot_count(scenario)
     for override in scenario.robots.overrides:
-        radii[override.robot - 1] = override.radius or radii[override.robot - 1]
-    return radii
+        values[override.robot - 1] = getattr(override, key) or values[override.robot - 1]
+    return values
 
 
 def _kind_path(scenario: Scenario, robot: int) -> Path:

@@ -10,7 +10,13 @@ from escort_mj.scenario.check_expectations import check_bounds, check_sides, che
 from escort_mj.scenario.check_failures import check_failures
 from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor, check_trigger
 from escort_mj.scenario.check_motion import check_motion
-from escort_mj.scenario.check_robots import check_heights, check_kinds, check_motors, check_team
+from escort_mj.scenario.check_robots import (
+    check_heights,
+    check_kinds,
+    check_motors,
+    check_team,
+    check_weights,
+)
 from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.obstacles import obstacles_of
@@ -85,6 +91,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_motors, ("axes", "robots")),
     (check_heights, ("axes", "physics", "robots")),
+    (check_weights, ("axes", "physics", "robots")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),
 )

@@ -6,10 +6,13 @@ are the position of its hull, one per axis of the mission.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
+from escort_mj.control.attitude import Craft
 from escort_mj.control.parameters import Parameters
 from escort_mj.scenario.fields import Mass, Radius
 
@@ -17,6 +20,7 @@ FREE_COORDINATES = 7  # of a free body: a place and a quaternion
 ROTORS = 4
 MOST_MOTORS = 9  # of any kind
 HOVER = 0.5  # m, height of flying robots above the floor of planar missions, below their hulls
+LEAST_LIFT = 0.2  # of its weight, that a quadrotor's thrust keeps upward
 CLEAR_OF_FLOOR = 0.1  # m, that what hangs below a robot is kept above the floor of planar missions
 
 
@@ -40,6 +44,10 @@ class RobotKind(Parameters):
     def motors(self, axes: int) -> int:
         """Number of its motors: one per axis, or its rotors."""
         return axes
+
+    def burden(self) -> float:
+        """Mass of what it carries unknown to the controller [kg]."""
+        return 0.0
 
     def height(self, radius: float) -> float:
         """Least height of its hull's center above the floor of a planar mission [m].
@@ -81,6 +89,10 @@ class Loaded(RollingSphere):
     offset: Radius = 0.1
     """Distance of the load from the ball's center [m]; at the start it is below the center."""
 
+    def burden(self) -> float:
+        """The load's [kg]."""
+        return self.load
+
 
 class Slung(RobotKind):
     """A sliding mass with a hidden payload that swings below it: its mass matrix turns with the swing."""
@@ -98,6 +110,10 @@ class Slung(RobotKind):
     """Radius of the payload, a ball [m]."""
     payload_collides: bool = False
     """Whether the payload can touch anything; otherwise it passes through, and only swings."""
+
+    def burden(self) -> float:
+        """The payload's [kg]."""
+        return self.payload
 
     def coordinates(self, axes: int) -> int:
         """Two angles of the cable beside the position."""
@@ -157,6 +173,43 @@ class Quadrotor(RobotKind):
             radius: Of its hull [m].
         """
         return 0.7 * radius if self.arm is None else self.arm
+
+    def lift(self, mass: float, gravity: Sequence[float]) -> tuple[float, ...]:
+        """Force that is fed forward against the weight of its nominal mass, world frame, shape (3,) [N].
+
+        Args:
+            mass: Its true mass [kg].
+            gravity: World frame, shape (3,) [m/s^2].
+        """
+        return tuple(-(self.nominal_mass or mass) * pull for pull in gravity)
+
+    def craft(self, mass: float, radius: float, gravity: Sequence[float], height: float) -> Craft:
+        """What its attitude loop knows of it.
+
+        Args:
+            mass: Its true mass [kg]; the loop knows the nominal one.
+            radius: Of its hull [m].
+            gravity: World frame, shape (3,) [m/s^2].
+            height: That planar missions hold [m].
+        """
+        nominal = self.nominal_mass or mass
+        lift = self.lift(mass, gravity)[2]
+        across_x, across_y, along = self.moments(nominal, radius)
+        return Craft(
+            stiffness=self.attitude_frequency**2,
+            damping=2.0 * self.attitude_damping * self.attitude_frequency,
+            inertia_x=across_x,
+            inertia_y=across_y,
+            inertia_z=along,
+            lever=self.arm_length(radius) / math.sqrt(2.0),
+            torque_per_thrust=self.torque_per_thrust,
+            least_lift=LEAST_LIFT * lift,
+            most_slope=math.tan(self.tilt_limit),
+            rotor_limit=self.thrust_to_weight * lift / ROTORS,
+            height=height,
+            height_stiffness=nominal * self.height_frequency**2,
+            height_damping=2.0 * nominal * self.height_frequency,
+        )
 
     def moments(self, mass: float, radius: float) -> tuple[float, ...]:
         """Moments of inertia about its own axes, shape (3,) [kg m^2].

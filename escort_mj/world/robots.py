@@ -63,7 +63,7 @@ def _add_body(root: Any, robots: Team, i: int, stage: Stage, place: Array, gravi
         _add_rotors(root, body, name, kind, robots, i, gravity)
     for geom in body.find_all("geom"):
         geom.group = stage.number
-    if not kind.flies:
+    if not isinstance(kind, Quadrotor):
         _add_motors(root, body, part, stage, robots, i)
 
 
@@ -78,7 +78,8 @@ def _add_motors(root: Any, body: Any, part: Any, stage: Stage, robots: Team, i: 
             joint.name = f"robot_{i + 1}_{name}"
             joint.ref = start
         limit = float(robots.force_limit[i])
-        _add_motor(root, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), joint=joint.name, gear=motor.gear)
+        where = {"joint": joint.name, "gear": motor.gear}
+        _add_motor(root, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), **where)
 
 
 def _add_motor(
@@ -98,7 +99,7 @@ def _add_motor(
 def _hang_payload(body: Any, name: str, kind: Slung, radius: float) -> None:
     """Gives the payload its length, mass and damping."""
     for axis in "xy":
-        body.find("joint", f"{name}_payload_{axis}").damping = kind.damping
+        body.find("joint", f"{name}_payload_swing_{axis}").damping = kind.damping
     end = [0.0, 0.0, -kind.cable]
     ball, cable = (body.find("geom", f"{name}_payload_{part}") for part in ("ball", "cable"))
     ball.set_attributes(size=[kind.payload_radius], pos=end, mass=kind.payload)
@@ -110,14 +111,14 @@ def _hang_payload(body: Any, name: str, kind: Slung, radius: float) -> None:
 def _add_rotors(
     root: Any, body: Any, name: str, kind: Quadrotor, robots: Team, i: int, gravity: Sequence[float]
 ) -> None:
-    """Gives a quadrotor its mass, arms and rotors; each rotor's motor pushes and turns at a site of its own."""
+    """Gives a quadrotor its mass, arms and rotors; a rotor's motor pushes and turns at a site of its own."""
     radius, arm = float(robots.radius[i]), kind.arm_length(float(robots.radius[i]))
     body.inertial.set_attributes(mass=robots.mass[i], diaginertia=kind.moments(robots.mass[i], radius))
     hull, hub = body.find("geom", f"{name}_body"), body.find("geom", f"{name}_hub")
     hub.set_attributes(size=[HUB * radius, HUB * radius, HUB * radius / 2], rgba=[*hull.rgba[:3], 1.0])
     hull.rgba = [*hull.rgba[:3], GLASS / 2]
     part = load_part("quadrotor")
-    most = kind.rotor_limit(robots.mass[i], gravity)
+    most = kind.craft(robots.mass[i], radius, gravity, 0.0).rotor_limit
     for number in range(1, 5):
         rotor = f"rotor_{number}"
         site, disc = body.find("site", f"{name}_{rotor}"), body.find("geom", f"{name}_{rotor}")

@@ -15,6 +15,7 @@ from escort_mj.control.plan import MAGIC, State, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, merged, pointer_at, vector_at
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.mass import INT, mass_block
+from escort_mj.world.motors import command_motors
 from escort_mj.world.stages import IN_SPACE
 from escort_mj.world.truth import observe
 from escort_mj.world.watch import overlaps, watch
@@ -30,7 +31,7 @@ DATA_MASS, DATA_BIAS = offset("mjData", "M"), offset("mjData", "qfrc_bias")
 DATA_ACCELERATION = offset("mjData", "qacc")
 MODEL_ROW_SIZES, MODEL_ROW_STARTS = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
 MODEL_COLUMNS = offset("mjModel", "M_colind")
-DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "actuator_force"), offset("mjData", "efc_force")
+DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "qfrc_actuator"), offset("mjData", "efc_force")
 DATA_NCON, DATA_CONTACT = offset("mjData", "ncon"), offset("mjData", "contact")
 CONTACT_SIZE = ctypes.sizeof(structure("mjContact"))
 CONTACT_DIM, CONTACT_GEOMS = offset("mjContact", "dim"), offset("mjContact", "geom")
@@ -56,7 +57,7 @@ def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
         )  # fmt: skip
         bias = vector_at(pointer_at(d + DATA_BIAS) + DOUBLE * first, p)
         for k in range(p):
-            state.model_bias[i, k] = bias[k]
+            state.model_bias[i, k] = bias[k] - wiring.lift[i, k]
 
 
 @merged
@@ -69,7 +70,7 @@ def control(m: int, d: int, axes: int) -> None:
     n, p = state.q.shape
     nq = state.qpos.shape[0]
     qpos = vector_at(pointer_at(d + DATA_QPOS), nq)
-    qvel = vector_at(pointer_at(d + DATA_QVEL), nq)
+    qvel = vector_at(pointer_at(d + DATA_QVEL), nq)  # of which there are no more
     state.time[0] = double_at(d + DATA_TIME)
     for c in range(nq):
         state.qpos[c] = qpos[c]
@@ -80,11 +81,10 @@ def control(m: int, d: int, axes: int) -> None:
     if state.model_bias.shape[0] > 0:
         tell_model(m, d, wiring, state)
     evaluate(plan, state)
-    ctrl = vector_at(pointer_at(d + DATA_CTRL), n * p)
+    command_motors(pointer_at(d + DATA_CTRL), qpos, qvel, plan, state, wiring)
     applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
     for i in range(n):
         for k in range(p):
-            ctrl[i * p + k] = state.command[i, k]
             applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
     mocap = pointer_at(d + DATA_MOCAP)
     for k in range(p):  # where it will be when MuJoCo next looks
@@ -101,10 +101,10 @@ def look(m: int, d: int, axes: int) -> None:
     state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
     wiring = unpack_wiring(behind(numbers), axes)
     n, p = state.q.shape
-    applied = vector_at(pointer_at(d + DATA_FORCE), n * p)
+    applied = vector_at(pointer_at(d + DATA_FORCE), state.qpos.shape[0])
     for i in range(n):
         for k in range(p):
-            state.force[i, k] = applied[i * p + k]
+            state.force[i, k] = applied[int(wiring.dof_address[i]) + k] - wiring.lift[i, k]
     if plan.truth:
         observe(
             plan,

@@ -10,9 +10,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.attitude import Craft
 from escort_mj.control.plan import MAGIC, size_of
 from escort_mj.kernels import DOUBLE, shared
 from escort_mj.memory import Layout, viewer
+from escort_mj.scenario.kinds import Quadrotor
+from escort_mj.scenario.placement import Team
 from escort_mj.world.stages import SHADOW, Stage
 
 Array = NDArray[np.float64]
@@ -36,28 +39,37 @@ class Wiring(NamedTuple):
     target_address: Annotated[Array, "p"]  # where each of the target's coordinates is in `mocap_pos`
     target_offset: Annotated[Array, "p"]  # what is added to it there [m]
     target_radius: float  # [m]
+    motor_address: Annotated[Array, "n"]  # first motor of each robot
+    dead_zone: Annotated[Array, "n"]  # force that each command loses [N]
+    lift: Annotated[
+        Array, "n", 3
+    ]  # force that is fed forward against a flying robot's weight, world frame [N]
+    pilot: Annotated[Array, "n"]  # row in `crafts` of each robot that flies, else -1
+    crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `attitude`
     geom_group: Annotated[Array, "geoms"]  # `Group` of each geom
 
 
 LAYOUT = Layout(MAGIC, Wiring)
 
 
-def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
+def wire(model: mujoco.MjModel, team: Team, gravity: Sequence[float], stages: Sequence[Stage]) -> Array:
     """The wiring of a compiled model as one flat vector, found by names.
 
     Args:
         model: A compiled model with bodies `robot_1` ..., `target` and their shadows; of other non-world
             bodies those without a shadow's name are obstacles.
-        robots: Number of robots.
+        team: Its robots.
+        gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
     """
+    robots = len(team.mass)
     bodies = [model.body(f"robot_{i + 1}") for i in range(robots)]
     joints = [body.jntadr[0] for body in bodies]
     groups = np.zeros(model.ngeom)
     target = model.body("target").id
     ids = {body.id for body in bodies}
     for geom, body_id in enumerate(model.geom_bodyid):
-        if body_id in ids:
+        if model.body_rootid[body_id] in ids:  # with what hangs on it
             groups[geom] = Group.ROBOT
         elif body_id == target:
             groups[geom] = Group.TARGET
@@ -72,8 +84,15 @@ def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
         for place in stage.places
     ]
     offsets = [stage.origin[place] for stage in stages for place in stage.places]
+    lift, pilot = np.zeros((robots, 3)), np.full(robots, -1)
+    crafts: list[Craft] = []
+    for i, (kind, mass, radius) in enumerate(zip(team.kind, team.mass, team.radius, strict=True)):
+        if isinstance(kind, Quadrotor):
+            lift[i], pilot[i] = kind.lift(mass, gravity), len(crafts)
+            crafts.append(kind.craft(mass, radius, gravity, team.height))
+    motors = [kind.motors(len(places)) for kind in team.kind]
     return LAYOUT.pack(
-        {"n": robots, "p": len(places), "geoms": model.ngeom},
+        {"n": robots, "p": len(places), "flying": len(crafts), "geoms": model.ngeom},
         {
             "qpos_address": model.jnt_qposadr[joints],
             "dof_address": dofs,
@@ -81,6 +100,11 @@ def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
             "target_address": places,
             "target_offset": offsets,
             "target_radius": model.geom("target_body").size[0],
+            "motor_address": np.cumsum([0, *motors[:-1]]),
+            "dead_zone": [actuators.dead_zone for actuators in team.actuators],
+            "lift": lift,
+            "pilot": pilot,
+            "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),
             "geom_group": groups,
         },
     )
