@@ -26,8 +26,8 @@ from escort_mj.scenario.fields import (
     Radius,
     Vector,
 )
-from escort_mj.scenario.sensing import Sensing
 from escort_mj.scenario.robots import Robots
+from escort_mj.scenario.sensing import Sensing
 
 MAX_AXES = 9
 
