@@ -132,14 +132,16 @@ def _clearance(expectation: ClearanceExpectation, trace: xarray.Dataset) -> Foun
     demanded = bound.words("m") + _when(expectation.window)
     sampled = part.sizes["time"] > 0
     found = least_clearance(part, expectation.clearance) if sampled else Measure(None, reason=NO_SAMPLE)
-    return _held_against(f"clearance {'/'.join(expectation.clearance)}", demanded, found, "m", [bound])
+    return _held_against(expectation.subject, demanded, found, "m", [bound])
 
 
 def _settled(expectation: SettledExpectation, trace: xarray.Dataset) -> Found:
     """Every robot at the mission's radius, by some time."""
     bound, (by, before) = Bound(expectation.settled), expectation.window
     demanded = f"within {bound.value:g} m by {by:g} s{_when((0.0, before))}"
-    found = _held_against("settled", demanded, measure("radius_error_max", trace, by, before), "m", [bound])
+    found = _held_against(
+        expectation.subject, demanded, measure("radius_error_max", trace, by, before), "m", [bound]
+    )
     if found.value is None:
         return found
     part = window(trace, 0.0, before)
@@ -215,8 +217,7 @@ QUANTITIES = {
 
 def _contacts(expectation: ContactExpectation, trace: xarray.Dataset) -> Found:
     """Bounds on touches between two sides; of several, the one with the least room counts."""
-    pair = None if isinstance(expectation.contacts, str) else expectation.contacts
-    subject = "contacts" + ("" if pair is None else f" {'/'.join(pair)}")
+    pair, subject = expectation.pair, expectation.subject
     met = touches(trace, pair, *expectation.window)
     findings = [
         _touch(subject, key, Bound(bound), met, trace) for key, bound in expectation.upper_bounds.items()

@@ -54,6 +54,11 @@ class Demand(Parameters):
     """Why it is known to fail: it passes as long as it does not hold, and fails as soon as it does."""
 
     @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return self.kind
+
+    @property
     def window(self) -> tuple[float, float | None]:
         """Start and end of the time that it looks at [s]; None is the end of the run."""
         return 0.0, None
@@ -85,6 +90,11 @@ class MetricExpectation(Windowed):
     at_least: float | None = None
     """Lower bound, in the metric's unit."""
 
+    @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return self.metric
+
 
 class ContactExpectation(Windowed):
     """Bounds on touches between two sides; without any bound: that there are none."""
@@ -107,6 +117,16 @@ class ContactExpectation(Windowed):
     """Largest depth to which a touch may go [m]."""
 
     @property
+    def pair(self) -> Sides | None:
+        """The two sides; None for any two bodies but the floor."""
+        return None if isinstance(self.contacts, str) else self.contacts
+
+    @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return "contacts" if self.pair is None else f"contacts {'/'.join(self.pair)}"
+
+    @property
     def upper_bounds(self) -> dict[str, float]:
         """The upper bounds that are given, by key; where there is none at all, of no touch."""
         keys = ("at_most", "touch_time", "peak_force", "impulse", "penetration")
@@ -123,6 +143,11 @@ class ClearanceExpectation(Windowed):
     """Two groups or bodies, but for the floor; at least one side are robots or the target."""
     at_least: NonNegativeFloat
     """Least distance, at every physics step [m]."""
+
+    @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return f"clearance {'/'.join(self.clearance)}"
 
 
 class SettledExpectation(Demand):

@@ -68,6 +68,17 @@ def parse_scenario(text: str, source: str = "<text>", overrides: Overrides = ())
     return scenario
 
 
+def expectation_lines(path: FilePath) -> list[int]:
+    """The line of each expectation of a scenario file, from 1; empty where they cannot be told."""
+    try:
+        document = read(_decoded(_content(path), str(path)), str(path))
+    except (UsageError, ScenarioError):
+        return []
+    data = document.data.get("expect") if isinstance(document.data, dict) else None
+    items = data if isinstance(data, list) else []
+    return [document.place(("expect", place)).line for place in range(len(items))]
+
+
 def _content(path: FilePath) -> bytes:
     if not path.exists():
         folder = path.parent

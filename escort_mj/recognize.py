@@ -1,4 +1,4 @@
-"""Which files are scenarios, found without reading them whole; and where their expectations stand."""
+"""Which files are scenarios: told by their first lines, with nothing loaded that takes time."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-
-from escort_mj.errors import ScenarioError
-from escort_mj.scenario.document import read
 
 SUFFIXES = (".yaml", ".yml")
 TITLE = '"title": "escort_mj scenario'  # in the JSON Schema that a scenario's first lines name
@@ -59,14 +56,3 @@ def scenarios_in(folder: Path) -> Iterator[Path]:
         hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
         if not hidden and path.is_file() and is_scenario(path, asked=True):
             yield path
-
-
-def expectation_lines(path: Path) -> list[int]:
-    """The line of each expectation of a scenario file, from 1; empty where they cannot be told."""
-    try:
-        document = read(path.read_text(encoding="utf-8-sig"), str(path))
-    except (OSError, ValueError, ScenarioError):
-        return []
-    data = document.data.get("expect") if isinstance(document.data, dict) else None
-    items = data if isinstance(data, list) else []
-    return [document.place(("expect", place)).line for place in range(len(items))]

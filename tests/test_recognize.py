@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.scenario.files import expectation_lines, is_scenario, scenarios_in
+from escort_mj.recognize import is_scenario, scenarios_in
+from escort_mj.scenario.load import expectation_lines
 
-SHIPPED = Path(__file__).parents[2] / "scenarios"
+SHIPPED = Path(__file__).parents[1] / "scenarios"
 MODELINE = "# yaml-language-server: $schema="
 
 # A file's text, and whether it is a scenario by itself, and if scenarios were asked for.
