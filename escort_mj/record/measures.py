@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from escort_mj.record.episodes import apart_from, during, pair
 from escort_mj.record.evenness import energy_ratios, lost
 
 if TYPE_CHECKING:
@@ -226,24 +227,31 @@ def obstacle_distance_min(trace: xarray.Dataset) -> Measure:
     return _least(trace, flat, lambda index: (*_robot(index // count), str(names[index % count])))
 
 
-def _clearance(trace: xarray.Dataset, name: str, reason: str) -> Measure:
-    """Least of a clearance that was watched at every physics step."""
-    return _least(trace, trace[name].values, _robot) if name in trace else Measure(None, reason=reason)
+def _clearance(trace: xarray.Dataset, group: str, reason: str) -> Measure:
+    """Least clearance of robots to a group, watched at every physics step."""
+    values = trace["clearance"].sel(group=group).values
+    if not np.isfinite(values).any():
+        return Measure(None, reason=reason)
+    nearest = trace["clearance_body"].sel(group=group).values
+    row, robot = np.unravel_index(np.argmin(values), values.shape)
+    who = (*_robot(int(robot)), str(trace["body"].values[nearest[row, robot]]))
+    return Measure(float(values[row, robot]), float(trace["time"][row]), who)
 
 
 def obstacle_clearance_min(trace: xarray.Dataset) -> Measure:
     """Least distance robot to obstacle, surface to surface, at any physics step."""
-    return _clearance(trace, "obstacle_clearance_worst", UNOBSTRUCTED)
+    return _clearance(trace, "obstacles", UNOBSTRUCTED)
 
 
 def robot_distance_min(trace: xarray.Dataset) -> Measure:
     """Least distance between two robots, center to center."""
-    return _clearance(trace, "robot_distance_min", ALONE)
+    name = "robot_distance_min"
+    return _least(trace, trace[name].values, _robot) if name in trace else Measure(None, reason=ALONE)
 
 
 def robot_clearance_min(trace: xarray.Dataset) -> Measure:
     """Least distance between two robots, surface to surface, at any physics step."""
-    return _clearance(trace, "robot_clearance_worst", ALONE)
+    return _clearance(trace, "robots", ALONE)
 
 
 def saturated_share(trace: xarray.Dataset) -> Measure:
@@ -252,19 +260,55 @@ def saturated_share(trace: xarray.Dataset) -> Measure:
     return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
+def _touches(trace: xarray.Dataset) -> xarray.Dataset:
+    """Episodes within the trace's samples between bodies other than the floor."""
+    time = trace["time"].values
+    found = during(trace, float(time[0]), float(time[-1]))
+    return found.isel(episode=apart_from(found, "floor"))
+
+
 def contacts(trace: xarray.Dataset) -> Measure:
     """Touches in the window: those under way when it begins, and those begun in it."""
-    onsets = trace["contact_onsets"].values
-    touching = trace["contacts"].values
-    when = np.flatnonzero((touching > 0) | (np.diff(onsets, prepend=onsets[:1]) > 0))
-    count = float(onsets[-1] - onsets[0] + touching[0])
-    return Measure(count, float(trace["time"][when[0]]) if len(when) else None)
+    found = _touches(trace)
+    count = found.sizes["episode"]
+    if not count:
+        return Measure(0.0)
+    return Measure(
+        float(count), max(float(found["episode_start"][0]), float(trace["time"][0])), pair(found, 0)
+    )
 
 
 def contact_force_max(trace: xarray.Dataset) -> Measure:
-    """Largest normal contact force at any physics step."""
-    found = _largest(trace, trace["contact_force"].values[:, None], _nobody)
-    return found if found.value else Measure(0.0)
+    """Largest normal force of the touches in the window."""
+    found = _touches(trace)
+    forces = found["episode_peak_force"].values
+    if not forces.any():
+        return Measure(0.0)
+    hardest = int(np.argmax(forces))
+    return Measure(float(forces[hardest]), float(found["episode_peak_time"][hardest]), pair(found, hardest))
+
+
+def contacts_untold(trace: xarray.Dataset) -> Measure:
+    """Contacts that the log had no room for."""
+    total = trace["contacts_untold"].values
+    return Measure(float(total[-1] - total[0]))
+
+
+def tunneling(trace: xarray.Dataset) -> Measure:
+    """Most that two bodies can close in a step, over the thickness of the smallest.
+
+    At most the sum of the two largest speeds among robots and target.
+    """
+    target = np.linalg.norm(trace["target_velocity"].values, axis=1)
+    speeds = np.sort(np.column_stack([trace["speed_max"].values, target]), axis=1)
+    steps = speeds[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
+    fastest = int(np.argmax(trace["speed_max"].values[int(np.argmax(steps))]))
+    return _largest(trace, steps / float(trace["body_thickness"].min()), lambda index: _robot(fastest))
+
+
+def kinetic_energy_max(trace: xarray.Dataset) -> Measure:
+    """Largest kinetic energy of all that moves freely."""
+    return _largest(trace, trace["kinetic_energy"].values[:, None], _nobody)
 
 
 def _eigenvalues(trace: xarray.Dataset) -> np.ndarray:

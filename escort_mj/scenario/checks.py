@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.bodies import bodies_of
 from escort_mj.scenario.check_expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.check_failures import check_failures
 from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor, check_trigger
@@ -58,6 +59,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
         "obstacle": len(obstacles_of(scenario)),
         "behavior": len({behavior.behavior for ladder in ladders for behavior in ladder}),
         "coordinate": coordinates,
+        "group": len(bodies_of(scenario).watched),
     }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
     size = 8.0 * record_size(sizes) * (duration * rate + 1.0)

@@ -13,6 +13,7 @@ from escort_mj import palette
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
+from escort_mj.scenario.bodies import Bodies, bodies_of
 from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import Team, gravity_of, team
 from escort_mj.scenario.schema import Scenario
@@ -22,7 +23,7 @@ from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import graft, load_part, new_root
 from escort_mj.world.robots import add_robots
 from escort_mj.world.stages import IN_SPACE, THIN, Stage, corners, stages_of
-from escort_mj.world.wiring import Group, wire
+from escort_mj.world.wiring import thickness, wire
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
@@ -39,6 +40,8 @@ class World:
         xml: The same model as MJCF text, to open in any MuJoCo viewer.
         setup: What the controller is told.
         team: The robots.
+        bodies: What can touch.
+        thickness: Least extent of each body, shape (bodies,) [m].
         stride: Physics steps between two recorded samples.
         sizes: Size of each dimension of the record.
     """
@@ -47,6 +50,8 @@ class World:
     xml: str
     setup: Setup
     team: Team
+    bodies: Bodies
+    thickness: NDArray[np.float64]
     stride: int
     sizes: dict[str, int]
 
@@ -81,12 +86,15 @@ def build(scenario: Scenario) -> World:
         for geom in root.find_all("geom"):
             geom.contype = geom.conaffinity = 0
 
-    plan = pack(setup, stride, robots.coordinates, scenario.recording.truth)
+    bodies = bodies_of(scenario)
+    watched = len(bodies.watched)
+    plan = pack(setup, stride, robots.coordinates, scenario.recording.truth, watched, bodies.columns)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
     _add_numbers(root, "escort_plan", plan)
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
-    _add_numbers(root, "escort_wiring", wire(model, robots, gravity_of(scenario), stages))
+    wiring = wire(model, robots, gravity_of(scenario), stages, bodies.names)
+    _add_numbers(root, "escort_wiring", wiring)
     xml = root.to_xml_string()
     sizes = {
         "robot": len(robots.mass),
@@ -94,8 +102,18 @@ def build(scenario: Scenario) -> World:
         "obstacle": len(setup.obstacle_radius),
         "behavior": len(setup.kinds),
         "coordinate": robots.coordinates,
+        "group": watched,
     } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
-    return World(mujoco.MjModel.from_xml_string(xml), xml, setup, robots, stride, sizes)
+    return World(
+        mujoco.MjModel.from_xml_string(xml),
+        xml,
+        setup,
+        robots,
+        bodies,
+        thickness(model, bodies.names),
+        stride,
+        sizes,
+    )
 
 
 def _add_numbers(root: Any, name: str, numbers: NDArray[Any]) -> None:
@@ -168,4 +186,4 @@ def _add_target(root: Any, scenario: Scenario, start: NDArray[Any], stages: list
     return root.find("body", "target")
 
 
-__all__ = ["Group", "World", "build"]
+__all__ = ["World", "build"]
