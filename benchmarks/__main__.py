@@ -11,7 +11,7 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 from benchmarks.loop import measure  # noqa: E402
 
-NO_NOISE = "uncertainty.noise={position: 0, velocity: 0}"
+NO_NOISE = "sensing={}"
 UNTIL_FAR = ["expect=[]"]
 CASES = {
     "n = 5, plane, no noise": ("paper/case1_2d", [NO_NOISE, *UNTIL_FAR]),

@@ -30,7 +30,7 @@ robots: {{count: {count}, placement: {{within: {within}, least_gap: 0.3}}}}
 mission:
   radius: {radius}
   behaviors: [{{behavior: avoid_obstacles, safe_distance: 0.8}}, {behavior}, surface]
-uncertainty: {{noise: {{position: 0.02, velocity: 0.01}}}}
+sensing: {{position: {{noise: 0.02}}, velocity: {{noise: 0.01}}}}
 """
 
 
@@ -65,7 +65,7 @@ def attempt(trial: Trial) -> Result:
     formed = (
         0.0 if not len(outside) else float(time[outside[-1] + 1]) if outside[-1] + 1 < len(time) else np.inf
     )
-    return Result(float(ratios[time >= DURATION - 2.0].max()), formed, int(run.trace["contact_onsets"][-1]))
+    return Result(float(ratios[time >= DURATION - 2.0].max()), formed, int(run.metrics["contacts"]["value"]))
 
 
 def ratio_over_time(trace: Any) -> np.ndarray:

@@ -18,7 +18,7 @@ PAGE = "theory.md"
 TIMESTEPS = (0.002, 0.001, 0.0005, 0.00025)
 ROUNDING = 1e-12  # [J]
 COMMON = ["expect=[]", "recording.truth=true"]
-QUIET = ["uncertainty={}", "robots.force_limit=null"]
+QUIET = ["sensing={}", "uncertainty={}", "robots.force_limit=null"]
 SHORT = ["duration=10"]
 AVOIDING = ["duration=110"]  # robot 1 passes the first obstacle
 CONVERGENCE = {
@@ -28,7 +28,7 @@ CONVERGENCE = {
     "case 1, space, APD-SMC": ("paper/case1_3d", SHORT),
     "case 2, plane, obstacles, APD-SMC": ("paper/case2_2d_obstacles", AVOIDING),
 }
-NO_NOISE, NO_LIMIT = "uncertainty.noise={}", "robots.force_limit=null"
+NO_NOISE, NO_LIMIT = "sensing={}", "robots.force_limit=null"
 GROWTH = {
     "case 1: nothing disturbs": ("paper/case1_2d", QUIET),
     "case 1: disturbance": ("paper/case1_2d", [NO_NOISE, NO_LIMIT]),

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import difflib
 import os
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, Run, fly
+from escort_mj.recognize import SUFFIXES, scenarios_in
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
 from escort_mj.scenario.overrides import Overrides
+from escort_mj.study.check import Case
 
-__all__ = ["fly", "load_scenario", "run"]
+__all__ = ["cases", "fly", "load_scenario", "run"]
 
 
 def scenarios_folder() -> Path:
@@ -40,14 +43,58 @@ def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Sc
         ScenarioError: With every fault of the file at once.
         UsageError: If there is neither such a file nor such a shipped scenario.
     """
+    return _load_file(scenario_path(path), overrides)
+
+
+def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
+    """The file of a scenario: as given, or the shipped one of that name.
+
+    Raises:
+        UsageError: If there is neither such a file nor such a shipped scenario.
+    """
     name = os.fspath(path)
-    if not Path(name).exists() and not name.endswith((".yaml", ".yml")):
-        if name not in shipped_scenarios():
-            close = difflib.get_close_matches(name, shipped_scenarios(), 1)
-            hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(shipped_scenarios())}"
-            raise UsageError(f"{name}: there is no such file or shipped scenario; {hint}")
-        path = scenarios_folder() / f"{name}.yaml"
-    return _load_file(path, overrides)
+    if Path(name).exists() or name.endswith(SUFFIXES):
+        return path
+    if name not in shipped_scenarios():
+        close = difflib.get_close_matches(name, shipped_scenarios(), 1)
+        hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(shipped_scenarios())}"
+        raise UsageError(f"{name}: there is no such file or shipped scenario; {hint}")
+    return scenarios_folder() / f"{name}.yaml"
+
+
+def cases(paths: Sequence[str | os.PathLike[str]]) -> list[Case]:
+    """The scenarios to check: files, those in folders and the folders in them, and shipped ones by name.
+
+    Args:
+        paths: What to look for; one that is not there becomes a case that says so.
+
+    Returns:
+        Each scenario once, with a label that no other has.
+    """
+    found: dict[Path, Case] = {}
+    labels: set[str] = set()
+    for given in (os.fspath(path) for path in paths):
+        fault, files = "", [Path(given)]
+        try:
+            files = list(scenarios_in(Path(given))) if Path(given).is_dir() else [Path(scenario_path(given))]
+            fault = "" if files else f"{given}: this folder holds no scenario"
+        except UsageError as error:
+            fault = str(error)
+        for path in files or [Path(given)]:
+            label = _label(path if Path(given).exists() else Path(given))
+            number = 2
+            while label in labels:
+                label, number = f"{_label(path)}-{number}", number + 1
+            if path.resolve() not in found:
+                labels.add(label)
+                found[path.resolve()] = Case(path, label, fault)
+    return list(found.values())
+
+
+def _label(path: Path) -> str:
+    """What to call a file: its path from here, or its name where it lies elsewhere."""
+    relative = Path(os.path.relpath(path.with_suffix("")))
+    return path.stem if ".." in relative.parts else relative.as_posix()
 
 
 def run(

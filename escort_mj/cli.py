@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from escort_mj.errors import EscortError, ScenarioError
+from escort_mj.errors import EscortError, ScenarioError, UsageError
 
 if TYPE_CHECKING:
     from escort_mj.mission import Run
@@ -71,6 +71,48 @@ def run(
         written.append("video.mp4")
     typer.echo(f"wrote {_shown(folder.path)}: {' '.join(written)}")
     raise typer.Exit(_exit_code(result))
+
+
+@app.command()
+def check(
+    paths: Annotated[
+        list[str], typer.Argument(help="Scenario files, folders of them, or names of shipped ones.")
+    ],
+    out: Annotated[Path, typer.Option(help="Where run folders of those that fail go.")] = Path(
+        "renders/check"
+    ),
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    junit: Annotated[Path | None, typer.Option(help="Also write JUnit XML to this file.")] = None,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Also write JSON to this file.")] = None,
+    github: Annotated[bool, typer.Option("--github", help="Also print GitHub annotations.")] = False,
+    keep: Annotated[bool, typer.Option("--keep", help="Keep run folders of those that pass, too.")] = False,
+    video: Annotated[
+        bool, typer.Option("--video/--no-video", help="Whether to draw a clip of those that fail.")
+    ] = True,
+) -> None:
+    """Run scenarios side by side and judge them: exit code 1 if a verdict fails, 2 bad input, 3 a run broke.
+
+    Example: escort-mj check scenarios/ --junit report.xml
+    """
+    from escort_mj import api
+    from escort_mj.record.files import write_json, write_text
+    from escort_mj.report import checked
+    from escort_mj.report.check import check as check_all
+
+    for file in (junit, json_file):
+        if file is not None and not file.parent.is_dir():
+            raise UsageError(f"{file}: there is no folder {file.parent}")
+    with _progress("checking", " scenarios") as progress:
+        results = check_all(api.cases(paths), out, workers, keep, video, progress)
+    for line in checked.table(results):
+        typer.echo(line)
+    if junit is not None:
+        write_text(junit, checked.junit(results))
+    if json_file is not None:
+        write_json(json_file, checked.as_json(results))
+    for line in checked.github(results) if github else ():
+        typer.echo(line)
+    raise typer.Exit(checked.exit_code(results))
 
 
 @app.command()
@@ -192,7 +234,7 @@ def _report(result: Run) -> None:
 
 def _exit_code(result: Run) -> int:
     """What a run means to a shell or a CI job."""
-    if not result.outcome.good:
+    if not result.verdicts[0].passed:  # how it ended
         return BROKEN
     return GOOD if result.passed else VERDICT_FAILED
 

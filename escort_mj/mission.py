@@ -18,17 +18,19 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.expect.verdicts import Verdict, judge
+from escort_mj.record.episodes import NONE
 from escort_mj.record.metrics import summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.revision import git_revision
 from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
-from escort_mj.scenario.bodies import bodies_of, obstacle_names
+from escort_mj.scenario.bodies import obstacle_names
 from escort_mj.scenario.schema import Scenario
-from escort_mj.signals import columns, record_size
+from escort_mj.signals import START, columns, record_size
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.plant import Plant, mujoco_version
+from escort_mj.world.stages import IN_SPACE
 
 if TYPE_CHECKING:
     import xarray
@@ -40,6 +42,7 @@ Progress = Callable[[float, float], None]
 """Called with the simulated time reached and the time to reach [s]."""
 
 BLOCK = 256  # samples between two looks at the state's health
+NO_FORCES = "none: beyond three axes bodies go through one another, and forces of episodes are 0"
 DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
 
 
@@ -78,16 +81,18 @@ def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress 
         progress: Called now and then.
     """
     world = build(scenario)
+    plant = Plant(world)
     callbacks(
         scenario.axes
     )  # compiled or read from the cache now, so that the clock below times the run alone
     if folder is not None:
         folder.begin(dump_scenario(scenario), world.xml, world.sizes, _labels(scenario, world))
     clock = time.perf_counter()
-    samples, outcome, message = _simulate(scenario, world, folder, progress)
+    samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress)
     wall = time.perf_counter() - clock
 
-    trace = build_trace(samples, world.sizes, _labels(scenario, world))
+    trace = build_trace(samples, world.sizes, _labels(scenario, world), episodes)
+    trace.attrs["mujoco_warnings"] = sum(plant.warnings().values())
     steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
     metrics = summarize(trace, outcome, steps=steps, wall_time=wall)
     verdicts = judge(scenario.expect, trace, outcome)
@@ -97,35 +102,42 @@ def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress 
 
 
 def _simulate(
-    scenario: Scenario, world: World, folder: RunFolder | None, progress: Progress | None
-) -> tuple[Array, Outcome, str]:
+    plant: Plant, scenario: Scenario, folder: RunFolder | None, progress: Progress | None
+) -> tuple[Array, Array, Outcome, str]:
     """Steps the world in blocks of samples, and looks after each block whether to go on.
 
     Returns:
-        The samples worth keeping, shape (k, record_size); how it ended; and that in words.
+        The samples worth keeping, shape (k, record_size); the contact episodes, shape (k, len(EPISODE)); how
+        it ended; and that in words.
     """
-    plant = Plant(world)
+    world = plant.world
     total = int(np.floor(scenario.duration / (world.stride * scenario.physics.timestep) + 1e-9)) + 1
     samples = np.empty((total, record_size(world.sizes)))
     bound = _bound(scenario, world)
-    done = 0
+    done, outcome, message = 0, Outcome.COMPLETED, ""
+    episodes = [NONE]
     with native_loop(world), _interruptible() as interrupted:
-        while done < total:
+        while done < total and outcome is Outcome.COMPLETED:
             start, done = done, min(done + BLOCK, total)
+            log = [NONE]
             for row in range(start, done):
                 plant.step(world.stride if row else 1)  # the first sample is the evaluation at t = 0
                 samples[row] = plant.record
+                if plant.has_ended:
+                    log.append(plant.ended())
             healthy, outcome, message = _examine(samples[start:done], plant, bound, scenario)
+            episodes.append(np.vstack(log))
+            done = start + healthy
             if folder is not None:
-                folder.append(samples[start : start + healthy])
-            if outcome is not Outcome.COMPLETED:
-                return samples[: start + healthy], outcome, message
-            reached = float(samples[done - 1, 0])
-            if interrupted:
-                return samples[:done], Outcome.INTERRUPTED, f"{interrupted[0]} at {reached:.2f} s"
+                folder.append(samples[start:done], episodes[-1])
+            reached = float(samples[done - 1, 0]) if done else 0.0
+            if outcome is Outcome.COMPLETED and interrupted:
+                outcome, message = Outcome.INTERRUPTED, f"{interrupted[0]} at {reached:.2f} s"
             if progress is not None:
                 progress(reached, scenario.duration)
-    return samples, Outcome.COMPLETED, f"completed {scenario.duration:g} s"
+    told = np.vstack([*episodes, plant.under_way()])
+    told = told[told[:, START] <= (samples[done - 1, 0] if done else -1.0)]
+    return samples[:done], told, outcome, message or f"completed {scenario.duration:g} s"
 
 
 def _bound(scenario: Scenario, world: World) -> float:
@@ -191,13 +203,15 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
     neighbors, spacing = setup.edges
-    bodies = bodies_of(scenario)
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
     return {
-        "bodies": bodies.names,
-        "body_groups": bodies.groups,
+        "bodies": world.bodies.names,
+        "body_groups": world.bodies.groups,
+        "body_thickness": world.thickness.tolist(),
+        "groups": world.bodies.watched,
         "obstacles": obstacle_names(scenario),
         "behaviors": setup.kinds,
+        "robot_mass": world.team.mass.tolist(),
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
         "obstacle_position": setup.obstacle_position.tolist(),
@@ -210,6 +224,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "law": scenario.controller.law,
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
+            "contact_forces": "MuJoCo's" if scenario.axes <= IN_SPACE else NO_FORCES,
             "mission_radius": scenario.mission.radius,
             "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
             "safe_distance": avoid.safe_distance if avoid else 0.0,

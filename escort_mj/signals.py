@@ -9,6 +9,7 @@ Frames: world. Units: SI. Robots are numbered from 1 in a trace's coordinates.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from math import prod
 from typing import NamedTuple
@@ -20,7 +21,7 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`.
+            `cause`, `group`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         channel: Recorded only where `sizes` has 1 under this name; empty for what is always recorded.
@@ -100,20 +101,29 @@ SIGNALS: tuple[Signal, ...] = (
         "robot_distance_min", ("robot",), "m", "true distance to the nearest other robot, center to center"
     ),
     Signal(
-        "obstacle_clearance_worst",
-        ("robot",),
+        "clearance",
+        ("robot", "group"),
         "m",
-        "least surface-to-surface distance to any obstacle since the previous sample",
+        "least surface-to-surface distance to any body of the group since the previous sample, inf for none",
     ),
     Signal(
-        "robot_clearance_worst",
-        ("robot",),
-        "m",
-        "least surface-to-surface distance to any robot since the previous sample",
+        "clearance_body",
+        ("robot", "group"),
+        "1",
+        "the body of the group that was so near, as an index into `body`; -1 for none",
     ),
-    Signal("contacts", (), "1", "most pairs of bodies touching at once since the previous sample"),
-    Signal("contact_force", (), "N", "largest normal contact force since the previous sample"),
-    Signal("contact_onsets", (), "1", "touches begun so far, pair by pair"),
+    Signal(
+        "target_clearance",
+        ("group",),
+        "m",
+        "the same of the target: least distance since the previous sample",
+    ),
+    Signal("target_clearance_body", ("group",), "1", "the body that was so near to the target; -1 for none"),
+    Signal("speed_max", ("robot",), "m/s", "largest speed since the previous sample"),
+    Signal(
+        "kinetic_energy", (), "J", "largest kinetic energy of all that moves freely since the previous sample"
+    ),
+    Signal("contacts_untold", (), "1", "contacts so far that the contact log had no room for"),
     Signal("saturated_time", ("robot",), "s", "time so far in which a motor was at its limit"),
     Signal("effort", ("robot",), "N^2 s", "integral so far of the squared force"),
     Signal("work", ("robot",), "J", "integral so far of |force . velocity|"),
@@ -148,6 +158,25 @@ SIGNALS: tuple[Signal, ...] = (
 )
 
 SIGNAL_NAMES = tuple(signal.name for signal in SIGNALS)
+
+E = ("episode",)
+EPISODE: tuple[Signal, ...] = (
+    Signal("episode_first", E, "1", "the body that touches, as an index into `body`"),
+    Signal("episode_second", E, "1", "the body that it touches, the later one in `body`"),
+    Signal("episode_start", E, "s", "time of the first physics step in which they touch"),
+    Signal("episode_end", E, "s", "end of the last physics step in which they touch"),
+    Signal("episode_touch_time", E, "s", "physics steps in which they touch, times the timestep"),
+    Signal("episode_peak_force", E, "N", "largest normal force of a physics step, all contact points summed"),
+    Signal("episode_peak_time", E, "s", "time of that step"),
+    Signal("episode_impulse", E, "N s", "sum of normal force times timestep"),
+    Signal("episode_depth", E, "m", "largest penetration"),
+    Signal("episode_closing_speed", E, "m/s", "speed along the normal at which they meet, in the first step"),
+)
+"""A contact episode: one unbroken touch of one pair of bodies, watched at every physics step."""
+
+FIRST, SECOND, START, END, TOUCH_TIME, PEAK_FORCE, PEAK_TIME, IMPULSE, DEPTH, CLOSING_SPEED = range(
+    len(EPISODE)
+)
 
 
 def record_size(sizes: Mapping[str, int]) -> int:
@@ -191,12 +220,16 @@ class Metric(NamedTuple):
         unit: SI unit, `1` for none.
         meaning: One sentence for the docs.
         tail: Whether the run's own summary looks at its tail only (steady state) instead of all of it.
+        least: No value is below this.
+        most: No value is above this.
     """
 
     name: str
     unit: str
     meaning: str
     tail: bool = False
+    least: float = 0.0
+    most: float = math.inf
 
 
 METRICS: tuple[Metric, ...] = (
@@ -212,6 +245,7 @@ METRICS: tuple[Metric, ...] = (
         "1",
         "largest Coulomb energy of the robots' directions over the least of that many (1 is even)",
         tail=True,
+        least=1.0,
     ),
     Metric("tracking_error_rms", "m", "root mean square of |e|", tail=True),
     Metric("velocity_error_rms", "m/s", "root mean square of |e_dot|", tail=True),
@@ -220,14 +254,28 @@ METRICS: tuple[Metric, ...] = (
     Metric("outer_update_rate", "1/s", "runs of the outer loop per second, mean over robots"),
     Metric("energy", "J", "integral of |force . velocity|, sum over robots"),
     Metric("obstacle_distance_min", "m", "least distance robot to obstacle, center to center"),
-    Metric("obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface"),
-    Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
-    Metric("robot_clearance_min", "m", "least distance between two robots, surface to surface"),
     Metric(
-        "saturated_share", "1", "share of time in which a robot's motor was at its limit, mean over robots"
+        "obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface", least=-math.inf
     ),
-    Metric("contacts", "1", "touches begun between robots, obstacles and target"),
-    Metric("contact_force_max", "N", "largest normal contact force"),
+    Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
+    Metric(
+        "robot_clearance_min", "m", "least distance between two robots, surface to surface", least=-math.inf
+    ),
+    Metric(
+        "saturated_share",
+        "1",
+        "share of time in which a robot's motor was at its limit, mean over robots",
+        most=1.0,
+    ),
+    Metric("contacts", "1", "touches between robots, target, obstacles and walls"),
+    Metric("contact_force_max", "N", "largest normal contact force between them"),
+    Metric("contacts_untold", "1", "contacts that the contact log had no room for"),
+    Metric(
+        "tunneling",
+        "1",
+        "most that two bodies can close in a step, over the smallest thickness; above 1 they may pass unseen",
+    ),
+    Metric("kinetic_energy_max", "J", "largest kinetic energy of all that moves freely, at any physics step"),
     Metric("mass_eigenvalue_min", "kg", "least eigenvalue of a robot's mass matrix (property 1)"),
     Metric("mass_eigenvalue_max", "kg", "largest eigenvalue of a robot's mass matrix (property 1)"),
     Metric("skew_residual", "kg/s", "largest symmetric part of dM/dt - 2 C (property 2)"),

@@ -49,7 +49,7 @@ def test_samples_begin_at_the_start_and_come_at_the_recording_rate() -> None:
 
 
 def test_without_noise_measurements_are_true() -> None:
-    trace = run("main", "uncertainty.noise={position: 0, velocity: 0}").trace
+    trace = run("main", "sensing={}").trace
     np.testing.assert_array_equal(trace.q, trace.q_measured)
     np.testing.assert_array_equal(trace.v, trace.v_measured)
 
@@ -152,7 +152,7 @@ def test_an_interrupted_run_ends_in_order(tmp_path: Path, number: signal.Signals
 
 
 def test_a_run_that_breaks_is_marked_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: RunFolder, block: np.ndarray) -> None:
+    def full(self: RunFolder, block: np.ndarray, episodes: np.ndarray) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(RunFolder, "append", full)

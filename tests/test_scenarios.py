@@ -17,6 +17,7 @@ SCENARIOS = sorted(
     if not any(word.startswith("stud") for word in path.relative_to(FOLDER).parts)
 )
 # Nothing but the beginning, and nothing demanded of it.
+MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
 SHORT = {"duration": 2, "expect": [], "robots.failures": []}
 
 
@@ -44,7 +45,8 @@ def test_runs_and_repeats(path: Path, compiled: None) -> None:
     assert first.trace.sizes["time"] == 2 * scenario.recording.rate + 1
     for name, variable in first.trace.variables.items():
         if variable.dtype.kind == "f":
-            assert np.isfinite(variable.values).all(), name
+            nothing_near = np.isposinf(variable.values) if name in MAY_BE_INFINITE else False
+            assert (np.isfinite(variable.values) | nothing_near).all(), name
         if variable.dtype.kind in "fi":
             assert variable.values.tobytes() == second.trace[name].values.tobytes(), name
-    assert first.trace["contacts"].max() == 0
+    assert first.trace.sizes["episode"] == 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,11 +15,12 @@ from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
+    CELLS_PER_PAIR,
     KINDS,
     LAW_KINDS,
     LAYOUT,
     LOOP_KINDS,
-    PAIRS_PER_ROBOT,
+    PAIRS_PER_BODY,
 )
 from escort_mj.control.program import Op
 from escort_mj.control.reform import scratch_size
@@ -27,7 +30,14 @@ from escort_mj.control.supervisor import Phase
 Array = NDArray[np.float64]
 
 
-def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Array:
+def pack(
+    setup: Setup,
+    stride: int,
+    coordinates: int,
+    truth: bool = False,
+    watched: int = 0,
+    columns: Sequence[tuple[int, int]] = (),
+) -> Array:
     """Packs a setup into the flat vector that `unpack_plan` reads.
 
     Args:
@@ -35,6 +45,9 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         stride: Physics steps between two samples.
         coordinates: Number of MuJoCo's generalized positions, for the record.
         truth: Whether to record the truth channel.
+        watched: Groups of bodies whose clearances are recorded.
+        columns: Which of these each body belongs to, and which is the body's own; -1 for none, shape
+            (bodies, 2); empty where nothing is watched.
     """
     n, p, law = setup.count, setup.axes, setup.law
     phases = [Phase("", setup.behaviors), *setup.phases]
@@ -53,6 +66,7 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         "failures": _failures(setup),
         "figures": figures,
         "turns": (setup.reforming.turns if setup.reforming else np.zeros((0, p, p))).reshape(-1, p),
+        "columns": np.reshape(np.asarray(columns, dtype=float), (-1, 2)),
     }
     sizes = {name: len(arrays[name]) for name in ("phases", "vertices", "pieces")}
     vertices = sizes["vertices"]
@@ -72,7 +86,10 @@ def pack(setup: Setup, stride: int, coordinates: int, truth: bool = False) -> Ar
         "judged": n * (truth and law.has_lyapunov),
         "told": n * isinstance(law, Pd | ComputedTorque),  # robots whose law is told their model
         "differentiating": n * isinstance(law, ComputedTorque),
-        "pairs": PAIRS_PER_ROBOT * n,
+        "bodies": len(columns),
+        "watched": watched,
+        "pairs": PAIRS_PER_BODY * len(columns),
+        "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "held": p + 3,
         "scratch": scratch_size(n, p) if setup.failures and vertices else 0,
     }
@@ -110,8 +127,8 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "boundary_layer": switching.boundary_layer,
         "smoothing": SMOOTHINGS.index(switching.smoothing),
         "anti_windup": law.anti_windup,
-        "noise_position": setup.noise_position,
-        "noise_velocity": setup.noise_velocity,
+        "noise_position": setup.sensing.position.noise,
+        "noise_velocity": setup.sensing.velocity.noise,
         "chord_length": setup.arrangement.length if setup.arrangement else 0.0,
         "trigger_distance": trigger.distance if trigger else 0.0,
         "trigger_share": trigger.share if trigger else 0.0,

@@ -19,7 +19,7 @@ from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.kernels import shared, vector_at
 from escort_mj.memory import FIRST, LENGTH, Layout, viewer
-from escort_mj.signals import CAUSES
+from escort_mj.signals import CAUSES, EPISODE
 
 Array = NDArray[np.float64]
 
@@ -41,9 +41,12 @@ LAW_KINDS = {
     SuperTwisting: SUPER_TWISTING,
 }
 MAX_CYCLES = 2
-PAIRS_PER_ROBOT = 8  # more touches than that at once are not told apart
+PAIRS_PER_BODY = 8  # so many can touch at once, and end between two samples; more are counted, not logged
+CELLS_PER_PAIR = 2  # of the table that finds a pair
 MAX_LEVELS = 8
 CAUSE_COUNT = len(CAUSES)
+TOUCH_SIZE = len(EPISODE) + 1  # an episode, and its force in the present step
+PLACE_SIZE = 3
 CLOCK_SIZE = 8
 
 
@@ -88,6 +91,7 @@ class Plan(NamedTuple):
     robot_radius: Annotated[Array, "n"]
     force_limit: Annotated[Array, "n"]
     target: Annotated[Array, "p", 2]  # first instruction and number of instructions of each axis
+    columns: Annotated[Array, "bodies", 2]  # see `Bodies.columns`
     disturbance: Annotated[Array, "p", 2]
     code: Annotated[Array, "instructions", INSTRUCTION_SIZE]
     pieces: Annotated[Array, "pieces", PIECE_SIZE]
@@ -126,11 +130,13 @@ class State(NamedTuple):
     force: Annotated[Array, "n", "p"]
     obstacle_distance: Annotated[Array, "n", "m"]
     robot_distance_min: Annotated[Array, "n"]
-    obstacle_clearance_worst: Annotated[Array, "n"]
-    robot_clearance_worst: Annotated[Array, "n"]
-    contacts: Annotated[Array, 1]
-    contact_force: Annotated[Array, 1]
-    contact_onsets: Annotated[Array, 1]
+    clearance: Annotated[Array, "n", "watched"]
+    clearance_body: Annotated[Array, "n", "watched"]
+    target_clearance: Annotated[Array, "watched"]
+    target_clearance_body: Annotated[Array, "watched"]
+    speed_max: Annotated[Array, "n"]
+    kinetic_energy: Annotated[Array, 1]
+    contacts_untold: Annotated[Array, 1]
     saturated_time: Annotated[Array, "n"]
     effort: Annotated[Array, "n"]
     work: Annotated[Array, "n"]
@@ -154,7 +160,10 @@ class State(NamedTuple):
     rho_hat_rate: Annotated[Array, "n", "p"]
     force_before: Annotated[Array, "n", "p"]  # force of the step before, for its variation
     rotation: Annotated[Array, "p", "p"]  # of the even figure
-    touching: Annotated[Array, 2, "pairs"]  # keys of the pairs that touched in the step before, and in this
+    touches: Annotated[Array, 2, "pairs", TOUCH_SIZE]  # under way: of the step before and of this, by turns
+    places: Annotated[Array, 2, "cells", PLACE_SIZE]  # tables that find a pair's row in `touches`
+    episodes: Annotated[Array, "pairs", len(EPISODE)]  # that have ended since somebody took them off
+    tally: Annotated[Array, 4]  # see `world/contacts`
     latched: Annotated[Array, "n", "phases"]  # 1 while a phase's condition holds
     held: Annotated[Array, "n", "held"]  # at the last run of the outer loop, see `trigger`
     fresh: Annotated[Array, "n"]  # 1 where the outer loop runs now
@@ -174,7 +183,7 @@ class State(NamedTuple):
 
 
 # Places in State.clock
-STARTED, LAST_TIME, WATCHED_STEP, CONTACTS_BEFORE = 0, 1, 2, 3
+STARTED, LAST_TIME, WATCHED_STEP = 0, 1, 2
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 
 LAYOUT = Layout(MAGIC, Plan, State)

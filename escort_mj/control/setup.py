@@ -14,6 +14,7 @@ from escort_mj.control.formation import Arrangement
 from escort_mj.control.laws import LawParameters
 from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.reform import Reforming
+from escort_mj.control.sensing import Sensors
 from escort_mj.control.supervisor import Phase
 from escort_mj.control.thomson import Figure, least_energy
 from escort_mj.control.trigger import Trigger
@@ -57,8 +58,6 @@ class Setup:
         obstacle_radius: Shape (m,) [m].
         robot_radius: Shape (n,) [m].
         force_limit: Largest force per axis, shape (n,) [N]; inf for none.
-        noise_position: Radius of the position noise's ball [m].
-        noise_velocity: Radius of the velocity noise's ball [m/s].
         target: Position and velocity of the target [m].
         disturbance: External force on every robot [N]; None for none.
         figure: The even figure that vertices keeps; None without vertices.
@@ -67,6 +66,7 @@ class Setup:
         phases: When other behaviors than those above rule; of those that do, the last one.
         trigger: When robots run their outer loop; None for every step.
         outer: How behaviors become one velocity.
+        sensing: What sensors make of the truth.
     """
 
     timestep: float
@@ -81,8 +81,6 @@ class Setup:
     obstacle_radius: Array
     robot_radius: Array
     force_limit: Array
-    noise_position: float
-    noise_velocity: float
     target: FunctionOfTime
     disturbance: FunctionOfTime | None
     figure: Figure | None = None
@@ -91,6 +89,7 @@ class Setup:
     phases: tuple[Phase, ...] = ()
     trigger: Trigger | None = None
     outer: OuterLoop = Nsb()
+    sensing: Sensors = Sensors()
 
     @property
     def count(self) -> int:

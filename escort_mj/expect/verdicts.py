@@ -1,23 +1,17 @@
-"""From expectations to verdicts: what was demanded, what was found, by whom, when, with what margin."""
+"""From a trace and what was expected of it to verdicts: what held, by how much, when, and who."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from escort_mj.record.measures import Measure
-from escort_mj.record.metrics import measure
+from escort_mj.expect.judging import Found, judged
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema import Expectation
-from escort_mj.signals import METRICS
+from escort_mj.scenario.expectations import Expectation, OutcomeExpectation
 
 if TYPE_CHECKING:
     import xarray
-
-NEAR = 0.05  # a margin below this share of the bound is a near miss
-UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric in METRICS}
 
 
 @dataclass(frozen=True)
@@ -25,16 +19,21 @@ class Verdict:
     """Whether one expectation held.
 
     Attributes:
-        metric: What was looked at; `outcome` for the run's own end.
+        metric: What was looked at: a metric, `contacts` or `clearance` of two sides, `settled`, `sanity`;
+            `outcome` for the run's own end.
         demanded: The bound and its window in words.
-        value: Worst value found, in the metric's unit; None where there was none, infinite for "never".
+        value: Worst value found; None where there was none, infinite for "never".
         unit: Unit of value and margin.
         time: When it was found [s].
-        who: Who had it.
+        who: Who had it, in words.
         margin: Distance from the bound, negative beyond it.
-        passed: Whether the expectation held.
+        passed: Whether it counts as passed: it held, or it was known to fail and did.
         near_miss: It held, but barely.
         message: All of it in one line.
+        bodies: Names of the bodies that had the worst value.
+        held: Whether what was demanded held.
+        xfail: Why it is known to fail; empty where it is not.
+        expectation: Its place in the scenario's list, from 0; None for the outcome that nobody wrote down.
     """
 
     metric: str
@@ -47,9 +46,18 @@ class Verdict:
     passed: bool
     near_miss: bool
     message: str
+    bodies: tuple[str, ...] = ()
+    held: bool = True
+    xfail: str = ""
+    expectation: int | None = None
+
+    @property
+    def found(self) -> str:
+        """What was found, without what was demanded."""
+        return self.message.removeprefix(f"{self.metric} {self.demanded}: ")
 
 
-def judge(expectations: Iterable[Expectation], trace: xarray.Dataset, outcome: Outcome) -> list[Verdict]:
+def judge(expectations: Sequence[Expectation], trace: xarray.Dataset, outcome: Outcome) -> list[Verdict]:
     """Judges a run: its outcome first, then every expectation.
 
     Args:
@@ -57,74 +65,71 @@ def judge(expectations: Iterable[Expectation], trace: xarray.Dataset, outcome: O
         trace: The whole trace.
         outcome: How the run ended.
     """
-    end = f"outcome completed: {outcome.value}" + ("" if outcome.good else f", {outcome.meaning}")
-    first = Verdict("outcome", "completed", None, "", None, "", None, outcome.good, False, end)
-    return [first, *(_judge(expectation, trace, outcome) for expectation in expectations)]
+    verdicts = [judge_one(one, trace, outcome, place) for place, one in enumerate(expectations)]
+    endings = [place for place, one in enumerate(expectations) if isinstance(one, OutcomeExpectation)]
+    if endings:
+        return [verdicts.pop(endings[0]), *verdicts]
+    completed = judge_one(OutcomeExpectation(outcome="completed"), trace, outcome)
+    return [completed, *verdicts]
 
 
-def _judge(expectation: Expectation, trace: xarray.Dataset, outcome: Outcome) -> Verdict:
-    """Judges one expectation over its window."""
-    name, unit = expectation.metric, UNITS[expectation.metric].strip()
-    demanded = _demanded(expectation)
+def judge_one(
+    expectation: Expectation, trace: xarray.Dataset, outcome: Outcome, place: int | None = None
+) -> Verdict:
+    """Judges one expectation.
+
+    Args:
+        expectation: What is expected.
+        trace: The whole trace.
+        outcome: How the run ended.
+        place: Its place in the scenario's list.
+    """
+    found = _unless_cut_off(expectation, judged(expectation, trace, outcome), trace, outcome)
+    known = expectation.xfail or ""
+    message = f"{found.subject} {found.demanded}: {found.words}"
+    if known:
+        message += f"; known to fail: {known}" if not found.held else f"; but it was to fail: {known}"
+    return Verdict(
+        metric=found.subject,
+        demanded=found.demanded,
+        value=found.value,
+        unit=found.unit,
+        time=found.time,
+        who=found.who,
+        margin=found.margin,
+        passed=found.held != bool(known),
+        near_miss=found.near_miss,
+        message=message,
+        bodies=found.bodies,
+        held=found.held,
+        xfail=known,
+        expectation=place,
+    )
+
+
+def _unless_cut_off(expectation: Expectation, found: Found, trace: xarray.Dataset, outcome: Outcome) -> Found:
+    """The finding, unless it held only because the run broke off inside the window."""
+    end = expectation.window[1]
     reached = float(trace["time"][-1]) if trace.sizes["time"] else 0.0
-    found = measure(name, trace, expectation.after, expectation.before)
     # A completed run has reached its window's end, even where its last sample falls a little short of it.
-    cut = expectation.before is not None and reached < expectation.before - 1e-6 and not outcome.good
-    if cut and found.value is not None:
-        found = Measure(None, reason=f"the run ended at {reached:g} s, inside the window")
-    if found.value is None:
-        message = f"{name} {demanded}: {found.reason}"
-        return Verdict(name, demanded, None, unit, None, "", None, False, False, message)
-    margins = []
-    if expectation.at_most is not None:
-        margins.append((expectation.at_most - found.value, abs(expectation.at_most)))
-    if expectation.at_least is not None:
-        margins.append((found.value - expectation.at_least, abs(expectation.at_least)))
-    margin, bound = min(margins)
-    passed = margin >= 0.0
-    near = passed and bound > 0.0 and margin < NEAR * bound
-    message = f"{name} {demanded}: {_number(found, UNITS[name])}{_circumstances(found)}"
-    if near:
-        message += ", a near miss"
-    return Verdict(name, demanded, found.value, unit, found.time, found.who, margin, passed, near, message)
-
-
-def _demanded(expectation: Expectation) -> str:
-    """The bound and its window in words."""
-    bounds = []
-    if expectation.at_least is not None:
-        bounds.append(f"at least {expectation.at_least:g}")
-    if expectation.at_most is not None:
-        bounds.append(f"at most {expectation.at_most:g}")
-    words = " and ".join(bounds) + UNITS[expectation.metric]
-    if expectation.after > 0.0:
-        words += f" after {expectation.after:g} s"
-    if expectation.before is not None:
-        words += f" before {expectation.before:g} s"
-    return words
-
-
-def _number(found: Measure, unit: str) -> str:
-    """The value as text."""
-    value = found.value
-    return "never" if value is None or math.isinf(value) else f"{value:.4g}{unit}"
-
-
-def _circumstances(found: Measure) -> str:
-    """When and who, where known."""
-    words = f" ({found.who}" if found.who else ""
-    if found.time is not None:
-        words += f"{' at' if words else ' (at'} {found.time:.2f} s"
-    return f"{words})" if words else ""
+    if not found.held or outcome.good or end is None or reached >= end - 1e-6:
+        return found
+    words = f"the run ended at {reached:g} s, inside the window"
+    return replace(found, held=False, near_miss=False, value=None, margin=None, words=words)
 
 
 def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
-    """The verdicts as a table for a terminal: held or not, metric, demand, and what was found."""
-    judged = list(verdicts)
-    name = max((len(verdict.metric) for verdict in judged), default=0)
-    demand = max((len(verdict.demanded) for verdict in judged), default=0)
+    """The verdicts as a table for a terminal: held or not, subject, demand, and what was found."""
+    table = [(mark(one), one.metric, one.demanded, one.found) for one in verdicts]
+    widths = [max((len(row[column]) for row in table), default=0) for column in range(3)]
     return [
-        f"  {'pass' if verdict.passed else 'FAIL'}  {verdict.metric:{name}}  {verdict.demanded:{demand}}  "
-        + verdict.message.removeprefix(f"{verdict.metric} {verdict.demanded}: ")
-        for verdict in judged
+        "  " + "  ".join(word.ljust(width) for word, width in zip(row, (*widths, 0), strict=True))
+        for row in table
     ]
+
+
+def mark(verdict: Verdict) -> str:
+    """How a verdict counts, in a word."""
+    if verdict.xfail:
+        return "xfail" if verdict.passed else "XPASS"
+    return "pass" if verdict.passed else "FAIL"

@@ -23,6 +23,7 @@ from escort_mj.record.journal import Journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive, identify
 from escort_mj.record.stored import (
+    CLIP,
     FIGURES,
     JOURNAL,
     METRICS,
@@ -45,7 +46,7 @@ from escort_mj.signals import record_size
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["FIGURES", "MODEL", "VIDEO", "RunFolder", "StoredRun", "open_run"]
+__all__ = ["CLIP", "FIGURES", "MODEL", "VIDEO", "RunFolder", "StoredRun", "open_run"]
 
 
 class RunFolder:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from escort_mj.record.episodes import apart_from, during, pair
 from escort_mj.record.evenness import energy_ratios, lost
 
 if TYPE_CHECKING:
@@ -30,20 +31,36 @@ UNTOLD = "the truth was not recorded (recording.truth)"
 NO_LYAPUNOV = "the Lyapunov function belongs to the sliding-mode laws"
 
 
+Bodies = tuple[str, ...]
+
+
 class Measure(NamedTuple):
     """The value of a metric.
 
     Attributes:
         value: In the metric's unit; None where the metric says nothing of this run, infinite for "never".
         time: Moment of the worst value [s]; None where there is none.
-        who: Who had it; empty where nobody in particular.
+        bodies: Names of the bodies that had it; empty where nobody in particular.
         reason: Why there is no value.
     """
 
     value: float | None
     time: float | None = None
-    who: str = ""
+    bodies: Bodies = ()
     reason: str = ""
+
+    @property
+    def who(self) -> str:
+        """The bodies in words."""
+        return in_words(self.bodies)
+
+
+def in_words(bodies: Bodies) -> str:
+    """Names of bodies in a sentence: `robots 1 and 2`, `robot 1 and gate`."""
+    numbers = [name.removeprefix("robot_") for name in bodies]
+    if len(bodies) > 1 and all(number.isdigit() for number in numbers):
+        return f"robots {' and '.join(numbers)}"
+    return " and ".join(name.replace("robot_", "robot ") for name in bodies)
 
 
 def radius_error(trace: xarray.Dataset) -> np.ndarray:
@@ -64,29 +81,33 @@ def spacing_error(trace: xarray.Dataset) -> np.ndarray | None:
     return np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2) - trace["spacing"].values
 
 
-def _at(trace: xarray.Dataset, values: np.ndarray, place: np.intp, name: Callable[[int], str]) -> Measure:
+def _at(trace: xarray.Dataset, values: np.ndarray, place: np.intp, name: Callable[[int], Bodies]) -> Measure:
     """The value at a flat place of values of shape (time, thing)."""
     row, column = divmod(int(place), values.shape[1])
     return Measure(float(values[row, column]), float(trace["time"][row]), name(column))
 
 
-def _largest(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], str]) -> Measure:
+def _largest(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
     """Largest of values of shape (time, thing), the first of equals; NaN is none."""
     return _at(trace, values, np.argmax(np.where(np.isnan(values), -np.inf, values)), name)
 
 
-def _least(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], str]) -> Measure:
+def _least(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
     """Least of values of shape (time, thing), the first of equals."""
     return _at(trace, values, np.argmin(values), name)
 
 
-def _robot(index: int) -> str:
-    return f"robot {index + 1}"
+def _robot(index: int) -> Bodies:
+    return (f"robot_{index + 1}",)
 
 
-def _edge(trace: xarray.Dataset) -> Callable[[int], str]:
+def _nobody(index: int) -> Bodies:
+    return ()
+
+
+def _edge(trace: xarray.Dataset) -> Callable[[int], Bodies]:
     pairs = trace["neighbors"].values
-    return lambda index: f"robots {pairs[index, 0]} and {pairs[index, 1]}"
+    return lambda index: (f"robot_{pairs[index, 0]}", f"robot_{pairs[index, 1]}")
 
 
 def radius_error_mean(trace: xarray.Dataset) -> Measure:
@@ -135,7 +156,7 @@ def energy_ratio(trace: xarray.Dataset) -> Measure:
         return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)
     if np.isnan(ratios).all():
         return Measure(None, reason=LEFT_ALONE)
-    return _largest(trace, ratios[:, None], lambda index: "")
+    return _largest(trace, ratios[:, None], _nobody)
 
 
 def _rms(trace: xarray.Dataset, name: str) -> Measure:
@@ -203,27 +224,34 @@ def obstacle_distance_min(trace: xarray.Dataset) -> Measure:
     distances = trace["obstacle_distance"].values
     names, count = trace["obstacle"].values, trace.sizes["obstacle"]
     flat = distances.reshape(len(distances), -1)
-    return _least(trace, flat, lambda index: f"{_robot(index // count)} and {names[index % count]}")
+    return _least(trace, flat, lambda index: (*_robot(index // count), str(names[index % count])))
 
 
-def _clearance(trace: xarray.Dataset, name: str, reason: str) -> Measure:
-    """Least of a clearance that was watched at every physics step."""
-    return _least(trace, trace[name].values, _robot) if name in trace else Measure(None, reason=reason)
+def _clearance(trace: xarray.Dataset, group: str, reason: str) -> Measure:
+    """Least clearance of robots to a group, watched at every physics step."""
+    values = trace["clearance"].sel(group=group).values
+    if not np.isfinite(values).any():
+        return Measure(None, reason=reason)
+    nearest = trace["clearance_body"].sel(group=group).values
+    row, robot = np.unravel_index(np.argmin(values), values.shape)
+    who = (*_robot(int(robot)), str(trace["body"].values[nearest[row, robot]]))
+    return Measure(float(values[row, robot]), float(trace["time"][row]), who)
 
 
 def obstacle_clearance_min(trace: xarray.Dataset) -> Measure:
     """Least distance robot to obstacle, surface to surface, at any physics step."""
-    return _clearance(trace, "obstacle_clearance_worst", UNOBSTRUCTED)
+    return _clearance(trace, "obstacles", UNOBSTRUCTED)
 
 
 def robot_distance_min(trace: xarray.Dataset) -> Measure:
     """Least distance between two robots, center to center."""
-    return _clearance(trace, "robot_distance_min", ALONE)
+    name = "robot_distance_min"
+    return _least(trace, trace[name].values, _robot) if name in trace else Measure(None, reason=ALONE)
 
 
 def robot_clearance_min(trace: xarray.Dataset) -> Measure:
     """Least distance between two robots, surface to surface, at any physics step."""
-    return _clearance(trace, "robot_clearance_worst", ALONE)
+    return _clearance(trace, "robots", ALONE)
 
 
 def saturated_share(trace: xarray.Dataset) -> Measure:
@@ -232,19 +260,55 @@ def saturated_share(trace: xarray.Dataset) -> Measure:
     return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
+def _touches(trace: xarray.Dataset) -> xarray.Dataset:
+    """Episodes within the trace's samples between bodies other than the floor."""
+    time = trace["time"].values
+    found = during(trace, float(time[0]), float(time[-1]))
+    return found.isel(episode=apart_from(found, "floor"))
+
+
 def contacts(trace: xarray.Dataset) -> Measure:
     """Touches in the window: those under way when it begins, and those begun in it."""
-    onsets = trace["contact_onsets"].values
-    touching = trace["contacts"].values
-    when = np.flatnonzero((touching > 0) | (np.diff(onsets, prepend=onsets[:1]) > 0))
-    count = float(onsets[-1] - onsets[0] + touching[0])
-    return Measure(count, float(trace["time"][when[0]]) if len(when) else None)
+    found = _touches(trace)
+    count = found.sizes["episode"]
+    if not count:
+        return Measure(0.0)
+    return Measure(
+        float(count), max(float(found["episode_start"][0]), float(trace["time"][0])), pair(found, 0)
+    )
 
 
 def contact_force_max(trace: xarray.Dataset) -> Measure:
-    """Largest normal contact force at any physics step."""
-    found = _largest(trace, trace["contact_force"].values[:, None], lambda index: "")
-    return found if found.value else Measure(0.0)
+    """Largest normal force of the touches in the window."""
+    found = _touches(trace)
+    forces = found["episode_peak_force"].values
+    if not forces.any():
+        return Measure(0.0)
+    hardest = int(np.argmax(forces))
+    return Measure(float(forces[hardest]), float(found["episode_peak_time"][hardest]), pair(found, hardest))
+
+
+def contacts_untold(trace: xarray.Dataset) -> Measure:
+    """Contacts that the log had no room for."""
+    total = trace["contacts_untold"].values
+    return Measure(float(total[-1] - total[0]))
+
+
+def tunneling(trace: xarray.Dataset) -> Measure:
+    """Most that two bodies can close in a step, over the thickness of the smallest.
+
+    At most the sum of the two largest speeds among robots and target.
+    """
+    target = np.linalg.norm(trace["target_velocity"].values, axis=1)
+    speeds = np.sort(np.column_stack([trace["speed_max"].values, target]), axis=1)
+    steps = speeds[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
+    fastest = int(np.argmax(trace["speed_max"].values[int(np.argmax(steps))]))
+    return _largest(trace, steps / float(trace["body_thickness"].min()), lambda index: _robot(fastest))
+
+
+def kinetic_energy_max(trace: xarray.Dataset) -> Measure:
+    """Largest kinetic energy of all that moves freely."""
+    return _largest(trace, trace["kinetic_energy"].values[:, None], _nobody)
 
 
 def _eigenvalues(trace: xarray.Dataset) -> np.ndarray:

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
-FIGURES, VIDEO = "figures", "video.mp4"
-OURS = (OUTCOME, SCENARIO, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO)
+FIGURES, VIDEO, CLIP = "figures", "video.mp4", "clip.mp4"
+OURS = (OUTCOME, SCENARIO, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO, CLIP)
 
 
 @dataclass(frozen=True)

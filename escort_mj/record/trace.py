@@ -25,8 +25,9 @@ WHOLE = {
     "phase": "int8",
     "ruling": "int8",
     "outer_updates": "int64",
-    "contacts": "int32",
-    "contact_onsets": "int32",
+    "clearance_body": "int32",
+    "target_clearance_body": "int32",
+    "contacts_untold": "int64",
 }
 
 
@@ -38,17 +39,17 @@ def build_trace(
     Args:
         samples: Shape (k, record_size); no NaN.
         sizes: Size of each dimension and channel, see `signals.record_size`.
-        labels: `obstacles` and `behaviors` (names), `robot_radius` (n,), `obstacle_radius` (m,),
-            `obstacle_position` (m, p), `force_limit` (n,), `neighbors` (edges, 2) as robot numbers,
-            `spacing` (edges,), `bodies` and `body_groups` (names), and `attributes` of the dataset (texts and
-            numbers; None is left out).
+        labels: `obstacles` and `behaviors` (names), `robot_mass`, `robot_radius` and `force_limit` (n,),
+            `obstacle_radius` (m,), `obstacle_position` (m, p), `neighbors` (edges, 2) as robot numbers,
+            `spacing` (edges,), `bodies` and `body_groups` (names), `body_thickness` (bodies,), `groups`
+            (watched groups of bodies), and `attributes` of the dataset (texts and numbers; None is left out).
         episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
 
     Returns:
         Dataset with dimensions time, robot (from 1), axis (x, y, z), obstacle and behavior (names),
-        coordinate, edge (pairs of neighbors), body (names) and episode, and with the truth channel axis_2 and
-        cause; every variable carries `units` and `long_name`. Distances to what is not there (obstacles,
-        other robots) are left out, and so are channels that were not recorded.
+        coordinate, edge (pairs of neighbors), body and group (names) and episode, and with the truth channel
+        axis_2 and cause; every variable carries `units` and `long_name`. Distances to other robots are left
+        out where there are none, and so are channels that were not recorded.
 
     Raises:
         ValueError: If the samples do not fit the sizes.
@@ -78,6 +79,7 @@ def build_trace(
         variables[signal.name] = (("time", *signal.dims), values.astype(kind), attributes)
     variables |= episode_variables(episodes)
     variables |= {
+        "robot_mass": ("robot", np.asarray(labels["robot_mass"], float), _said("kg", "mass of each robot")),
         "robot_radius": (
             "robot",
             np.asarray(labels["robot_radius"], float),
@@ -92,6 +94,11 @@ def build_trace(
             ("obstacle", "axis"),
             np.asarray(labels["obstacle_position"], float).reshape(-1, sizes["axis"]),
             _said("m", "center of each obstacle"),
+        ),
+        "body_thickness": (
+            "body",
+            np.asarray([np.inf if x is None else x for x in labels["body_thickness"]], float),
+            _said("m", "least extent of each body, inf for the floor"),
         ),
         "force_limit": (
             "robot",
@@ -125,6 +132,11 @@ def build_trace(
                 np.array(list(labels["bodies"]), dtype=str),
                 {"long_name": "name of the body"},
             ),
+            "group": (
+                "group",
+                np.array(list(labels["groups"]), dtype=str),
+                {"long_name": "group of bodies, or a single body"},
+            ),
             "body_group": (
                 "body",
                 np.array(list(labels["body_groups"]), dtype=str),
@@ -151,12 +163,7 @@ def _truth_coordinates(sizes: Mapping[str, int]) -> dict[str, Any]:
 
 def _absent(sizes: Mapping[str, int]) -> set[str]:
     """Signals that say nothing in a world of these sizes; the record holds infinity there."""
-    absent = set()
-    if not sizes["obstacle"]:
-        absent.add("obstacle_clearance_worst")
-    if sizes["robot"] == 1:
-        absent |= {"robot_distance_min", "robot_clearance_worst"}
-    return absent
+    return {"robot_distance_min"} if sizes["robot"] == 1 else set()
 
 
 def _said(unit: str, meaning: str) -> dict[str, str]:

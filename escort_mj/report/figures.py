@@ -59,7 +59,7 @@ PLOTS: tuple[Plot, ...] = (
         "clearances and contacts",
         nearness.clearances_height,
         nearness.clearances,
-        lambda trace: "robot_clearance_worst" in trace or "obstacle_clearance_worst" in trace,
+        lambda trace: bool(nearness.spaces(trace)),
     ),
     Plot("tasks", "behaviors and their conflicts", tasks.tasks_height, tasks.tasks),
     Plot(

@@ -14,10 +14,11 @@ import numpy as np
 from escort_mj.errors import RenderError
 from escort_mj.palette import MOST_DISTINCT
 from escort_mj.report.camera import View
+from escort_mj.report.clip import Clip, Marks
 from escort_mj.report.encode import VideoFile
 from escort_mj.report.losses import LOST
 from escort_mj.report.overlay import Overlay
-from escort_mj.report.replay import Array, Replay
+from escort_mj.report.replay import Array, Moment, Replay
 from escort_mj.report.scene import Scenery
 from escort_mj.report.shots import plan_shot
 from escort_mj.report.stages import panels_of, stage_replays
@@ -43,8 +44,9 @@ def film(
     title: str,
     ending: tuple[str, bool],
     on_frame: Callable[[int, int], None],
+    clip: Clip | None = None,
 ) -> None:
-    """Renders a run into a video file.
+    """Renders a run, or a clip of one, into a video file.
 
     Args:
         replay: The run.
@@ -54,6 +56,7 @@ def film(
         title: Name of the scenario.
         ending: How the run ended, in words, and whether that is well.
         on_frame: Told the number of frames done and of all, after each.
+        clip: What to show of it; None for all.
 
     Raises:
         RenderError: If the model does not fit the record, or the video cannot be written.
@@ -70,8 +73,18 @@ def film(
     scenery = Scenery(replay, video.speed, video.width)
     captions = [(seen.axes, panel) for seen, panel in zip(replays, panels, strict=True) if len(panels) > 1]
     overlay = Overlay(title, video.speed, replay.count, size, captions)
-    times = frame_times(replay.time[0], replay.end, video)
-    held = math.ceil(ENDING * video.rate)
+    marks = None if clip is None else Marks(clip, model, data)
+
+    def pose(time: float) -> Moment:
+        moment = replay.at(time)
+        _pose(model, data, moment.qpos, {seen.suffix: seen.at(time).target for seen in replays})
+        return moment
+
+    if marks is None or clip is None:
+        times, held = frame_times(replay.time[0], replay.end, video), math.ceil(ENDING * video.rate)
+    else:
+        times, held = frame_times(clip.start, clip.end, video), 0
+        shots[0] = marks.shot(replay, pose, panels[0].width / panels[0].height)
     total = len(times) + held
     frame = np.full((video.height, video.width, 3), 255, dtype=np.uint8)
     with contextlib.ExitStack() as stack:
@@ -81,8 +94,7 @@ def film(
             for shape in {(panel.height, panel.width) for panel in panels}
         }
         for done, time in enumerate(times, 1):
-            moment = replay.at(float(time))
-            _pose(model, data, moment.qpos, {seen.suffix: seen.at(float(time)).target for seen in replays})
+            moment = pose(float(time))
             for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), replays):
                 model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
             avoiding = replay.lately(replay.avoiding, moment, GLOW * video.speed)
@@ -93,9 +105,12 @@ def film(
                 renderer = renderers[panel.height, panel.width]
                 renderer.update_scene(data, _camera(view), _only(panel.number))
                 if panel.number == 0:
-                    scenery.draw(renderer.scene, moment, avoiding, touching)
+                    halos = touching if marks is None else np.zeros_like(touching)  # rings instead of halos
+                    scenery.draw(renderer.scene, moment, avoiding, halos)
+                    if marks is not None:
+                        marks.draw(renderer.scene, moment.time, replay.planar, panel.width)
                 panel.cut(frame)[:] = renderer.render()
-            said = ending if done == len(times) else None
+            said = ending if clip is not None or done == len(times) else None
             overlay.write(frame, moment.time, avoiding, touching, replay.lost[moment.sample], said)
             file.add(frame)
             on_frame(done, total)

@@ -12,10 +12,11 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.record.episodes import apart_from
 from escort_mj.record.evenness import lost
 from escort_mj.report.curves import BOUND, draw_curves, limit_line, timeline
 from escort_mj.report.losses import lost_keys
-from escort_mj.report.replay import safe_radius, target_clearance
+from escort_mj.report.replay import safe_radius
 from escort_mj.report.style import Key, name_robots
 
 if TYPE_CHECKING:
@@ -61,11 +62,11 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
 def clearances(figure: Figure, trace: xarray.Dataset) -> None:
     """Least free space around each robot, surface to surface, and how hard bodies touched."""
     time, count = trace["time"].values, trace.sizes["robot"]
-    spaces, pushed = _spaces(trace), _pushed(trace)
-    rows = len(spaces) + pushed
+    free, pushed = spaces(trace), _pushed(trace)
+    rows = len(free) + pushed
     heights = [2.0] * rows + [_lanes_height(count)]
     grid = np.atleast_1d(figure.subplots(rows + 1, 1, sharex=True, height_ratios=heights))
-    for axes, (whom, space) in zip(grid, spaces.items(), strict=False):
+    for axes, (whom, space) in zip(grid, free.items(), strict=False):
         axes.set_title(f"Clearance to {whom}")
         draw_curves(axes, time, space, palette.robot_colors(count), lowest=True, lost=lost(trace))
         top = _window(space, 4.0 * float(trace.attrs["mission_radius"]))
@@ -73,9 +74,13 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
         limit_line(axes, 0.0, "contact", palette.CONTACT)
         axes.set_ylabel("surfaces apart [m]")
     if pushed:
-        axes, force = grid[len(spaces)], trace["contact_force"].values
-        axes.set_title("Largest contact force")
-        axes.fill_between(time, force, step="pre", color=palette.CONTACT, alpha=0.6, linewidth=0)
+        axes, touches = grid[len(free)], _touches(trace)
+        axes.set_title("Contacts: how long, and their peak force")
+        start, force = touches["episode_start"].values, touches["episode_peak_force"].values
+        lasts = touches["episode_end"].values - start
+        axes.bar(start, force, lasts, align="edge", color=palette.CONTACT, alpha=0.35, linewidth=0)
+        axes.plot(touches["episode_peak_time"].values, force, ".", color=palette.CONTACT, ms=5)
+        axes.set_ylim(0.0, 1.1 * max(float(force.max()), 1e-3))
         axes.set_ylabel("N")
     _lanes(grid[-1], trace)
     timeline(grid, time)
@@ -84,7 +89,7 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
 
 def clearances_height(trace: xarray.Dataset) -> float:
     """Height of `clearances` [inches]."""
-    return _height(trace, len(_spaces(trace)) + _pushed(trace))
+    return _height(trace, len(spaces(trace)) + _pushed(trace))
 
 
 def obstacle_distances_height(trace: xarray.Dataset) -> float:
@@ -98,23 +103,23 @@ def _height(trace: xarray.Dataset, rows: int) -> float:
     return 1.4 + 1.5 * rows + (0.11 * count if count <= palette.MOST_DISTINCT else 1.0)
 
 
-def _spaces(trace: xarray.Dataset) -> dict[str, Array]:
+def spaces(trace: xarray.Dataset) -> dict[str, Array]:
     """Free space around each robot, surface to surface, by what is around it, shape (T, n) each [m]."""
-    names = {"other robots": "robot_clearance_worst", "obstacles": "obstacle_clearance_worst"}
-    spaces = {whom: trace[name].values for whom, name in names.items() if name in trace}
-    if _touched(trace):
-        spaces["the target"] = target_clearance(trace)
-    return spaces
+    names = {"other robots": "robots", "obstacles": "obstacles", "walls": "walls"}
+    if _touches(trace).sizes["episode"]:
+        names["the target"] = "target"
+    found = {whom: trace["clearance"].sel(group=name).values for whom, name in names.items()}
+    return {whom: space for whom, space in found.items() if np.isfinite(space).any()}
 
 
-def _touched(trace: xarray.Dataset) -> bool:
-    """Whether anything touched anything."""
-    return bool((trace["contacts"].values > 0).any())
+def _touches(trace: xarray.Dataset) -> xarray.Dataset:
+    """Contact episodes but those with the floor."""
+    return trace.isel(episode=apart_from(trace, "floor"))
 
 
 def _pushed(trace: xarray.Dataset) -> bool:
     """Whether anything touched with a force: beyond three axes bodies go through one another."""
-    return _touched(trace) and trace.sizes["axis"] <= 3
+    return bool(_touches(trace).sizes["episode"]) and trace.sizes["axis"] <= 3
 
 
 def _window(values: Array, most: float) -> float:

@@ -79,9 +79,9 @@ class Overlay:
         draw = ImageDraw.Draw(image, "RGBA")
         left = self._px(28)
         self._text(draw, (left, self._px(22)), self._fitted(self.title, 24), DARK, _font(self._px(24), True))
-        clock = f"t = {time:.1f} s"
+        clock = f"t = {time:.{1 if self.speed >= 1 else 2}f} s"
         self._text(draw, (left, self._px(56)), clock, DARK, _font(self._px(18)))
-        pace = f"{self.speed:g}× real time" if self.speed != 1 else "real time"
+        pace = f"{self.speed:.3g}× real time" if self.speed != 1 else "real time"
         self._text(draw, (left + self._px(150), self._px(56)), pace, SOFT, _font(self._px(18)))
         for axes, panel in self.captions:
             font, words = _font(self._px(18), True), f"ax{'e' if len(axes) > 1 else 'i'}s {', '.join(axes)}"

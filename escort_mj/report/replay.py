@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
+from escort_mj.record.episodes import touched
 from escort_mj.record.evenness import lost
 from escort_mj.report.losses import links
 
@@ -172,7 +173,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
         target=in_space("target_position"),
         target_coordinates=trace["target_position"].values,
         avoiding=trace["avoidance_active"].values > 0,
-        touching=touching(trace),
+        touching=touched(trace),
         robot_radius=robot_radius,
         target_radius=float(trace.attrs["target_radius"]),
         obstacles=in_space("obstacle_position"),
@@ -193,20 +194,3 @@ def safe_radius(trace: xarray.Dataset) -> Array:
     if safe > 0.0 and trace.attrs["safe_distance_measure"] == "surface":
         return safe + trace["robot_radius"].values[:, None] + trace["obstacle_radius"].values
     return np.full(shape, safe)
-
-
-def target_clearance(trace: xarray.Dataset) -> Array:
-    """Free space between each robot and the target at the samples, surface to surface, shape (T, n) [m]."""
-    offset = trace["q"].values - trace["target_position"].values[:, None]
-    bodies = trace["robot_radius"].values + float(trace.attrs["target_radius"])
-    space: Array = np.linalg.norm(offset, axis=-1) - bodies
-    return space
-
-
-def touching(trace: xarray.Dataset) -> Flags:
-    """Whether a robot touched something since the previous sample, shape (T, n); the target: at it."""
-    touches: Flags = target_clearance(trace) <= 0.0
-    for name in ("obstacle_clearance_worst", "robot_clearance_worst"):
-        if name in trace:
-            touches |= trace[name].values <= 0.0
-    return touches

@@ -22,14 +22,15 @@ from typing import IO
 
 from escort_mj.errors import EscortError, RenderError
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
-from escort_mj.record.folder import MODEL, VIDEO, StoredRun, open_run
+from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, open_run
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.schema import Video
 
 Progress = Callable[[float, float], None]
 """Called with the number of frames done and of all."""
 
-PARTIAL = ".video.partial.mp4"  # until the video is complete
+PARTIAL = ".partial.{}"  # until the file of this name is complete
+CLIP_SIZE, CLIP_RATE = (960, 540), 25
 STALL = 180.0  # without a sign of life for so long, the child is given up [s]
 _FRAME = re.compile(r"frame (\d+) of (\d+)")
 _FAULT = "error: "
@@ -52,7 +53,30 @@ def render_video(
         RenderError: If nothing can be drawn on this machine, or drawing failed.
         RunFolderError: If the folder cannot be read.
     """
-    run = open_run(folder)
+    options = [] if video is None else ["--video", video.model_dump_json()]
+    return _render(open_run(folder), VIDEO, options, progress)
+
+
+def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> Path:
+    """Renders a few seconds around the worst moment of a run folder whose verdicts failed.
+
+    Args:
+        folder: A run folder.
+        video: Its size; None is small.
+
+    Returns:
+        The clip.
+
+    Raises:
+        RenderError: If nothing can be drawn on this machine, or drawing failed.
+        RunFolderError: If the folder cannot be read.
+    """
+    video = Video(width=CLIP_SIZE[0], height=CLIP_SIZE[1]) if video is None else video
+    return _render(open_run(folder), CLIP, ["--video", video.model_dump_json(), "--clip"], None)
+
+
+def _render(run: StoredRun, name: str, options: list[str], progress: Progress | None) -> Path:
+    """Lets a child process draw one file of a run folder."""
     if run.trace.sizes["time"] == 0:
         raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
     backend, reason = choose_backend()
@@ -60,9 +84,7 @@ def render_video(
         raise RenderError(
             f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
         )
-    command = [sys.executable, "-m", "escort_mj.report.video", str(run.path)]
-    if video is not None:
-        command += ["--video", video.model_dump_json()]
+    command = [sys.executable, "-m", "escort_mj.report.video", str(run.path), *options]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         child = subprocess.Popen(
             command,
@@ -78,11 +100,11 @@ def render_video(
             if child.poll() is None:
                 child.kill()
             child.wait()
-            (run.path / PARTIAL).unlink(missing_ok=True)
+            (run.path / PARTIAL.format(name)).unlink(missing_ok=True)
         if child.returncode != 0:
             errors.seek(0)
             raise RenderError(_reason(child.returncode, errors, run.path))
-    return run.path / VIDEO
+    return run.path / name
 
 
 def _environment(backend: str) -> dict[str, str]:
@@ -143,11 +165,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m escort_mj.report.video", description=main.__doc__)
     parser.add_argument("folder", help="a run folder")
     parser.add_argument("--video", help="size, rate, speed and camera as JSON; the scenario's where left out")
+    parser.add_argument("--clip", action="store_true", help="only what is around the worst moment, slowly")
     options = parser.parse_args(arguments)
     try:
         run = open_run(options.folder)
         video = Video.model_validate_json(options.video) if options.video else scenario_video(run)
-        _film(run, video)
+        _film(run, video, options.clip)
     except EscortError as fault:
         print(f"{_FAULT}{fault}".replace("\n", " "), file=sys.stderr)
         return 1
@@ -170,21 +193,25 @@ def ending(run: StoredRun) -> tuple[str, bool]:
     return f"{message}, all expectations met" if run.verdicts else message, True
 
 
-def _film(run: StoredRun, video: Video) -> None:
-    """Renders a run that was opened."""
+def _film(run: StoredRun, video: Video, short: bool) -> None:
+    """Renders a run that was opened, or only its clip."""
+    from escort_mj.report.clip import plan_clip
     from escort_mj.report.film import film
     from escort_mj.report.replay import replay_of
 
     def say(done: int, total: int) -> None:
         print(f"frame {done} of {total}", flush=True)
 
-    title = str(run.trace.attrs["title"])
-    partial = run.path / PARTIAL
-    film(replay_of(run.trace), run.path / MODEL, partial, video, title, ending(run), say)
+    name, clip, words = VIDEO, None, ending(run)
+    if short:
+        name, clip = CLIP, plan_clip(run)
+        video, words = video.model_copy(update={"speed": clip.speed, "rate": CLIP_RATE}), (clip.words, False)
+    title, partial = str(run.trace.attrs["title"]), run.path / PARTIAL.format(name)
+    film(replay_of(run.trace), run.path / MODEL, partial, video, title, words, say, clip)
     try:
-        partial.replace(run.path / VIDEO)
+        partial.replace(run.path / name)
     except OSError as fault:
-        raise RenderError(f"{run.path / VIDEO} cannot be written: {fault.strerror or fault}") from fault
+        raise RenderError(f"{run.path / name} cannot be written: {fault.strerror or fault}") from fault
 
 
 if __name__ == "__main__":

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
+from escort_mj.scenario.expectations import ClearanceExpectation
 from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
@@ -48,5 +50,20 @@ def bodies_of(scenario: Scenario) -> Bodies:
     return Bodies(
         (*(f"robot_{i}" for i in range(1, robots + 1)), TARGET, *(body.name for body in obstacles), FLOOR),
         (*[ROBOTS] * robots, TARGET, *(body.group for body in obstacles), FLOOR),
-        GROUPS,
+        (*GROUPS, *_expected(scenario)),
+    )
+
+
+def _expected(scenario: Scenario) -> list[str]:
+    """Single bodies whose clearances are expected and are not those of a robot or the target to a group."""
+    pairs = [e.clearance for e in scenario.expect if isinstance(e, ClearanceExpectation)]
+    single = [pair[0] if pair[1] in (ROBOTS, TARGET) else pair[1] for pair in pairs if not _by_group(pair)]
+    return list(dict.fromkeys(single))
+
+
+def _by_group(pair: tuple[str, str]) -> bool:
+    """Whether one side is a group, and the other are robots, one of them, or the target."""
+    return any(
+        group in GROUPS and (side in (ROBOTS, TARGET) or re.fullmatch(r"robot_\d+", side))
+        for side, group in (pair, pair[::-1])
     )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.obstacles import Body, obstacles_of
-from escort_mj.scenario.placement import Team, robot_count, team
+from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.trajectory import target_trajectory
 
@@ -22,7 +22,7 @@ MOST_OVERLAPS = 20  # reported at once
 
 
 def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
-    """Every vector has one number per axis, and robots that roll do so in the plane."""
+    """Every vector has one number per axis, and gravity pulls where there is physics of three axes."""
     axes, target, robots = scenario.axes, scenario.target, scenario.robots
     vectors: list[tuple[Path, Sequence[Any] | None]] = [
         (("target", "position"), target.position),
@@ -36,8 +36,6 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
     for path, vector in vectors:
         if vector is not None and len(vector) != axes:
             yield Finding(path, f"found {len(vector)} numbers; expected {axes}, as axes says")
-    if robots.kind == "rolling_sphere" and axes != 2:
-        yield Finding(("robots", "kind"), f"found rolling_sphere in {axes} axes; it rolls on a floor: axes 2")
     gravity = scenario.physics.gravity
     if axes > 3 and gravity is not None and any(gravity):
         yield Finding(
@@ -45,34 +43,6 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
             f"found {list(gravity)} m/s^2 in {axes} axes; gravity pulls along x, y, z only: give "
             "uncertainty.disturbance instead, one force per axis",
         )
-
-
-def check_team(scenario: Scenario) -> Iterator[Finding]:
-    """As many positions as robots, overrides of robots that exist, and obstacles with names of their own."""
-    robots, count = scenario.robots, robot_count(scenario)
-    if robots.positions is not None and len(robots.positions) != count:
-        yield Finding(
-            ("robots", "positions"),
-            f"found {len(robots.positions)} positions; expected {count}, as robots.count says",
-        )
-    if robots.positions is not None and robots.placement is not None:
-        yield Finding(("robots", "placement"), "found both positions and placement; give one of them")
-    first: dict[int, int] = {}
-    for index, override in enumerate(robots.overrides):
-        if robots.kind == "rolling_sphere" and override.radius not in (None, robots.radius):
-            yield Finding(
-                ("robots", "overrides", index, "radius"),
-                f"found {override.radius:g} m beside {robots.radius:g} m; rolling spheres share one radius, "
-                "because distances of planar missions are measured at one height",
-            )
-        path: Path = ("robots", "overrides", index, "robot")
-        if override.robot > count:
-            yield Finding(path, f"found robot {override.robot}; expected 1 to {count}")
-        elif override.robot in first:
-            yield Finding(
-                path, f"found robot {override.robot} again; overrides[{first[override.robot]}] has it"
-            )
-        first.setdefault(override.robot, index)
 
 
 def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:

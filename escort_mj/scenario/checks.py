@@ -6,13 +6,22 @@ import math
 from collections.abc import Callable, Collection, Iterator
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.bodies import bodies_of
+from escort_mj.scenario.check_expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.check_failures import check_failures
 from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor, check_trigger
 from escort_mj.scenario.check_motion import check_motion
-from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names, check_team
+from escort_mj.scenario.check_robots import (
+    check_heights,
+    check_kinds,
+    check_motors,
+    check_team,
+    check_weights,
+)
+from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.obstacles import obstacles_of
-from escort_mj.scenario.placement import robot_count
+from escort_mj.scenario.placement import coordinates_of, kinds_of, robot_count
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import record_size, truth_sizes
 
@@ -42,7 +51,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
             related=(("physics", "timestep"),),
         )
     count, axes = robot_count(scenario), scenario.axes
-    coordinates = count * (7 if scenario.robots.kind == "rolling_sphere" else axes)
+    coordinates = coordinates_of(kinds_of(scenario), axes)
     ladders = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     sizes = {
         "robot": count,
@@ -50,6 +59,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
         "obstacle": len(obstacles_of(scenario)),
         "behavior": len({behavior.behavior for ladder in ladders for behavior in ladder}),
         "coordinate": coordinates,
+        "group": len(bodies_of(scenario).watched),
     }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
     size = 8.0 * record_size(sizes) * (duration * rate + 1.0)
@@ -62,41 +72,28 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_expectations(scenario: Scenario) -> Iterator[Finding]:
-    """Each expectation has bounds that a value can meet and a window that the run reaches."""
-    for index, expectation in enumerate(scenario.expect):
-        path: Path = ("expect", index)
-        low, high = expectation.at_least, expectation.at_most
-        if low is None and high is None:
-            yield Finding(path, "has no bound; give at_most or at_least")
-        if low is not None and high is not None and low > high:
-            yield Finding(path, f"no value is at least {low:g} and at most {high:g}")
-        end = scenario.duration if expectation.before is None else expectation.before
-        if expectation.before is not None and expectation.before <= expectation.after:
-            yield Finding(path, f"its window is empty: after {expectation.after:g} s and before {end:g} s")
-        elif end > scenario.duration or expectation.after >= scenario.duration:
-            yield Finding(
-                (*path, "before" if end > scenario.duration else "after"),
-                f"found {max(end, expectation.after):g} s; the run ends at {scenario.duration:g} s",
-            )
-
-
 Check = Callable[[Scenario], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_dimensions, ("axes", "physics", "target", "robots", "obstacles", "uncertainty")),
     (check_team, ("axes", "robots")),
+    (check_kinds, ("axes", "robots")),
     (check_motion, ("axes", "duration", "target", "uncertainty")),
 )
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission")),
-    (check_expectations, ("expect", "duration")),
+    (check_bounds, ("expect",)),
+    (check_windows, ("expect", "duration")),
+    (check_sides, ("expect", "axes", "robots", "obstacles")),
     (check_obstacle_names, ("obstacles",)),
     (check_behaviors, ("mission",)),
     (check_trigger, ("mission",)),
     (check_supervisor, ("duration", "obstacles", "robots", "mission")),
     (check_formation, ("axes", "target", "robots", "mission")),
+    (check_motors, ("axes", "robots")),
+    (check_heights, ("axes", "physics", "robots")),
+    (check_weights, ("axes", "physics", "robots")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),
 )

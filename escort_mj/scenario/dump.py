@@ -11,9 +11,11 @@ import numpy as np
 from pydantic import BaseModel
 
 from escort_mj.scenario.document import plain_scalar
+from escort_mj.scenario.expectations import KINDS
 from escort_mj.scenario.paths import TAGS
 from escort_mj.scenario.schema import Scenario
 
+_FIRST = {*TAGS, *(kind.kind for kind in KINDS)}  # keys that say what a table is
 _PLAIN_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 
@@ -59,8 +61,13 @@ def _quoted(text: str) -> str:
     )
 
 
+def _comes_later(entry: tuple[str, Any]) -> bool:
+    """Whether an entry of a table is another than the one that says which table it is."""
+    return entry[0] not in _FIRST or isinstance(entry[1], dict)
+
+
 def _table(table: dict[str, Any], indent: str) -> Iterator[str]:
-    for key, value in sorted(table.items(), key=lambda entry: entry[0] not in TAGS):
+    for key, value in sorted(table.items(), key=_comes_later):
         if isinstance(value, dict) and value:
             yield f"{indent}{key}:"
             yield from _table(value, indent + "  ")

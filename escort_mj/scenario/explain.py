@@ -8,9 +8,10 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from escort_mj.scenario.expectations import KINDS
 from escort_mj.scenario.fields import PATTERNS
 from escort_mj.scenario.findings import Finding, Path, listed, nearest, shown
-from escort_mj.scenario.paths import Location, locate, tag_of
+from escort_mj.scenario.paths import Location, locate, member_name
 from escort_mj.scenario.schema import Scenario
 
 
@@ -34,6 +35,8 @@ def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding
         return _unknown_key(location)
     if kind == "missing":
         return Finding(path, f"is missing{_meaning(location)}")
+    if kind == "kind":
+        return Finding(path, _no_kind(found))
     if kind.startswith("union_tag"):
         return _wrong_tag(path, context, data)
     if kind == "literal_error":
@@ -57,8 +60,8 @@ def _unknown_key(location: Location) -> Finding:
     names, owner = [], ""
     if location.holder:
         names = list(location.holder.model_fields)
-        tag = tag_of(location.holder)
-        owner = f" of {tag[1]}" if tag else ""
+        name = member_name(location.holder)
+        owner = f" of {name}" if name else ""
     message = f"is not a key{owner}; allowed are {listed(names)}" + nearest(str(location.path[-1]), names)
     return Finding(location.path, message, at_key=True)
 
@@ -80,6 +83,15 @@ def _wrong_tag(path: Path, context: dict[str, Any], data: Any) -> Finding:
     return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{nearest(found, names)}")
 
 
+def _no_kind(found: Any) -> str:
+    """What to say of an expectation that names nothing to be expected."""
+    names = [kind.kind for kind in KINDS]
+    if not isinstance(found, dict):
+        return f"found {shown(found)}; expected a table with one of {listed(names)}"
+    close = filter(None, (nearest(key, names) for key in found))
+    return f"does not say what is expected; give one of {listed(names)}{next(close, '')}"
+
+
 def _wrong_choice(path: Path, found: Any, expected: str) -> str:
     names = [name.strip(" '") for name in expected.replace(" or ", ", ").split(",")]
     if path == ("version",):
@@ -99,6 +111,7 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
     "bool_type": lambda _: "true or false",
     "string_type": lambda _: "text",
     "string_unicode": lambda _: "text that can be written as UTF-8",
+    "choice": lambda c: str(c["wanted"]),
     "tuple_type": lambda _: "a list",
     "model_type": lambda _: "a table of keys",
     "model_attributes_type": lambda _: "a name or a table of keys",
@@ -109,6 +122,7 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
     "multiple_of": lambda c: f"a multiple of {c['multiple_of']}",
     "too_short": lambda c: f"at least {c['min_length']} items",
     "too_long": lambda c: f"at most {c['max_length']} items",
+    "string_too_short": lambda c: "some text",
     "string_too_long": lambda c: f"at most {c['max_length']} characters",
     "string_pattern_mismatch": lambda c: PATTERNS[c["pattern"]],
 }

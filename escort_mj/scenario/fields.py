@@ -56,7 +56,7 @@ PATTERNS = {
 }
 
 
-def _named(key: str, default: str | None = None) -> Any:
+def named(key: str, default: str | None = None) -> Any:
     """Lets `chords` stand for `{behavior: chords}`, and a table without the name for the default's."""
 
     def expand(value: Any) -> Any:
@@ -75,16 +75,16 @@ LawName = Literal[tuple(law.model_fields["law"].default for law in LAWS)]  # typ
 Behavior = Annotated[
     BehaviorParameters,
     Field(discriminator="behavior"),
-    BeforeValidator(_named("behavior"), json_schema_input_type=BehaviorName | BehaviorParameters),
+    BeforeValidator(named("behavior"), json_schema_input_type=BehaviorName | BehaviorParameters),
 ]
 Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]
 Law = Annotated[
     LawParameters,
     Field(discriminator="law"),
-    BeforeValidator(_named("law", "apd_smc"), json_schema_input_type=LawName | LawParameters),
+    BeforeValidator(named("law", "apd_smc"), json_schema_input_type=LawName | LawParameters),
 ]
 OuterLoop = Annotated[
     OuterLoopParameters,
     Field(discriminator="loop"),
-    BeforeValidator(_named("loop", "nsb"), json_schema_input_type=LoopName | OuterLoopParameters),
+    BeforeValidator(named("loop", "nsb"), json_schema_input_type=LoopName | OuterLoopParameters),
 ]

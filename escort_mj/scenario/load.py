@@ -18,6 +18,7 @@ from escort_mj.scenario.schema import Scenario
 
 MAX_BYTES = 1_000_000
 MOST_FAULTS = 100
+NO_DEMAND = {"sanity": "all"}  # an expectation that nothing can be wrong with stands in for a wrong one
 
 
 def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:
@@ -127,6 +128,17 @@ def read_text(path: FilePath) -> str:
     return _decoded(_content(path), os.fspath(path))
 
 
+def expectation_lines(path: FilePath) -> list[int]:
+    """The line of each expectation of a scenario file, from 1; empty where they cannot be told."""
+    try:
+        document = read(read_text(path), str(path))
+    except (UsageError, ScenarioError):
+        return []
+    data = document.data.get("expect") if isinstance(document.data, dict) else None
+    items = data if isinstance(data, list) else []
+    return [document.place(("expect", place)).line for place in range(len(items))]
+
+
 def _content(path: FilePath) -> bytes:
     if not path.exists():
         folder = path.parent
@@ -167,9 +179,14 @@ def _checked(data: dict[str, Any]) -> tuple[Scenario | None, list[Finding]]:
         return scenario, checks.findings(scenario)
     if version := [finding for finding in found if finding.path == ("version",)]:
         return None, version  # another version has other keys: nothing else can be said
+    rest = {key: value for key, value in data.items() if (key,) not in {finding.path for finding in found}}
     wrong = {str(finding.path[0]) for finding in found}
-    rest = Scenario.model_validate(tuples({k: v for k, v in data.items() if k not in wrong}), strict=True)
-    return None, found + checks.findings(rest, wrong)
+    if isinstance(rest.get("expect"), list):  # expectations do not depend on each other
+        bad = {finding.path[1] for finding in found if finding.path[0] == "expect"}
+        rest["expect"] = [NO_DEMAND if i in bad else one for i, one in enumerate(rest["expect"])]
+        wrong.discard("expect")
+    rest = {key: value for key, value in rest.items() if key not in wrong}
+    return None, found + checks.findings(Scenario.model_validate(tuples(rest), strict=True), wrong)
 
 
 def tuples(data: Any) -> Any:

@@ -7,10 +7,11 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 
+from escort_mj.scenario.expectations import Demand, tag_of_kind
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.schema import Scenario
 
-TAGS = ("behavior", "law", "loop")  # keys that tell apart the tables which may stand in one place
+TAGS = ("behavior", "law", "loop", "kind")  # keys that tell apart the tables which may stand in one place
 
 
 class Location(NamedTuple):
@@ -74,7 +75,19 @@ def models(annotation: Any) -> list[type[BaseModel]]:
 
 def tag_of(model: type[BaseModel]) -> tuple[str, str] | None:
     """The key that says which of several tables this one is, and the name that it says."""
-    return next(((tag, model.model_fields[tag].default) for tag in TAGS if tag in model.model_fields), None)
+    for tag in TAGS:
+        field = model.model_fields.get(tag)
+        if field is not None and len(get_args(field.annotation)) == 1:  # one name: others have a choice there
+            return tag, field.default
+    return None
+
+
+def member_name(model: type[BaseModel]) -> str | None:
+    """What a table is called among those that may stand in its place; None where it is the only one."""
+    if issubclass(model, Demand):
+        return tag_of_kind(model.kind)
+    tag = tag_of(model)
+    return tag[1] if tag else None
 
 
 def _alternative(annotation: Any, name: str | int) -> Any:
@@ -88,7 +101,7 @@ def _alternative(annotation: Any, name: str | int) -> Any:
 
 
 def _member(tables: list[type[BaseModel]], name: str | int) -> type[BaseModel] | None:
-    return next((table for table in tables if (tag := tag_of(table)) and tag[1] == name), None)
+    return next((table for table in tables if member_name(table) == name), None)
 
 
 def _item(annotation: Any) -> Any:

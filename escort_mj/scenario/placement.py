@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.kinds import MOST_MOTORS, Kind
 from escort_mj.scenario.obstacles import obstacles_of
-from escort_mj.scenario.schema import RandomPlacement, Scenario
+from escort_mj.scenario.robots import Actuators, RandomPlacement
+from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.trajectory import target_trajectory
 
 Array = NDArray[np.float64]
@@ -17,6 +20,8 @@ Array = NDArray[np.float64]
 DEFAULT_COUNT = {2: 5}  # the paper's teams; in more axes a cross-polytope: two robots an axis
 TRIES_PER_ROBOT = 2000
 TRIES_AT_ONCE = 4
+GAINS = 1  # stream of random numbers beside that of positions, with the same seed
+STANDARD_GRAVITY = 9.81
 
 
 class Team(NamedTuple):
@@ -27,12 +32,58 @@ class Team(NamedTuple):
         mass: Shape (n,) [kg].
         radius: Shape (n,) [m].
         force_limit: Largest force per axis, shape (n,) [N]; inf for none.
+        kind: What each is.
+        actuators: What the motors of each do to commands.
+        gains: Gain of each of their motors, 1 for what the controller believes.
     """
 
     position: Array
     mass: Array
     radius: Array
     force_limit: Array
+    kind: tuple[Kind, ...]
+    actuators: tuple[Actuators, ...]
+    gains: tuple[Array, ...]
+
+    @property
+    def height(self) -> float:
+        """Height at which a planar mission happens [m]: what hangs below robots clears the floor."""
+        return max(kind.height(radius) for kind, radius in zip(self.kind, self.radius, strict=True))
+
+    @property
+    def coordinates(self) -> int:
+        """Number of generalized positions of all robots."""
+        return coordinates_of(self.kind, self.position.shape[1])
+
+
+def coordinates_of(kinds: Sequence[Kind], axes: int) -> int:
+    """Number of generalized positions of robots of these kinds in a mission of so many axes."""
+    return sum(kind.coordinates(axes) for kind in kinds)
+
+
+def kinds_of(scenario: Scenario) -> tuple[Kind, ...]:
+    """What each robot is."""
+    kinds = [scenario.robots.kind] * robot_count(scenario)
+    for override in scenario.robots.overrides:
+        kinds[override.robot - 1] = override.kind or kinds[override.robot - 1]
+    return tuple(kinds)
+
+
+def gravity_of(scenario: Scenario) -> tuple[float, ...]:
+    """Gravity, world frame, shape (3,) [m/s^2]: as told, or downward where the kind of a robot needs it."""
+    if scenario.physics.gravity is not None:
+        return scenario.physics.gravity
+    return (0.0, 0.0, -STANDARD_GRAVITY if any(kind.needs_gravity for kind in kinds_of(scenario)) else 0.0)
+
+
+def _gains(seed: int, kinds: Sequence[Kind], actuators: Sequence[Actuators], axes: int) -> tuple[Array, ...]:
+    """Gain of each motor of each robot; a robot's are the same whatever the others are."""
+    random = np.random.Generator(np.random.Philox([seed, GAINS]))
+    drawn = 2.0 * random.random((len(kinds), MOST_MOTORS)) - 1.0
+    return tuple(
+        1.0 + each.gain_error * row[: kind.motors(axes)] if each.gains is None else np.array(each.gains)
+        for kind, each, row in zip(kinds, actuators, drawn, strict=True)
+    )
 
 
 def robot_count(scenario: Scenario) -> int:
@@ -55,6 +106,7 @@ def team(scenario: Scenario) -> Team:
     mass = np.full(count, robots.mass)
     radius = np.full(count, robots.radius)
     force_limit = np.full(count, np.inf if robots.force_limit is None else robots.force_limit)
+    actuators = [robots.actuators] * count
     position = np.full((count, scenario.axes), np.nan)
     if robots.positions is not None:
         position[:] = robots.positions
@@ -63,11 +115,14 @@ def team(scenario: Scenario) -> Team:
         mass[robot] = override.mass or mass[robot]
         radius[robot] = override.radius or radius[robot]
         force_limit[robot] = override.force_limit or force_limit[robot]
+        actuators[robot] = override.actuators or actuators[robot]
         if override.position is not None:
             position[robot] = override.position
     if robots.positions is None:
         _place(scenario, position, radius)
-    return Team(position, mass, radius, force_limit)
+    kinds = kinds_of(scenario)
+    gains = _gains(scenario.seed, kinds, actuators, scenario.axes)
+    return Team(position, mass, radius, force_limit, kinds, tuple(actuators), gains)
 
 
 def _place(scenario: Scenario, position: Array, radius: Array) -> None:

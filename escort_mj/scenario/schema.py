@@ -7,32 +7,29 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
+from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.control.behaviors import AvoidObstacles, Surface, Vertices
-from escort_mj.control.failure import Failure
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
+from escort_mj.scenario.expectations import Expectation
 from escort_mj.scenario.fields import (
     BODY_NAME,
     RUN_NAME,
     Behaviors,
     Component,
-    Force,
     Law,
-    Mass,
     OuterLoop,
     Radius,
     Vector,
 )
-from escort_mj.signals import METRIC_NAMES
+from escort_mj.scenario.robots import Robots
+from escort_mj.scenario.sensing import Sensing
 
-MAX_ROBOTS = 5000
 MAX_AXES = 9
-RobotKind = Literal["point_mass", "rolling_sphere"]
 
 
 class Physics(Parameters):
@@ -45,7 +42,7 @@ class Physics(Parameters):
     solver: Literal["newton", "cg", "pgs"] = "newton"
     """MuJoCo's constraint solver."""
     gravity: Annotated[Vector, Field(min_length=3, max_length=3)] | None = None
-    """Gravity, world frame [m/s^2]; null: 9.81 downward where robots roll on the floor, else none."""
+    """Gravity, world frame [m/s^2]; null: 9.81 downward where a robot's kind needs it, else none."""
 
 
 class Waypoint(Parameters):
@@ -68,55 +65,6 @@ class Target(Parameters):
     """Between waypoints: straight at constant speed, or a cubic spline that starts and ends at rest."""
     radius: Radius = 0.3
     """Radius of its body [m]."""
-
-
-class RandomPlacement(Parameters):
-    """Positions drawn from the scenario's seed: uniform in a ball (a disc when axes is 2)."""
-
-    within: Radius
-    """Radius of the ball [m]."""
-    center: Vector | None = None
-    """Center of the ball [m]; null: the target's position at the start."""
-    least_gap: NonNegativeFloat = 1.0
-    """Least surface-to-surface distance between robots, and from robots to obstacles and target [m]."""
-
-
-class RobotOverride(Parameters):
-    """What one robot has different from its team."""
-
-    robot: PositiveInt
-    """Which robot, counted from 1."""
-    mass: Mass | None = None
-    """Mass [kg]."""
-    radius: Radius | None = None
-    """Radius [m]."""
-    force_limit: Force | None = None
-    """Largest force per axis [N]."""
-    position: Vector | None = None
-    """Initial position [m]."""
-
-
-class Robots(Parameters):
-    """The team of robots."""
-
-    count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
-    """Number of robots; null: as many as `positions` has, or else 5 where axes is 2, else twice the axes."""
-    kind: RobotKind = "point_mass"
-    """`point_mass` slides freely along each axis; `rolling_sphere` rolls on the floor (axes 2)."""
-    mass: Mass = 1.0
-    """Mass of each [kg]."""
-    radius: Radius = 0.2
-    """Radius of each body [m]."""
-    force_limit: Force | None = 10.0
-    """Largest force of each motor, one motor per axis [N]; null: no limit."""
-    positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
-    """Initial positions, one row per robot [m]; null: drawn as `placement` says."""
-    placement: RandomPlacement | None = None
-    """How to draw initial positions; null: within twice the mission's radius of the target."""
-    overrides: tuple[RobotOverride, ...] = ()
-    """Robots that differ from the team."""
-    failures: tuple[Failure, ...] = ()
-    """Robots whose motors fail during the mission."""
 
 
 class Obstacle(Parameters):
@@ -170,20 +118,9 @@ class Mission(Parameters):
     """Largest reference speed [m/s], spent by priority; null: no limit (the paper)."""
 
 
-class Noise(Parameters):
-    """Measurement noise, uniform in a ball, drawn anew for every robot at every step."""
-
-    position: NonNegativeFloat = 0.0
-    """Radius of the ball for positions [m]."""
-    velocity: NonNegativeFloat = 0.0
-    """Radius of the ball for velocities [m/s]."""
-
-
 class Uncertainty(Parameters):
     """What the controller is not told."""
 
-    noise: Noise = Noise()
-    """Measurement noise."""
     disturbance: tuple[Component, ...] | None = None
     """External force on every robot, per axis [N]: numbers, or expressions in t; null: none."""
 
@@ -213,21 +150,6 @@ class Video(Parameters):
     """`overview` frames the whole mission, `follow` goes with the target, `top` looks down."""
 
 
-class Expectation(Parameters):
-    """A bound on one metric, over the whole run or a window of it; a verdict says whether it held."""
-
-    metric: Literal[METRIC_NAMES]  # type: ignore[valid-type]
-    """Which metric."""
-    at_most: float | None = None
-    """Upper bound, in the metric's unit."""
-    at_least: float | None = None
-    """Lower bound, in the metric's unit."""
-    after: NonNegativeFloat = 0.0
-    """Start of the window [s]."""
-    before: PositiveFloat | None = None
-    """End of the window [s]; null: the end of the run."""
-
-
 class Scenario(Parameters):
     """One mission: everything that a run depends on."""
 
@@ -238,7 +160,7 @@ class Scenario(Parameters):
     description: Annotated[str, Field(max_length=2000)] = ""
     """What the scenario is for."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
-    """Seed of all randomness: positions and noise."""
+    """Seed of all randomness: positions, and errors of measurements."""
     duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0
     """Simulated time [s]."""
     axes: Annotated[int, Field(ge=2, le=MAX_AXES)] = 2
@@ -255,6 +177,8 @@ class Scenario(Parameters):
     """What the robots are to do: the outer loop."""
     controller: Law = ApdSmc()
     """How they do it: the inner loop's law, its name or a table with its gains (law: apd_smc if left out)."""
+    sensing: Sensing = Sensing()
+    """What robots measure, and how well."""
     uncertainty: Uncertainty = Uncertainty()
     """What the controller is not told."""
     recording: Recording = Recording()

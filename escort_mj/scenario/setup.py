@@ -15,6 +15,7 @@ from escort_mj.control.thomson import Figure, figure
 from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.sensing import sensors
 from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory
 
 
@@ -28,7 +29,6 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
     robots = team(scenario) if robots is None else robots
     target = target_trajectory(scenario)
     obstacles = obstacles_of(scenario)
-    noise = scenario.uncertainty.noise
     return Setup(
         timestep=scenario.physics.timestep,
         seed=scenario.seed,
@@ -44,8 +44,7 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         obstacle_radius=np.array([body.bounding_radius for body in obstacles], dtype=float),
         robot_radius=robots.radius,
         force_limit=robots.force_limit,
-        noise_position=noise.position,
-        noise_velocity=noise.velocity,
+        sensing=sensors(scenario.sensing),
         target=target,
         disturbance=disturbance_trajectory(scenario),
         failures=scenario.robots.failures,

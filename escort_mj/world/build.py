@@ -13,22 +13,21 @@ from escort_mj import palette
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
+from escort_mj.scenario.bodies import Bodies, bodies_of
 from escort_mj.scenario.obstacles import obstacles_of
-from escort_mj.scenario.placement import Team, team
+from escort_mj.scenario.placement import Team, gravity_of, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
-from escort_mj.signals import axis_names, truth_sizes
+from escort_mj.signals import truth_sizes
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import graft, load_part, new_root
-from escort_mj.world.stages import IN_SPACE, Stage, corners, robot_steps, stages_of
-from escort_mj.world.wiring import Group, wire
+from escort_mj.world.robots import add_robots
+from escort_mj.world.stages import IN_SPACE, THIN, Stage, corners, stages_of
+from escort_mj.world.wiring import thickness, wire
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
-STANDARD_GRAVITY = 9.81
 PATH_SAMPLES = 500
-THIN = 0.012  # of the mission's radius: rails and bars of an abacus
-RAIL = [0.72, 0.74, 0.77, 1.0]
 MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 
@@ -41,6 +40,8 @@ class World:
         xml: The same model as MJCF text, to open in any MuJoCo viewer.
         setup: What the controller is told.
         team: The robots.
+        bodies: What can touch.
+        thickness: Least extent of each body, shape (bodies,) [m].
         stride: Physics steps between two recorded samples.
         sizes: Size of each dimension of the record.
     """
@@ -49,6 +50,8 @@ class World:
     xml: str
     setup: Setup
     team: Team
+    bodies: Bodies
+    thickness: NDArray[np.float64]
     stride: int
     sizes: dict[str, int]
 
@@ -62,7 +65,6 @@ def build(scenario: Scenario) -> World:
     robots = team(scenario)
     setup = controller_setup(scenario, robots)
     stride = round(1.0 / (scenario.recording.rate * scenario.physics.timestep))
-    coordinates = len(robots.mass) * (7 if scenario.robots.kind == "rolling_sphere" else scenario.axes)
 
     root = new_root("arena", "mission")
     _set_physics(root, scenario)
@@ -70,7 +72,7 @@ def build(scenario: Scenario) -> World:
         floor = load_part("floor").find("geom", "floor")
         graft(floor, root.worldbody, "floor")
     stages = _stages(scenario, setup, robots)
-    _add_robots(root, scenario, robots, stages)
+    add_robots(root, robots, gravity_of(scenario), stages, scenario.mission.radius)
     _add_obstacles(root, scenario, stages, len(robots.mass))
     target = _add_target(root, scenario, setup.target.position(0.0), stages, len(robots.mass))
     low, high = corners(stages)
@@ -84,21 +86,34 @@ def build(scenario: Scenario) -> World:
         for geom in root.find_all("geom"):
             geom.contype = geom.conaffinity = 0
 
-    plan = pack(setup, stride, coordinates, scenario.recording.truth)
+    bodies = bodies_of(scenario)
+    watched = len(bodies.watched)
+    plan = pack(setup, stride, robots.coordinates, scenario.recording.truth, watched, bodies.columns)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
     _add_numbers(root, "escort_plan", plan)
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
-    _add_numbers(root, "escort_wiring", wire(model, len(robots.mass), stages))
+    wiring = wire(model, robots, gravity_of(scenario), stages, bodies.names)
+    _add_numbers(root, "escort_wiring", wiring)
     xml = root.to_xml_string()
     sizes = {
         "robot": len(robots.mass),
         "axis": scenario.axes,
         "obstacle": len(setup.obstacle_radius),
         "behavior": len(setup.kinds),
-        "coordinate": coordinates,
+        "coordinate": robots.coordinates,
+        "group": watched,
     } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
-    return World(mujoco.MjModel.from_xml_string(xml), xml, setup, robots, stride, sizes)
+    return World(
+        mujoco.MjModel.from_xml_string(xml),
+        xml,
+        setup,
+        robots,
+        bodies,
+        thickness(model, bodies.names),
+        stride,
+        sizes,
+    )
 
 
 def _add_numbers(root: Any, name: str, numbers: NDArray[Any]) -> None:
@@ -117,8 +132,7 @@ def _set_physics(root: Any, scenario: Scenario) -> None:
     root.option.timestep = physics.timestep
     root.option.integrator = INTEGRATORS[physics.integrator]
     root.option.solver = SOLVERS[physics.solver]
-    rolls = scenario.robots.kind == "rolling_sphere"
-    root.option.gravity = physics.gravity or [0.0, 0.0, -STANDARD_GRAVITY if rolls else 0.0]
+    root.option.gravity = gravity_of(scenario)
     root.option.flag.autoreset = "disable"
 
 
@@ -129,64 +143,8 @@ def _stages(scenario: Scenario, setup: Setup, robots: Team) -> list[Stage]:
     centers = np.vstack([path, robots.position, setup.obstacle_position])
     around = np.concatenate([np.full(len(path), reach), robots.radius, setup.obstacle_radius])[:, None]
     low, high = (centers - around).min(axis=0), (centers + around).max(axis=0)
-    height = scenario.robots.radius if scenario.axes == 2 else 0.0
+    height = robots.height if scenario.axes == 2 else 0.0
     return stages_of(low, high, height, scenario.mission.radius, robots.radius.max(), len(robots.mass))
-
-
-def _add_robots(root: Any, scenario: Scenario, robots: Team, stages: list[Stage]) -> None:
-    """The bodies of each robot, one for each stage, and its motors."""
-    part = load_part(scenario.robots.kind)
-    count = len(robots.mass)
-    for i, (steps, position) in enumerate(zip(robot_steps(count), robots.position, strict=True)):
-        for stage in stages:
-            place = stage.place(position, steps)
-            if scenario.robots.kind == "rolling_sphere":
-                place[2] = robots.radius[i]  # it stands on the floor
-            _add_body(root, part, f"robot_{i + 1}", stage, place, position, robots, i)
-            if stage.is_abacus:
-                _add_rail(root, f"robot_{i + 1}_rail", stage, steps, scenario.mission.radius)
-
-
-def _add_body(
-    root: Any,
-    part: Any,
-    robot: str,
-    stage: Stage,
-    place: NDArray[Any],
-    position: NDArray[Any],
-    robots: Team,
-    i: int,
-) -> None:
-    """One body of a robot with its motors; every body has all of the robot's mass."""
-    name = robot + stage.suffix
-    unused = tuple(set("xyz") - set(stage.directions))
-    body = graft(part.find("body", "robot"), root.worldbody, name, skip=unused)
-    body.pos = place
-    body.find("geom", f"{name}_body").set_attributes(
-        size=[robots.radius[i]],
-        mass=robots.mass[i],
-        rgba=[*palette.robot_color(i, len(robots.mass)), 1.0],
-        group=stage.number,
-    )
-    names = axis_names(robots.position.shape[1])[stage.axes]
-    for direction, axis, start in zip(stage.directions, names, position[stage.axes], strict=True):
-        motor = part.find("actuator", direction)
-        joint = body.find("joint", f"{name}_{motor.joint.name}")
-        if joint.tag == "joint":
-            joint.name = f"{robot}_{axis}"
-            joint.ref = start
-        copy = root.actuator.add("motor", name=f"{robot}_{axis}", joint=joint.name, gear=motor.gear)
-        if np.isfinite(robots.force_limit[i]):
-            copy.forcerange = [-robots.force_limit[i], robots.force_limit[i]]
-
-
-def _add_rail(root: Any, name: str, stage: Stage, robot: float, radius: float) -> None:
-    """The column of an abacus along which a robot's body slides, only to be seen."""
-    foot, top = stage.place_at(stage.low[2], robot), stage.place_at(stage.high[2], robot)
-    root.worldbody.add(
-        "geom", name=name, type="capsule", fromto=[*foot, *top], size=[THIN * radius], rgba=RAIL,
-        group=stage.number,
-    )  # fmt: skip
 
 
 def _add_obstacles(root: Any, scenario: Scenario, stages: list[Stage], count: int) -> None:
@@ -228,4 +186,4 @@ def _add_target(root: Any, scenario: Scenario, start: NDArray[Any], stages: list
     return root.find("body", "target")
 
 
-__all__ = ["Group", "World", "build"]
+__all__ = ["World", "build"]

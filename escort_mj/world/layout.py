@@ -88,6 +88,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     for field in MODEL_ARRAYS:
         _compare("mjModel", field, model._address, ctypes.c_void_p, getattr(model, field).ctypes.data)
     _compare("mjModel", "nnumericdata", model._address, ctypes.c_int, model.nnumericdata)
+    _compare("mjModel", "nv", model._address, ctypes.c_int, model.nv)
     _compare("mjData", "time", data._address, ctypes.c_double, data.time)
     _check_contacts()
 
@@ -114,12 +115,16 @@ def _check_contacts() -> None:
     _compare("mjData", "ncon", data._address, ctypes.c_int, data.ncon)
     _compare("mjModel", "opt.cone", model._address, ctypes.c_int, model.opt.cone)
     _compare("mjData", "efc_force", data._address, ctypes.c_void_p, data.efc_force.ctypes.data)
+    _compare("mjData", "efc_vel", data._address, ctypes.c_void_p, data.efc_vel.ctypes.data)
     _compare("mjData", "contact", data._address, ctypes.c_void_p, data.contact.dist.ctypes.data)
     first = ctypes.c_void_p.from_address(data._address + offset("mjData", "contact")).value or 0
     for index in range(data.ncon):
         address, contact = first + index * ctypes.sizeof(structure("mjContact")), data.contact[index]
         _compare("mjContact", "dim", address, ctypes.c_int, contact.dim)
         _compare("mjContact", "efc_address", address, ctypes.c_int, contact.efc_address)
+        _compare("mjContact", "dist", address, ctypes.c_double, contact.dist)
+        for k in range(3):
+            _compare("mjContact", "frame", address, ctypes.c_double, contact.frame[k], k)
         for side, geom in enumerate(contact.geom):
             _compare("mjContact", "geom", address, ctypes.c_int, geom, side)
 

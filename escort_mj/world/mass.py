@@ -11,6 +11,32 @@ INT = 4  # bytes
 
 
 @inlined
+def kinetic_energy(
+    mass: int, row_sizes: int, row_starts: int, columns: int, velocities: int, count: int
+) -> float:
+    """Kinetic energy v M v / 2 of all degrees of freedom [J].
+
+    Args:
+        mass: Address of `mjData.M`, the entries.
+        row_sizes: Address of `mjModel.M_rownnz`, entries in each row.
+        row_starts: Address of `mjModel.M_rowadr`, first entry of each row.
+        columns: Address of `mjModel.M_colind`, column of each entry.
+        velocities: Address of `mjData.qvel`.
+        count: Number of degrees of freedom.
+    """
+    energy = 0.0
+    for row in range(count):
+        momentum = 0.0
+        start = int_at(row_starts + INT * row)
+        for entry in range(start, start + int_at(row_sizes + INT * row)):
+            column = int_at(columns + INT * entry)
+            share = 0.5 if column == row else 1.0
+            momentum += share * double_at(mass + DOUBLE * entry) * double_at(velocities + DOUBLE * column)
+        energy += momentum * double_at(velocities + DOUBLE * row)
+    return energy
+
+
+@inlined
 def mass_block(
     mass: int,
     row_sizes: int,

@@ -49,8 +49,11 @@ def graft(source: Any, parent: Any, prefix: str, skip: tuple[str, ...] = ()) -> 
     for key, value in attributes.items():
         if isinstance(value, mjcf.Element):
             attributes[key] = value.name
-    copy = parent.add(source.tag, name=prefix, **attributes)
+    if hasattr(source, "name"):
+        attributes["name"] = prefix
+    copy = parent.add(source.tag, **attributes)
     for child in source.all_children():
-        if getattr(child, "name", None) not in skip or child.name is None:
-            graft(child, copy, f"{prefix}_{child.name}" if child.name else prefix)
+        name = getattr(child, "name", None)
+        if name is None or name not in skip:
+            graft(child, copy, f"{prefix}_{name}" if name else prefix)
     return copy

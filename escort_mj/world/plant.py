@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.plan import State, unpack_state
-from escort_mj.signals import record_size
+from escort_mj.signals import EPISODE, record_size
 from escort_mj.world import layout
 from escort_mj.world.build import World
+from escort_mj.world.contacts import ENDED, TURN, UNDER_WAY
 from escort_mj.world.properties import MassProperties
 from escort_mj.world.wiring import behind, unpack_wiring
+
+Array = NDArray[np.float64]
 
 
 class Plant:
@@ -21,13 +24,16 @@ class Plant:
         world: What is simulated.
         data: MuJoCo's data; the controller's state lives in its `userdata`.
         record: The record of the last evaluation of the law, see `signals.py`; a view, shape (record_size,).
+        state: Views of the controller's whole state.
     """
 
     def __init__(self, world: World) -> None:
         self.world = world
         self.data = mujoco.MjData(world.model)
         layout.check(world.model, self.data)
-        self.record: NDArray[np.float64] = self.data.userdata[: record_size(world.sizes)]
+        self.record: Array = self.data.userdata[: record_size(world.sizes)]
+        plan, memory = world.model.numeric_data, self.data.userdata
+        self.state: State = unpack_state(plan.ctypes.data, memory.ctypes.data, world.setup.axes)
         self.properties = MassProperties(world.model) if world.sizes["truth"] else None
         dofs = unpack_wiring(behind(world.model.numeric_data.ctypes.data), world.setup.axes).dof_address
         self._trees = world.model.dof_treeid[dofs.astype(int)]
@@ -49,10 +55,22 @@ class Plant:
         mujoco.mj_resetData(self.world.model, self.data)
 
     @property
-    def state(self) -> State:
-        """Views of the controller's whole state."""
-        plan, memory = self.world.model.numeric_data, self.data.userdata
-        return unpack_state(plan.ctypes.data, memory.ctypes.data, self.world.setup.axes)
+    def has_ended(self) -> bool:
+        """Whether contact episodes have ended since `ended` was asked."""
+        return bool(self.state.tally[ENDED])
+
+    def ended(self) -> Array:
+        """Takes the contact episodes that have ended off the log, shape (k, len(signals.EPISODE))."""
+        tally = self.state.tally
+        rows = self.state.episodes[: int(tally[ENDED])].copy()
+        tally[ENDED] = 0.0
+        return rows
+
+    def under_way(self) -> Array:
+        """The contact episodes that go on, as far as they have come, shape (k, len(signals.EPISODE))."""
+        tally = self.state.tally
+        rows = self.state.touches[int(tally[TURN]) % 2, : int(tally[UNDER_WAY]), : len(EPISODE)]
+        return np.array(rows)
 
     def warnings(self) -> dict[str, int]:
         """How often MuJoCo warned so far, by the warning's name."""

@@ -12,17 +12,19 @@ import mujoco
 
 from escort_mj.control.controller import evaluate
 from escort_mj.control.plan import MAGIC, State, unpack_plan, unpack_state
-from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, merged, pointer_at, vector_at
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, kernel, merged, pointer_at, vector_at
+from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps
 from escort_mj.world.layout import offset, structure
-from escort_mj.world.mass import INT, mass_block
+from escort_mj.world.mass import INT, kinetic_energy, mass_block
+from escort_mj.world.motors import command_motors
 from escort_mj.world.stages import IN_SPACE
 from escort_mj.world.truth import observe
-from escort_mj.world.watch import overlaps, watch
+from escort_mj.world.watch import again, watch
 from escort_mj.world.wiring import Wiring, behind, unpack_wiring
 
 MODEL_NUMBERS = offset("mjModel", "nnumericdata")
 MODEL_NUMERIC = offset("mjModel", "numeric_data")
-MODEL_CONE = offset("mjModel", "opt.cone")
+MODEL_CONE, MODEL_FREEDOMS = offset("mjModel", "opt.cone"), offset("mjModel", "nv")
 DATA_TIME, DATA_USERDATA = offset("mjData", "time"), offset("mjData", "userdata")
 DATA_QPOS, DATA_QVEL, DATA_CTRL = offset("mjData", "qpos"), offset("mjData", "qvel"), offset("mjData", "ctrl")
 DATA_APPLIED, DATA_MOCAP = offset("mjData", "qfrc_applied"), offset("mjData", "mocap_pos")
@@ -30,11 +32,13 @@ DATA_MASS, DATA_BIAS = offset("mjData", "M"), offset("mjData", "qfrc_bias")
 DATA_ACCELERATION = offset("mjData", "qacc")
 MODEL_ROW_SIZES, MODEL_ROW_STARTS = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
 MODEL_COLUMNS = offset("mjModel", "M_colind")
-DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "actuator_force"), offset("mjData", "efc_force")
+DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "qfrc_actuator"), offset("mjData", "efc_force")
+DATA_EFC_VELOCITY = offset("mjData", "efc_vel")
 DATA_NCON, DATA_CONTACT = offset("mjData", "ncon"), offset("mjData", "contact")
 CONTACT_SIZE = ctypes.sizeof(structure("mjContact"))
 CONTACT_DIM, CONTACT_GEOMS = offset("mjContact", "dim"), offset("mjContact", "geom")
-CONTACT_EFC = offset("mjContact", "efc_address")
+CONTACT_EFC, CONTACT_DISTANCE = offset("mjContact", "efc_address"), offset("mjContact", "dist")
+CONTACT_NORMAL = offset("mjContact", "frame")
 PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
 
 
@@ -56,7 +60,7 @@ def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
         )  # fmt: skip
         bias = vector_at(pointer_at(d + DATA_BIAS) + DOUBLE * first, p)
         for k in range(p):
-            state.model_bias[i, k] = bias[k]
+            state.model_bias[i, k] = bias[k] - wiring.lift[i, k]
 
 
 @merged
@@ -69,7 +73,7 @@ def control(m: int, d: int, axes: int) -> None:
     n, p = state.q.shape
     nq = state.qpos.shape[0]
     qpos = vector_at(pointer_at(d + DATA_QPOS), nq)
-    qvel = vector_at(pointer_at(d + DATA_QVEL), nq)
+    qvel = vector_at(pointer_at(d + DATA_QVEL), nq)  # of which there are no more
     state.time[0] = double_at(d + DATA_TIME)
     for c in range(nq):
         state.qpos[c] = qpos[c]
@@ -80,11 +84,10 @@ def control(m: int, d: int, axes: int) -> None:
     if state.model_bias.shape[0] > 0:
         tell_model(m, d, wiring, state)
     evaluate(plan, state)
-    ctrl = vector_at(pointer_at(d + DATA_CTRL), n * p)
+    command_motors(pointer_at(d + DATA_CTRL), qpos, qvel, plan, state, wiring)
     applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
     for i in range(n):
         for k in range(p):
-            ctrl[i * p + k] = state.command[i, k]
             applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
     mocap = pointer_at(d + DATA_MOCAP)
     for k in range(p):  # where it will be when MuJoCo next looks
@@ -101,10 +104,10 @@ def look(m: int, d: int, axes: int) -> None:
     state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
     wiring = unpack_wiring(behind(numbers), axes)
     n, p = state.q.shape
-    applied = vector_at(pointer_at(d + DATA_FORCE), n * p)
+    applied = vector_at(pointer_at(d + DATA_FORCE), state.qpos.shape[0])
     for i in range(n):
         for k in range(p):
-            state.force[i, k] = applied[i * p + k]
+            state.force[i, k] = applied[int(wiring.dof_address[i]) + k] - wiring.lift[i, k]
     if plan.truth:
         observe(
             plan,
@@ -117,27 +120,53 @@ def look(m: int, d: int, axes: int) -> None:
             pointer_at(d + DATA_BIAS),
             pointer_at(d + DATA_ACCELERATION),
         )
-    touching, largest = 0, 0.0
+    if again(plan, state):
+        return
     if axes > IN_SPACE:
-        touching = overlaps(plan, state, wiring.target_radius)
-    count = int_at(d + DATA_NCON)
-    if count > 0:
-        group = wiring.geom_group
-        first = pointer_at(d + DATA_CONTACT)
-        forces = pointer_at(d + DATA_EFC_FORCE)
-        for c in range(count):
-            contact = first + c * CONTACT_SIZE
-            efc = int_at(contact + CONTACT_EFC)
-            geom1, geom2 = int_at(contact + CONTACT_GEOMS), int_at(contact + CONTACT_GEOMS + INT)
-            if efc < 0 or geom1 < 0 or geom2 < 0 or group[geom1] == 0.0 or group[geom2] == 0.0:
-                continue
-            if touching < state.touching.shape[1]:
-                state.touching[1, touching] = geom1 * group.shape[0] + geom2
-            touching += 1
-            dim = int_at(contact + CONTACT_DIM)
-            rows = 2 * (dim - 1) if int_at(m + MODEL_CONE) == PYRAMIDAL and dim > 1 else 1
-            normal = 0.0
-            for row in range(rows):
-                normal += double_at(forces + DOUBLE * (efc + row))
-            largest = max(largest, normal)
-    watch(plan, state, touching, largest)
+        begin(state)
+        touch_overlaps(plan, state, wiring.target_radius)
+        settle(state, state.time[0], plan.timestep)
+    elif int_at(d + DATA_NCON) > 0 or state.tally[UNDER_WAY] > 0.0:
+        begin(state)
+        look_at_contacts(m, d, state, wiring)
+        settle(state, state.time[0], plan.timestep)
+    energy = kinetic_energy(
+        pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
+        pointer_at(m + MODEL_COLUMNS), pointer_at(d + DATA_QVEL), int_at(m + MODEL_FREEDOMS),
+    )  # fmt: skip
+    watch(plan, state, wiring.target_radius, energy)
+
+
+@kernel
+def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
+    """Notes MuJoCo's contacts of the solved step, each with its pair of bodies.
+
+    The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
+    its normal velocity (their mean: in a pyramid's rows what is tangential cancels). The target moves without
+    a velocity of MuJoCo's: its own is added.
+    """
+    target, p = state.q.shape[0], state.q.shape[1]
+    body = wiring.geom_body
+    first = pointer_at(d + DATA_CONTACT)
+    forces, velocities = pointer_at(d + DATA_EFC_FORCE), pointer_at(d + DATA_EFC_VELOCITY)
+    pyramidal = int_at(m + MODEL_CONE) == PYRAMIDAL
+    for c in range(int_at(d + DATA_NCON)):
+        contact = first + c * CONTACT_SIZE
+        efc, distance = int_at(contact + CONTACT_EFC), double_at(contact + CONTACT_DISTANCE)
+        geom1, geom2 = int_at(contact + CONTACT_GEOMS), int_at(contact + CONTACT_GEOMS + INT)
+        if efc < 0 or geom1 < 0 or geom2 < 0 or distance > 0.0:
+            continue
+        body1, body2 = int(body[geom1]), int(body[geom2])
+        if body1 < 0 or body2 < 0 or body1 == body2:
+            continue
+        dim = int_at(contact + CONTACT_DIM)
+        rows = 2 * (dim - 1) if pyramidal and dim > 1 else 1
+        force, opening = 0.0, 0.0
+        for row in range(efc, efc + rows):
+            force += double_at(forces + DOUBLE * row)
+            opening += double_at(velocities + DOUBLE * row) / rows
+        if body1 == target or body2 == target:
+            for k in range(p):
+                moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL + DOUBLE * k)
+                opening += moved if body2 == target else -moved
+        touch(state, state.time[0], body1, body2, force, -distance, -opening)

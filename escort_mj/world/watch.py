@@ -1,4 +1,4 @@
-"""What happens in truth at every physics step: clearances, contacts, effort. The law reads none of it."""
+"""What happens in truth at every physics step: clearances, speeds, effort. The law reads none of it."""
 
 from __future__ import annotations
 
@@ -7,125 +7,141 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.plan import CONTACTS_BEFORE, WATCHED_STEP, Plan, State
+from escort_mj.control.plan import WATCHED_STEP, Plan, State
 from escort_mj.kernels import inlined, merged
 
 Array = NDArray[np.float64]
 
+NOBODY = -1.0
+
 
 @inlined
-def watch(plan: Plan, state: State, contacts: int, contact_force: float) -> None:
-    """Adds one solved physics step to the record.
+def again(plan: Plan, state: State) -> bool:
+    """Whether this step has been watched before: mj_forward at the same time brings nothing new."""
+    return round(state.time[0] / plan.timestep) + 1.0 == state.clock[WATCHED_STEP]
+
+
+@inlined
+def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float) -> None:
+    """Adds one solved physics step, one that was not watched before, to the record.
 
     Args:
         plan: Gives radii, limits, timestep and the sampling stride.
-        state: `q`, `v`, `tau`, `force` and the keys of the pairs that touch in this step are read; the
-            record's worst and totals are written.
-        contacts: Pairs of bodies that touch in this step.
-        contact_force: Their largest normal force [N].
+        state: `q`, `v`, `tau` and `force` are read; the record's worst and totals are written.
+        target_radius: [m].
+        kinetic_energy: Of all that moves freely [J].
     """
     step = round(state.time[0] / plan.timestep) + 1.0  # 0 is "never"
     clock = state.clock
     first = clock[WATCHED_STEP] == 0.0
-    again = step == clock[WATCHED_STEP]  # mj_forward at the same time: nothing new has happened
     clock[WATCHED_STEP] = step
-    if first or (not again and (int(step) - 2) % plan.stride == 0):
-        state.contacts[0] = 0.0
-        state.contact_force[0] = 0.0
-        for i in range(state.q.shape[0]):
-            state.obstacle_clearance_worst[i] = math.inf
-            state.robot_clearance_worst[i] = math.inf
-    _watch_distances(plan, state, (int(step) - 1) % plan.stride == 0)
-    state.contacts[0] = max(state.contacts[0], contacts)
-    state.contact_force[0] = max(state.contact_force[0], contact_force)
-    if not again:
-        state.contact_onsets[0] += _onsets(state, min(contacts, state.touching.shape[1]))
-        _watch_effort(plan, state, first)
+    if first or (int(step) - 2) % plan.stride == 0:
+        _forget(state)
+    state.kinetic_energy[0] = max(state.kinetic_energy[0], kinetic_energy)
+    _watch_speeds(state)
+    _watch_obstacles(plan, state, target_radius, (int(step) - 1) % plan.stride == 0)
+    _watch_robots(plan, state, (int(step) - 1) % plan.stride == 0)
+    _watch_effort(plan, state, first)
 
 
 @merged
-def overlaps(plan: Plan, state: State, target_radius: float) -> int:
-    """Finds the pairs of bodies that overlap in all axes: contacts, where MuJoCo can find none.
+def _forget(state: State) -> None:
+    """Begins a new sample: what was worst since the last one is no more."""
+    state.kinetic_energy[0] = 0.0
+    for g in range(state.target_clearance.shape[0]):
+        state.target_clearance[g], state.target_clearance_body[g] = math.inf, NOBODY
+        for i in range(state.q.shape[0]):
+            state.clearance[i, g], state.clearance_body[i, g] = math.inf, NOBODY
+    for i in range(state.q.shape[0]):
+        state.speed_max[i] = 0.0
 
-    In more than three axes a body's parts may lie on another's while the two are far apart.
+
+@merged
+def _watch_speeds(state: State) -> None:
+    """The largest speeds."""
+    for i in range(state.q.shape[0]):
+        square = 0.0
+        for k in range(state.q.shape[1]):
+            square += state.v[i, k] * state.v[i, k]
+        if square > state.speed_max[i] * state.speed_max[i]:
+            state.speed_max[i] = math.sqrt(square)
+
+
+@inlined
+def _note(least: Array, nearest: Array, columns: Array, square: float, bodies: float, body: int) -> None:
+    """Notes a distance where it is the least so far: that of a body to one of its group, or to it alone.
+
+    A root is taken only of a distance that may be a new least one: few are.
 
     Args:
-        plan: Gives obstacles and radii.
-        state: `q` and `target_position` are read, the keys of the pairs are written to `touching`.
-        target_radius: [m].
-
-    Returns:
-        How many pairs overlap; those beyond the size of `touching` have no key.
+        least: Clearances by watched group [m].
+        nearest: Bodies that were so near.
+        columns: The body's group among those watched, and its own place among them.
+        square: Squared distance, center to center [m^2].
+        bodies: Sum of the two radii [m].
+        body: Which body.
     """
-    n, m = state.q.shape[0], plan.obstacle_radius.shape[0]
-    found = 0
-    for i in range(n):
-        for j in range(i + m + 1):
-            if j < i:
-                other, radius = state.q[j], plan.robot_radius[j]
-            elif j < i + m:
-                other, radius = plan.obstacle_position[j - i], plan.obstacle_radius[j - i]
-            else:
-                other, radius = state.target_position, target_radius
-            square = 0.0
-            for k in range(state.q.shape[1]):
-                square += (state.q[i, k] - other[k]) ** 2
-            if square < (plan.robot_radius[i] + radius) ** 2:
-                if found < state.touching.shape[1]:
-                    state.touching[1, found] = i * (n + m + 1) + j
-                found += 1
-    return found
+    for which in range(2):
+        g = int(columns[which])
+        if g >= 0:
+            reach = least[g] + bodies
+            if square < reach * reach:
+                clearance = math.sqrt(square) - bodies
+                if clearance < least[g]:
+                    least[g], nearest[g] = clearance, body
 
 
 @merged
-def _onsets(state: State, contacts: int) -> int:
-    """How many of this step's touching pairs did not touch in the step before, which they then become."""
-    before, now = state.touching[0], state.touching[1]
-    known = int(state.clock[CONTACTS_BEFORE])
-    begun = 0
-    for c in range(contacts):
-        old = False
-        for k in range(known):
-            old = old or before[k] == now[c]
-        begun += 0 if old else 1
-    for c in range(contacts):
-        before[c] = now[c]
-    state.clock[CONTACTS_BEFORE] = contacts
-    return begun
-
-
-@merged
-def _watch_distances(plan: Plan, state: State, sampled: bool) -> None:
-    """The worst clearances surface to surface; in a step that is sampled also all distances center to center.
-
-    A root is taken only of a distance that may be a new worst one: few are.
-    """
+def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bool) -> None:
+    """Clearances to target and obstacles; in a step that is sampled also distances center to center."""
     q, radius = state.q, plan.robot_radius
-    obstacle_worst, robot_worst = state.obstacle_clearance_worst, state.robot_clearance_worst
     n, p = q.shape
     for i in range(n):
-        for j in range(plan.obstacle_radius.shape[0]):
+        square = 0.0
+        for k in range(p):
+            x = q[i, k] - state.target_position[k]
+            square += x * x
+        bodies = radius[i] + target_radius
+        _note(state.clearance[i], state.clearance_body[i], plan.columns[n], square, bodies, n)
+        _note(state.target_clearance, state.target_clearance_body, plan.columns[i], square, bodies, i)
+    for j in range(plan.obstacle_radius.shape[0]):
+        body = n + 1 + j
+        for i in range(n + 1):
             square = 0.0
             for k in range(p):
-                x = q[i, k] - plan.obstacle_position[j, k]
+                x = (q[i, k] if i < n else state.target_position[k]) - plan.obstacle_position[j, k]
                 square += x * x
+            if i == n:
+                bodies = target_radius + plan.obstacle_radius[j]
+                _note(
+                    state.target_clearance,
+                    state.target_clearance_body,
+                    plan.columns[body],
+                    square,
+                    bodies,
+                    body,
+                )
+                continue
             bodies = radius[i] + plan.obstacle_radius[j]
-            reach = obstacle_worst[i] + bodies
-            if square < reach * reach:
-                obstacle_worst[i] = min(obstacle_worst[i], math.sqrt(square) - bodies)
+            _note(state.clearance[i], state.clearance_body[i], plan.columns[body], square, bodies, body)
             if sampled:
                 state.obstacle_distance[i, j] = math.sqrt(square)
+
+
+@merged
+def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
+    """Clearances between robots; in a step that is sampled also distances center to center."""
+    q, radius = state.q, plan.robot_radius
+    n, p = q.shape
+    for i in range(n):
         for j in range(i):
             square = 0.0
             for k in range(p):
                 x = q[i, k] - q[j, k]
                 square += x * x
             bodies = radius[i] + radius[j]
-            reach = max(robot_worst[i], robot_worst[j]) + bodies
-            if square < reach * reach:
-                clearance = math.sqrt(square) - bodies
-                robot_worst[i] = min(robot_worst[i], clearance)
-                robot_worst[j] = min(robot_worst[j], clearance)
+            _note(state.clearance[i], state.clearance_body[i], plan.columns[j], square, bodies, j)
+            _note(state.clearance[j], state.clearance_body[j], plan.columns[i], square, bodies, i)
     if sampled:
         for i in range(n):
             nearest = math.inf

@@ -1,30 +1,23 @@
-"""How the controller's robots are found in MuJoCo's arrays: addresses and groups, carried by the model."""
+"""How the controller's robots are found in MuJoCo's arrays: addresses and bodies, carried by the model."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.attitude import Craft
 from escort_mj.control.plan import MAGIC, size_of
 from escort_mj.kernels import DOUBLE, shared
 from escort_mj.memory import Layout, viewer
-from escort_mj.world.stages import SHADOW, Stage
+from escort_mj.scenario.kinds import Quadrotor
+from escort_mj.scenario.placement import Team
+from escort_mj.world.stages import Stage
 
 Array = NDArray[np.float64]
-
-
-class Group(IntEnum):
-    """What a geom belongs to, for the contact watch."""
-
-    NONE = 0  # the floor and anything else whose touch is no event
-    ROBOT = 1
-    OBSTACLE = 2
-    TARGET = 3
 
 
 class Wiring(NamedTuple):
@@ -36,33 +29,37 @@ class Wiring(NamedTuple):
     target_address: Annotated[Array, "p"]  # where each of the target's coordinates is in `mocap_pos`
     target_offset: Annotated[Array, "p"]  # what is added to it there [m]
     target_radius: float  # [m]
-    geom_group: Annotated[Array, "geoms"]  # `Group` of each geom
+    motor_address: Annotated[Array, "n"]  # first motor of each robot
+    dead_zone: Annotated[Array, "n"]  # force that each command loses [N]
+    lift: Annotated[
+        Array, "n", 3
+    ]  # force that is fed forward against a flying robot's weight, world frame [N]
+    pilot: Annotated[Array, "n"]  # row in `crafts` of each robot that flies, else -1
+    crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `attitude`
+    geom_body: Annotated[Array, "geoms"]  # which of the mission's bodies each geom belongs to, -1 for none
 
 
 LAYOUT = Layout(MAGIC, Wiring)
 
 
-def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
+def wire(
+    model: mujoco.MjModel,
+    team: Team,
+    gravity: Sequence[float],
+    stages: Sequence[Stage],
+    names: Sequence[str],
+) -> Array:
     """The wiring of a compiled model as one flat vector, found by names.
 
     Args:
-        model: A compiled model with bodies `robot_1` ..., `target` and their shadows; of other non-world
-            bodies those without a shadow's name are obstacles.
-        robots: Number of robots.
+        model: A compiled model with bodies `robot_1` ..., `target` and their shadows.
+        team: Its robots.
+        gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
+        names: Of the bodies that can touch, in their order.
     """
-    bodies = [model.body(f"robot_{i + 1}") for i in range(robots)]
-    joints = [body.jntadr[0] for body in bodies]
-    groups = np.zeros(model.ngeom)
-    target = model.body("target").id
-    ids = {body.id for body in bodies}
-    for geom, body_id in enumerate(model.geom_bodyid):
-        if body_id in ids:
-            groups[geom] = Group.ROBOT
-        elif body_id == target:
-            groups[geom] = Group.TARGET
-        elif body_id != 0 and SHADOW not in model.body(body_id).name:
-            groups[geom] = Group.OBSTACLE
+    robots = len(team.mass)
+    joints = [model.body(f"robot_{i + 1}").jntadr[0] for i in range(robots)]
     dofs = model.jnt_dofadr[joints]
     trees = model.dof_treeid[dofs]
     ends = model.tree_dofadr[trees] + model.tree_dofnum[trees]
@@ -72,8 +69,15 @@ def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
         for place in stage.places
     ]
     offsets = [stage.origin[place] for stage in stages for place in stage.places]
+    lift, pilot = np.zeros((robots, 3)), np.full(robots, -1)
+    crafts: list[Craft] = []
+    for i, (kind, mass, radius) in enumerate(zip(team.kind, team.mass, team.radius, strict=True)):
+        if isinstance(kind, Quadrotor):
+            lift[i], pilot[i] = kind.lift(mass, gravity), len(crafts)
+            crafts.append(kind.craft(mass, radius, gravity, team.height))
+    motors = [kind.motors(len(places)) for kind in team.kind]
     return LAYOUT.pack(
-        {"n": robots, "p": len(places), "geoms": model.ngeom},
+        {"n": robots, "p": len(places), "flying": len(crafts), "geoms": model.ngeom},
         {
             "qpos_address": model.jnt_qposadr[joints],
             "dof_address": dofs,
@@ -81,9 +85,40 @@ def wire(model: mujoco.MjModel, robots: int, stages: Sequence[Stage]) -> Array:
             "target_address": places,
             "target_offset": offsets,
             "target_radius": model.geom("target_body").size[0],
-            "geom_group": groups,
+            "motor_address": np.cumsum([0, *motors[:-1]]),
+            "dead_zone": [actuators.dead_zone for actuators in team.actuators],
+            "lift": lift,
+            "pilot": pilot,
+            "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),
+            "geom_body": geom_bodies(model, names),
         },
     )
+
+
+def geom_bodies(model: mujoco.MjModel, names: Sequence[str]) -> NDArray[np.int64]:
+    """Which body each geom belongs to, with all that hangs on it, shape (ngeom,); -1 for none of these.
+
+    Args:
+        model: A compiled model.
+        names: Of bodies that hang on the world, or of geoms that are part of it.
+    """
+    places = {name: place for place, name in enumerate(names)}
+    found = np.full(model.ngeom, -1)
+    for geom, body in enumerate(model.geom_bodyid):
+        thing = model.geom(geom) if body == 0 else model.body(model.body_rootid[body])
+        found[geom] = places.get(thing.name, -1)
+    return found
+
+
+def thickness(model: mujoco.MjModel, names: Sequence[str]) -> Array:
+    """Least extent of each body, that of its thinnest solid geom, shape (bodies,) [m]; inf for planes."""
+    found = np.full(len(names), np.inf)
+    solid = (model.geom_contype | model.geom_conaffinity) > 0
+    for geom, body in enumerate(geom_bodies(model, names)):
+        plane = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
+        if body >= 0 and not plane and (solid[geom] or not solid.any()):  # nothing is beyond three axes
+            found[body] = min(found[body], 2.0 * model.geom_aabb[geom, 3:].min())
+    return found
 
 
 @shared

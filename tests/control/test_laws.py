@@ -13,6 +13,7 @@ from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import LAWS, ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.laws import switching
+from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
 
 
@@ -47,8 +48,7 @@ SETUP = Setup(  # one robot on the circle around the origin, which asks nothing 
     obstacle_radius=np.zeros(0),
     robot_radius=np.array([0.2]),
     force_limit=np.array([10.0]),
-    noise_position=0.0,
-    noise_velocity=0.0,
+    sensing=Sensors(),
     target=Constant(0.0, 0.0),
     disturbance=Constant(0.0, 0.5),
 )

@@ -11,6 +11,7 @@ from escort_mj.control.laws import ApdSmc
 from escort_mj.control.noise import measure_with_noise
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.noise import NOISE_KEY, ball_noise
+from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
 from escort_mj.kernels import kernel
 
@@ -40,8 +41,7 @@ SETUP = Setup(
     obstacle_radius=np.zeros(0),
     robot_radius=np.full(4, 0.2),
     force_limit=np.full(4, 10.0),
-    noise_position=0.02,
-    noise_velocity=0.01,
+    sensing=Sensors(Channel(0.02), Channel(0.01)),
     target=Rest(),
     disturbance=None,
 )
@@ -149,7 +149,7 @@ def test_noise_has_the_size_of_its_balls() -> None:
 
 
 def test_no_noise_means_true_measurements() -> None:
-    controller = ReferenceController(replace(SETUP, noise_position=0.0, noise_velocity=0.0))
+    controller = ReferenceController(replace(SETUP, sensing=Sensors()))
     q = np.arange(8.0).reshape(4, 2)
     controller.reset(q)
     signals = controller.evaluate(0.0, q, -q)

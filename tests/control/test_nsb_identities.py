@@ -15,6 +15,7 @@ from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.reference.behaviors import avoidance, escape_gain, intrusion
 from escort_mj.control.reference.outer import spend
 from escort_mj.control.reference.tasks import distance, half_squared_distance, resolve
+from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
 
 TARGET_VELOCITY = np.array([0.3, -0.2, 0.1])
@@ -56,8 +57,7 @@ def crowded(axes: int, seed: int) -> tuple[Setup, np.ndarray, np.ndarray]:
         obstacle_radius=rng.uniform(0.1, 0.5, m),
         robot_radius=rng.uniform(0.1, 0.3, n),
         force_limit=np.full(n, 10.0),
-        noise_position=0.0,
-        noise_velocity=0.0,
+        sensing=Sensors(),
         target=Drift(axes),
         disturbance=None,
     )

@@ -12,6 +12,7 @@ from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import STIFFNESS, filter_velocity
 from escort_mj.control.outer_loops.potential_field import repulsion
 from escort_mj.control.reference.outer_loops import filtered, least_change, repulsions
+from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
 from escort_mj.kernels import kernel
 
@@ -47,8 +48,7 @@ def crowd(axes: int, seed: int) -> tuple[Setup, AvoidObstacles, np.ndarray, np.n
         obstacle_radius=rng.uniform(0.1, 0.5, m),
         robot_radius=rng.uniform(0.1, 0.3, n),
         force_limit=np.full(n, math.inf),
-        noise_position=0.0,
-        noise_velocity=0.0,
+        sensing=Sensors(),
         target=Origin(),
         disturbance=None,
     )

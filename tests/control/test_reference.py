@@ -11,6 +11,7 @@ from escort_mj.control.formation import OCTAHEDRON, Arrangement, arrange
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.reference.behaviors import intrusion
+from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
 
 PAPER_2D = np.array([(5, 10), (-5, 5), (-5, -5), (5, -10), (5, 0)], dtype=float)
@@ -49,8 +50,7 @@ def mission(q: np.ndarray, start: tuple[float, ...], rate: tuple[float, ...] | N
         obstacle_radius=np.zeros(0),
         robot_radius=np.full(count, 0.2),
         force_limit=np.full(count, 10.0),
-        noise_position=0.0,
-        noise_velocity=0.0,
+        sensing=Sensors(),
         target=target,
         disturbance=None,
     )
@@ -119,8 +119,7 @@ def test_the_law_brings_real_masses_there(speed: float) -> None:
     setup = replace(
         mission(q, (0.0, 0.0, 0.0)),
         max_speed=speed,
-        noise_position=0.02,
-        noise_velocity=0.01,
+        sensing=Sensors(Channel(0.02), Channel(0.01)),
         disturbance=Line((0.3, -0.2, 0.4), (0.0, 0.0, 0.0)),
     )
     history = drive(setup, q, 7.0)
@@ -137,8 +136,7 @@ def test_robots_pass_an_obstacle_at_the_safe_distance() -> None:
         behaviors=(AvoidObstacles(measure="center", safe_distance=2.0), Surface()),
         obstacle_position=np.array([[8.0, 0.0]]),
         obstacle_radius=np.array([0.5]),
-        noise_position=0.02,
-        noise_velocity=0.01,
+        sensing=Sensors(Channel(0.02), Channel(0.01)),
         max_speed=2.0,
     )
     history = drive(setup, q, 16.0)
@@ -173,7 +171,7 @@ def test_state_moves_once_per_step_by_the_last_rates() -> None:
 
 
 def test_reset_forgets() -> None:
-    setup = replace(mission(PAPER_2D, (3.0, 0.0)), noise_position=0.02, noise_velocity=0.01)
+    setup = replace(mission(PAPER_2D, (3.0, 0.0)), sensing=Sensors(Channel(0.02), Channel(0.01)))
     controller = ReferenceController(setup)
     runs = []
     for _ in range(2):

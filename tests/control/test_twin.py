@@ -13,6 +13,7 @@ from escort_mj.control.laws.sliding import SlidingModeLaw
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reform import reforming
+from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
 from tests.control.twins import (
     AVOID,
@@ -94,7 +95,7 @@ def test_every_avoidance(gain: str, teammates: bool, measure: str, axes: int) ->
 @pytest.mark.parametrize(("position", "velocity"), [(0.0, 0.0), (0.02, 0.0), (0.0, 0.01), (0.5, 0.5)])
 def test_every_noise(position: float, velocity: float, axes: int) -> None:
     setup, q, v = mission(axes, seed=4)
-    setup = replace(setup, noise_position=position, noise_velocity=velocity)
+    setup = replace(setup, sensing=Sensors(Channel(position), Channel(velocity)))
     kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
     twin.reset(q)
     for t in (0.0, 0.002, 1.0, 12345.678):
@@ -192,7 +193,7 @@ def test_every_outer_loop_in_more_than_three_axes(outer, axes: int) -> None:
 def test_robots_in_impossible_places(axes: int) -> None:
     """On an obstacle, on its teammate and predecessor, and on the target, without noise to part them."""
     setup, q, v = mission(axes, seed=5)
-    setup = replace(setup, noise_position=0.0, noise_velocity=0.0)
+    setup = replace(setup, sensing=Sensors())
     q[0] = setup.obstacle_position[2]
     q[1] = q[setup.arrangement.predecessors[0, 1]]
     q[3] = setup.target.position(0.0)
@@ -207,7 +208,7 @@ def test_gain_without_tracking_error(gain: str, axes: int) -> None:
     """At e = 0, the first step of every run without noise, eq. 24 has a double root."""
     for seed in range(5):
         setup, q, v = mission(axes, seed)
-        setup = replace(setup, noise_position=0.0, noise_velocity=0.0)
+        setup = replace(setup, sensing=Sensors())
         compare(with_avoidance(setup, gain=gain), q, v, steps=2)
 
 
@@ -218,8 +219,7 @@ def test_two_obstacles_equally_near() -> None:
         setup,
         behaviors=(AvoidObstacles(measure="center", teammate_distance=2.0),),
         obstacle_position=np.array([[3.0, 0.0], [1.0, 0.0], [-1.0, 0.0]]),
-        noise_position=0.0,
-        noise_velocity=0.0,
+        sensing=Sensors(),
         target_feedforward=False,
     )
     q = np.array([[0.0, 0.0], [0.0, 1.0]])

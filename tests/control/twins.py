@@ -13,6 +13,7 @@ from escort_mj.control.packing import pack
 from escort_mj.control.plan import State, state_size, unpack_plan, unpack_state
 from escort_mj.control.program import Op
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
 from escort_mj.control.thomson import figure
 from escort_mj.kernels import kernel
@@ -127,8 +128,7 @@ def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[S
         obstacle_radius=rng.uniform(0.1, 0.5, obstacles),
         robot_radius=rng.uniform(0.1, 0.3, count),
         force_limit=rng.choice([10.0, 50.0, 200.0, math.inf], count),
-        noise_position=0.02,
-        noise_velocity=0.01,
+        sensing=Sensors(Channel(0.02), Channel(0.01)),
         target=Wave(rng, axes),
         disturbance=Wave(rng, axes),
         figure=figure(q, np.zeros(axes)),

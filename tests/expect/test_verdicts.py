@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.expect.verdicts import judge, verdict_lines
+from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import write_json
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema import Expectation
+from escort_mj.scenario.expectations import MetricExpectation as Expectation
 from escort_mj.signals import METRIC_NAMES
 
 RADIUS = 5.0
@@ -32,11 +33,11 @@ def escort(errors, end=10.0):
             "lost": (("time", "robot"), np.zeros((rows, robots), int)),
             "neighbors": (("edge", "end"), np.zeros((0, 2), int)),
             "spacing": ("edge", np.zeros(0)),
-            "contacts": ("time", np.zeros(rows, int)),
-            "contact_onsets": ("time", np.zeros(rows, int)),
-        },
-        coords={"time": np.linspace(0.0, end, rows), "obstacle": np.zeros(0, str)},
-        attrs={"mission_radius": RADIUS},
+        }
+        | episode_variables(NONE),
+        coords={"time": np.linspace(0.0, end, rows), "obstacle": np.zeros(0, str)}
+        | {"body_group": ("body", ["robots"] * robots)},
+        attrs={"mission_radius": RADIUS, "timestep": 0.002},
     )
 
 

@@ -18,11 +18,10 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace
 from escort_mj.signals import SIGNALS, truth_sizes
 
-ALONE = ("robot_distance_min", "robot_clearance_worst")
-
 
 def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> dict[str, int]:
     sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
+    sizes["group"] = 4
     return sizes | truth_sizes(axes, truth, lyapunov=truth)
 
 
@@ -35,10 +34,11 @@ def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
             continue
         shape = (len(time), *(sizes[dim] for dim in signal.dims))
         values = time if signal.name == "time" else given.pop(signal.name, 0.0)
-        if (signal.name in ALONE and sizes["robot"] == 1) or (
-            signal.name == "obstacle_clearance_worst" and not sizes["obstacle"]
-        ):
+        if signal.name == "robot_distance_min" and sizes["robot"] == 1:
             values = np.inf  # what the watcher leaves where there is nothing to be clear of
+        if signal.name == "clearance" and np.ndim(values) == 0:
+            there = sizes["robot"] > 1, True, sizes["obstacle"] > 0, False
+            values = np.where(there, values, np.inf)
         columns.append(np.broadcast_to(values, shape).reshape(len(time), signal.size(sizes)))
     assert not given, given
     return np.concatenate(columns, axis=1)
@@ -52,7 +52,10 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "bodies": [*(f"robot_{i}" for i in range(1, n + 1)), "target"]
         + [*(f"rock {j}" for j in range(1, m + 1)), "floor"],
         "body_groups": [*["robots"] * n, "target", *["obstacles"] * m, "floor"],
+        "body_thickness": [0.4] * n + [0.6] + [1.0] * m + [None],
+        "groups": ["robots", "target", "obstacles", "walls"],
         "behaviors": ["vertices", "surface"],
+        "robot_mass": [1.0] * n,
         "robot_radius": [0.2] * n,
         "obstacle_radius": [0.5] * m,
         "obstacle_position": [[float(j)] * sizes["axis"] for j in range(m)],
@@ -115,8 +118,9 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         given["ruling"] = random.integers(-1, 2, (rows, robots))
         given["outer_updates"] = np.cumsum(random.integers(0, 10, (rows, robots)), axis=0)
         given["lost"] = np.zeros((rows, robots))
-        given["contacts"] = random.integers(0, 1000, rows)
-        given["contact_onsets"] = np.cumsum(random.integers(0, 1000, rows))
+        for name in ("clearance_body", "target_clearance_body"):
+            given[name] = random.integers(-1, robots + obstacles, given[name].shape)
+        given["contacts_untold"] = np.cumsum(random.integers(0, 10, rows))
         return pack(0.02 * np.arange(rows), sizes, **given), sizes, describe(sizes)
 
     return make

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray
 
-from escort_mj.record.episodes import COLUMNS, during, of_groups, pair, touched
+from escort_mj.record.episodes import COLUMNS, apart_from, during, pair, touched
 from escort_mj.record.trace import load_trace, save_trace
 
 TIME = 0.02 * np.arange(6)  # samples; a physics step is 2 ms
@@ -39,7 +39,7 @@ def test_every_column_is_a_variable_in_order_of_the_first_touch(trace) -> None:
         ("robot_1", "robot_2"),
         ("robot_2", "rock 1"),
     ]
-    assert pair(trace, 2) == "robot_2 and rock 1"
+    assert pair(trace, 2) == ("robot_2", "rock 1")
 
 
 def test_a_file_gives_the_episodes_back(trace, tmp_path) -> None:
@@ -58,8 +58,8 @@ def test_a_window_has_the_episodes_with_a_step_in_it(trace) -> None:
 
 
 def test_groups_can_be_left_out(trace) -> None:
-    assert of_groups(trace, "floor").tolist() == [False, True, True]
-    assert of_groups(trace, "obstacles", "floor").tolist() == [False, True, False]
+    assert apart_from(trace, "floor").tolist() == [False, True, True]
+    assert apart_from(trace, "obstacles", "floor").tolist() == [False, True, False]
 
 
 def test_a_robot_touches_in_the_sample_after_each_step(trace) -> None:

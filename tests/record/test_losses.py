@@ -119,6 +119,6 @@ def test_neighbors_are_judged_until_the_first_loss(bereaved) -> None:
 
 
 def test_what_must_not_be_touched_counts_on(bereaved) -> None:
-    near = np.ones((501, 4))
+    near = np.ones((501, 4, 4))
     near[450, [1, 2]] = -0.01
-    assert measure("robot_clearance_min", bereaved(robot_clearance_worst=near)).value == -0.01
+    assert measure("robot_clearance_min", bereaved(clearance=near)).value == -0.01

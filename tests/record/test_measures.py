@@ -151,21 +151,27 @@ class TestDistances:
     def test_the_nearest_of_robots_and_obstacles(self, make_trace):
         distance = np.full((501, 2, 3), 9.0)
         distance[40, 1, 2] = 1.25
-        clearance = np.full((501, 2), 4.0)
-        clearance[41, 0] = -0.01
+        clearance, body = np.full((501, 2, 4), 4.0), np.full((501, 2, 4), 3)
+        clearance[41, 0, 2], body[41, 0, 2] = -0.01, 4
         trace = make_trace(
-            TIME, robots=2, obstacles=3, obstacle_distance=distance, obstacle_clearance_worst=clearance
+            TIME,
+            robots=2,
+            obstacles=3,
+            obstacle_distance=distance,
+            clearance=clearance,
+            clearance_body=body,
         )
         found = measure("obstacle_distance_min", trace)
         assert (found.value, found.time, found.who) == (1.25, TIME[40], "robot 2 and rock 3")
         found = measure("obstacle_clearance_min", trace)
-        assert (found.value, found.time, found.who) == (-0.01, TIME[41], "robot 1")
+        assert (found.value, found.time, found.who) == (-0.01, TIME[41], "robot 1 and rock 2")
 
     def test_the_nearest_two_robots(self, make_trace):
         distance = np.full((501, 2), 3.0)
         distance[7] = 0.9
-        trace = make_trace(TIME, robots=2, robot_distance_min=distance, robot_clearance_worst=distance - 0.4)
-        assert measure("robot_distance_min", trace)[:3] == (0.9, TIME[7], "robot 1")
+        clearance = np.repeat((distance - 0.4)[:, :, None], 4, axis=2)
+        trace = make_trace(TIME, robots=2, robot_distance_min=distance, clearance=clearance)
+        assert measure("robot_distance_min", trace)[:3] == (0.9, TIME[7], ("robot_1",))
         assert measure("robot_clearance_min", trace).value == pytest.approx(0.5)
 
     def test_a_least_of_zero_is_plain_zero(self, make_trace):
@@ -186,14 +192,14 @@ class TestDistances:
 
 class TestContacts:
     def planted(self, make_trace):
-        """Touches begin in the samples at 2 s (one pair) and 6 s (two pairs); the second lasts to 7 s."""
-        touching = np.zeros(501)
-        touching[100] = 1.0
-        touching[300:351] = 2.0
-        onsets = steps(TIME, 2.0) + steps(TIME, 6.0, 2.0)
-        force = np.zeros(501)
-        force[100], force[310] = 30.0, 80.0
-        return make_trace(TIME, contacts=touching, contact_onsets=onsets, contact_force=force)
+        """Robots touch at 2 s for 10 ms, and both touch rock 1 from 6 to 7 s; one is on the floor."""
+        rows = [
+            [0, 1, 2.0, 2.01, 0.01, 30.0, 2.002, 0.2, 1e-3, 0.5],
+            [0, 3, 6.0, 7.0, 1.0, 50.0, 6.1, 9.0, 1e-3, 0.5],
+            [1, 3, 6.0, 7.0, 1.0, 80.0, 6.2, 9.0, 1e-3, 0.5],
+            [1, 4, 0.0, 10.0, 10.0, 900.0, 0.5, 99.0, 1e-3, 0.0],
+        ]
+        return make_trace(TIME, robots=2, obstacles=1, episodes=rows)
 
     @pytest.mark.parametrize(
         "after, before, count, first, peak",
@@ -202,7 +208,7 @@ class TestContacts:
             (0.0, 1.9, 0, None, 0.0),
             (0.0, 4.0, 1, 2.0, 30.0),
             (3.0, None, 2, 6.0, 80.0),
-            (6.5, None, 2, 6.5, 0.0),  # under way when the window begins
+            (6.5, None, 2, 6.5, 80.0),  # under way when the window begins; their peak was before
             (8.0, None, 0, None, 0.0),
         ],
     )
@@ -215,9 +221,29 @@ class TestContacts:
         assert found.value == peak
         assert (found.time is None) == (peak == 0.0)
 
-    def test_touching_from_the_start(self, make_trace):
-        found = measure("contacts", make_trace(TIME, contacts=1, contact_onsets=1))
-        assert (found.value, found.time) == (1.0, 0.0)
+    def test_who_touched(self, make_trace):
+        trace = self.planted(make_trace)
+        assert measure("contacts", trace).who == "robots 1 and 2"
+        assert measure("contact_force_max", trace)[1:3] == (6.2, ("robot_2", "rock 1"))
+
+    def test_contacts_that_the_log_had_no_room_for(self, make_trace):
+        trace = make_trace(TIME, contacts_untold=steps(TIME, 6.0, 2.0))
+        assert measure("contacts_untold", trace).value == 2.0
+        assert measure("contacts_untold", trace, before=5.0).value == 0.0
+
+
+class TestPhysics:
+    def test_tunneling_is_the_sum_of_the_two_largest_speeds(self, make_trace):
+        """Robots of 0.4 m; 100 and 60 m/s in one sample, the target at 80: 180 m/s times 2 ms over 0.4 m."""
+        speed, target = np.ones((501, 2)), np.zeros((501, 2))
+        speed[40] = 60.0, 100.0
+        target[40, 0] = 80.0
+        found = measure("tunneling", make_trace(TIME, robots=2, speed_max=speed, target_velocity=target))
+        assert found[:3] == (pytest.approx(0.9), TIME[40], ("robot_2",))
+
+    def test_the_largest_kinetic_energy(self, make_trace):
+        found = measure("kinetic_energy_max", make_trace(TIME, kinetic_energy=steps(TIME, 3.0)))
+        assert found[:2] == (1.0, pytest.approx(3.0))
 
 
 class TestTruth:

@@ -93,6 +93,7 @@ def make_run(tmp_path_factory):
             "obstacle": obstacles,
             "behavior": 2,
             "coordinate": count * axes,
+            "group": 4,
         }
         sizes |= truth_sizes(axes, truth is not None, truth == "lyapunov")
         labels = {
@@ -100,7 +101,10 @@ def make_run(tmp_path_factory):
             "bodies": [*(f"robot_{i + 1}" for i in range(count)), "target"]
             + [*(f"obstacle_{j + 1}" for j in range(obstacles)), "floor"],
             "body_groups": [*["robots"] * count, "target", *["obstacles"] * obstacles, "floor"],
+            "body_thickness": [2 * ROBOT] * count + [2 * TARGET] + [1.0] * obstacles + [None],
+            "groups": ["robots", "target", "obstacles", "walls"],
             "behaviors": ["avoid_obstacles", "surface"],
+            "robot_mass": [1.0] * count,
             "robot_radius": [ROBOT] * count,
             "obstacle_radius": [0.5] * obstacles,
             "obstacle_position": places.tolist(),
@@ -120,6 +124,10 @@ def make_run(tmp_path_factory):
         distance = np.linalg.norm(q[:, :, None] - places, axis=-1)
         between = np.linalg.norm(q[:, :, None] - q[:, None], axis=-1) + np.diag([np.inf] * count)
         nearest = between.min(axis=2)
+        clearance = np.full((samples, count, 4), np.inf)
+        clearance[..., 0] = nearest - 2 * ROBOT
+        clearance[..., 1] = np.linalg.norm(q - target[:, None], axis=-1) - ROBOT - TARGET
+        clearance[..., 2] = distance.min(axis=2, initial=np.inf) - ROBOT - 0.5
         known = {
             "time": time,
             "q": q,
@@ -130,8 +138,7 @@ def make_run(tmp_path_factory):
             "force": np.clip(6.0 * rng.standard_normal(q.shape), -10, 10),
             "obstacle_distance": distance,
             "robot_distance_min": nearest,
-            "robot_clearance_worst": nearest - 2 * ROBOT,
-            "obstacle_clearance_worst": distance.min(axis=2, initial=np.inf) - ROBOT - 0.5,
+            "clearance": clearance,
             "avoidance_active": distance.min(axis=2, initial=np.inf) < SAFE + ROBOT + 0.5,
             "lost": np.zeros((samples, count)) if lost is None else lost,
             "mass_matrix": np.broadcast_to(np.diag([1.0, 2.0, 3.0][:axes]), (samples, count, axes, axes)),

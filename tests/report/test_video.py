@@ -143,7 +143,7 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path):
 def test_a_child_that_fails_is_an_error_not_a_hang(make_run, monkeypatch, tmp_path, script, words):
     folder = make_run(samples=2)
     (folder / "video.mp4").write_text("an earlier video")
-    (folder / video.PARTIAL).write_text("half a video")
+    (folder / video.PARTIAL.format(video.VIDEO)).write_text("half a video")
     child = tmp_path / "python"
     child.write_text(f"#!/bin/sh\n{script}\n")
     child.chmod(child.stat().st_mode | stat.S_IXUSR)
@@ -153,7 +153,7 @@ def test_a_child_that_fails_is_an_error_not_a_hang(make_run, monkeypatch, tmp_pa
     with pytest.raises(RenderError, match=words):
         video.render_video(folder)
     assert (folder / "video.mp4").read_text() == "an earlier video"
-    assert not (folder / video.PARTIAL).exists()
+    assert not (folder / video.PARTIAL.format(video.VIDEO)).exists()
 
 
 def test_a_full_disk_is_an_error(tmp_path):

@@ -288,7 +288,7 @@ WRONG = [
         "balls of unlike size",
         "robots: {kind: rolling_sphere, overrides: [{robot: 2, radius: 0.5}]}\n",
         "1:63: robots.overrides[0].radius: ",
-        "share one radius",
+        "robot 2, a rolling_sphere, is at least 0.5 m above the floor, and robot 1",
     ),
     (
         "obstacle names",

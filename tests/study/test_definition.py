@@ -21,7 +21,7 @@ cases:
 vary:
   controller: [apd_smc, pd]
   robots.mass: {low: 0.5, high: 2, count: 3, scale: log}
-sample: {method: latin_hypercube, count: 4, over: {uncertainty.noise.position: {low: 0, high: 0.1}}}
+sample: {method: latin_hypercube, count: 4, over: {sensing.position.noise: {low: 0, high: 0.1}}}
 """
 
 
@@ -61,7 +61,7 @@ def test_a_study_says_what_it_varies(tmp_path: Path) -> None:
         (("robots.mass", "robots.maas"), "12:16: vary.robots.maas: with robots.maas = 0.5: "),
         (("robots.mass", "robots..mass"), "12:3: vary.robots..mass: is no key path of a scenario"),
         (("robots.mass", "seed"), "12:3: vary.seed: seed cannot be varied; seeds and first_seed say which"),
-        (("uncertainty.noise.position", "robots.mass"), "13:52: sample.over.robots.mass: is given"),
+        (("sensing.position.noise", "robots.mass"), "13:52: sample.over.robots.mass: is given"),
         (("scenario: main", "scenario: mian"), '3:11: scenario: found mian; there is no such file'),
         (("anti_windup", "anti_winding"), "8:36: cases.wound.controller.anti_winding: with"),
         (("duration: 2", "duration: -2"), "4:17: set.duration: with duration = -2: duration: found -2"),

@@ -126,7 +126,8 @@ from escort_mj.study.design import Design
 from escort_mj.study.sweep import sweep
 if __name__ == "__main__":
     study, out, workers = sys.argv[1:]
-    print(sweep(Design(load_study(study), scenarios_folder()), Path(out), local(int(workers)), int(workers), True))
+    design = Design(load_study(study), scenarios_folder())
+    print(sweep(design, Path(out), local(int(workers)), int(workers), True))
 """
 
 

@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.signals import axis_names
+from escort_mj.signals import DEPTH, IMPULSE, PEAK_FORCE, TOUCH_TIME, axis_names
 from escort_mj.world.build import World
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
@@ -142,10 +142,15 @@ def test_touch_is_judged_in_all_axes(drifting, record_steps) -> None:
         (close(3, 3, 1000.49), 1),  # robot 4 and the target: 0.49 of 0.5
         (close(3, 3, 1000.51), 0),
     ):
-        record = record_steps(world, 3, prepare)
-        assert record["contacts"].ravel().tolist() == [expected] * 3
-        assert record["contact_onsets"].ravel().tolist() == [expected] * 3
-        assert not record["contact_force"].any()
+        with native_loop(world):
+            plant = Plant(world)
+            prepare(plant)
+            plant.step(3)
+        rows = plant.under_way()
+        assert len(rows) == expected
+        np.testing.assert_allclose(rows[:, TOUCH_TIME], 0.006)
+        np.testing.assert_allclose(rows[:, DEPTH], 0.01, atol=1e-12)
+        assert not rows[:, [PEAK_FORCE, IMPULSE]].any() and not len(plant.ended())
 
 
 def test_mujoco_finds_no_contacts(world: World) -> None:
@@ -172,7 +177,7 @@ def bits(plant: Plant) -> bytes:
     return plant.data.qpos.tobytes() + plant.data.qvel.tobytes() + plant.data.userdata.tobytes()
 
 
-NOISY = {"uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}}}
+NOISY = {"sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}}
 
 
 def test_the_same_bits_in_any_way_of_stepping(make_world) -> None:

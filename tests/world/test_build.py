@@ -16,7 +16,7 @@ from escort_mj.signals import truth_sizes
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
-from escort_mj.world.wiring import Group, behind, unpack_wiring
+from escort_mj.world.wiring import behind, geom_bodies, thickness, unpack_wiring
 
 PLANAR = {
     "axes": 2,
@@ -53,6 +53,7 @@ def test_names_and_counts(keys: dict) -> None:
         "obstacle": len(scenario.obstacles),
         "behavior": 3,
         "coordinate": n * p,
+        "group": 4,
     }
     assert world.sizes == of_record | truth_sizes(p, truth=False, lyapunov=True)
     bodies = [name_of(m, mujoco.mjtObj.mjOBJ_BODY, i) for i in range(1, m.nbody)]
@@ -172,19 +173,37 @@ def test_rolling_spheres() -> None:
         assert m.actuator_gear[i].tolist() == [float(i == 0), float(i == 1), 0, 0, 0, 0]
 
 
-def test_groups_of_the_contact_watch() -> None:
-    m = world_of(PLANAR).model
+def test_bodies_of_the_contact_watch() -> None:
+    world = world_of(PLANAR)
+    m = world.model
     wiring = unpack_wiring(behind(m.numeric_data.ctypes.data), 2)
-    groups = {name_of(m, mujoco.mjtObj.mjOBJ_GEOM, i): g for i, g in enumerate(wiring.geom_group)}
-    assert groups == {
-        "floor": Group.NONE,
-        "robot_1_body": Group.ROBOT,
-        "robot_2_body": Group.ROBOT,
-        "robot_3_body": Group.ROBOT,
-        "obstacle_1_body": Group.OBSTACLE,
-        "rock_body": Group.OBSTACLE,
-        "target_body": Group.TARGET,
+    bodies = {name_of(m, mujoco.mjtObj.mjOBJ_GEOM, i): int(b) for i, b in enumerate(wiring.geom_body)}
+    assert bodies == {
+        "robot_1_body": 0,
+        "robot_2_body": 1,
+        "robot_3_body": 2,
+        "target_body": 3,
+        "obstacle_1_body": 4,
+        "rock_body": 5,
+        "floor": 6,
     }
+    names = ("robot_1", "robot_2", "robot_3", "target", "obstacle_1", "rock", "floor")
+    assert world.bodies.names == names
+    assert world.bodies.groups == (*["robots"] * 3, "target", *["obstacles"] * 2, "floor")
+    np.testing.assert_allclose(world.thickness, [0.5, 0.5, 0.5, 0.8, 1.5, 1.0, np.inf])
+
+
+def test_all_that_hangs_on_a_body_belongs_to_it() -> None:
+    """And what hangs on the world under another name belongs to nobody."""
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1"/><geom name="rail" size=".1"/>
+        <body name="robot_1"><geom size=".2"/><freejoint/>
+          <body name="load"><geom name="hook" type="box" size=".1 .2 .03"/><joint/></body></body>
+        <body name="robot_1_shadow_1"><geom size=".3"/></body></worldbody></mujoco>"""
+    )
+    names = ("robot_1", "floor")
+    assert geom_bodies(model, names).tolist() == [1, -1, 0, 0, -1]
+    np.testing.assert_allclose(thickness(model, names), [0.06, np.inf])
 
 
 @pytest.mark.parametrize("keys", [PLANAR, SPATIAL, ROLLING], ids=["planar", "spatial", "rolling"])
@@ -275,13 +294,16 @@ def test_the_following_camera_keeps_the_circle_in_view(keys: dict) -> None:
 @pytest.mark.parametrize("keys", [PLANAR, SPATIAL, ROLLING], ids=["planar", "spatial", "rolling"])
 def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     """model.xml recompiles to the same numbers, and runs by itself to the same bits."""
-    noise = {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": [f"{1 / 3}*sin(t)", 0.1, 0.7][:2]}
+    sensing = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}
+    disturbance = [f"{1 / 3}*sin(t)", 0.1, 0.7][:2]
     if keys["robots"] is SPATIAL["robots"]:
-        noise["disturbance"].append("exp(-t)/3")
-    world = world_of({**keys, "uncertainty": noise, "seed": 2**53 - 1})
+        disturbance.append("exp(-t)/3")
+    world = world_of(
+        {**keys, "sensing": sensing, "uncertainty": {"disturbance": disturbance}, "seed": 2**53 - 1}
+    )
     again = mujoco.MjModel.from_xml_string(world.xml)
     assert again.numeric_data.tobytes() == world.model.numeric_data.tobytes()
-    plan = pack(world.setup, world.stride, world.sizes["coordinate"])
+    plan = pack(world.setup, world.stride, world.sizes["coordinate"], False, 4, world.bodies.columns)
     assert again.numeric_data[: len(plan)].tobytes() == plan.tobytes()
     for field in ("qpos0", "body_pos", "body_mass", "geom_size", "actuator_forcerange", "cam_pos"):
         assert getattr(again, field).tobytes() == getattr(world.model, field).tobytes(), field
@@ -299,7 +321,7 @@ def test_many_robots() -> None:
     """MuJoCo's reader takes at most 500 numbers at once: the plan of a large team has more."""
     world = world_of({"robots": {"count": 200, "placement": {"within": 60, "least_gap": 0.1}}})
     assert world.model.nbody == 202
-    plan = pack(world.setup, world.stride, world.sizes["coordinate"])
+    plan = pack(world.setup, world.stride, world.sizes["coordinate"], False, 4, world.bodies.columns)
     assert len(plan) > 500
     assert world.model.numeric_data[: len(plan)].tobytes() == plan.tobytes()
     wiring = unpack_wiring(behind(world.model.numeric_data.ctypes.data), 2)

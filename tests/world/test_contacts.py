@@ -1,11 +1,22 @@
-"""Contacts and clearances: what the native watch records, against MuJoCo read from Python at every step."""
+"""Contacts: what the native log says, against MuJoCo read from Python at every step."""
 
 import mujoco
 import numpy as np
 import pytest
 
+from escort_mj.signals import (
+    CLOSING_SPEED,
+    DEPTH,
+    FIRST,
+    IMPULSE,
+    PEAK_FORCE,
+    SECOND,
+    START,
+    TOUCH_TIME,
+)
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
+from tests.world.episodes import both, told
 
 HEAD_ON = {"robots": {"positions": [[-1.0, 0.0], [1.0, 0.05]], "mass": 2.0}, "obstacles": []}
 INTO_OBSTACLE = {
@@ -34,58 +45,32 @@ ROLLING = {
 }
 
 
-def look(plant: Plant) -> tuple[int, float, set[frozenset[str]]]:
-    """Touching pairs that matter, and their largest normal force, as MuJoCo's own functions give them."""
-    model, data = plant.world.model, plant.data
-    pairs, largest, force = set(), 0.0, np.zeros(6)
-    for index in range(data.ncon):
-        contact = data.contact[index]
-        names = frozenset(model.geom(int(geom)).name for geom in contact.geom)
-        if "floor" in names or contact.efc_address < 0:
-            continue
-        mujoco.mj_contactForce(model, data, index, force)
-        pairs.add(names)
-        largest = max(largest, force[0])
-    return len(pairs), largest, pairs
-
-
 @pytest.mark.parametrize(
     ("keys", "steps", "least"),
     [
         (HEAD_ON, 600, 1),
         (INTO_OBSTACLE, 1500, 2),
         (INTO_TARGET, 1500, 2),
-        (CROWD, 1500, 5),
-        (ROLLING, 2500, 1),
+        (CROWD, 1500, 20),
+        (ROLLING, 2500, 3),
     ],
     ids=["head_on", "into_obstacle", "into_target", "crowd", "rolling"],
 )
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
-def test_contacts_are_those_of_mujoco(keys, steps, least, cone, make_world, drifting, record_steps) -> None:
+def test_episodes_are_those_of_mujoco(keys, steps, least, cone, make_world, drifting) -> None:
     world = drifting(**keys) if keys is HEAD_ON else make_world(**keys)
     world.model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC if cone == "elliptic" else 0
-    seen = []
 
     def launch(plant: Plant) -> None:
         if keys is HEAD_ON:
             plant.data.qvel[[0, 2]] = [2.0, -2.0]
 
-    fine = world.stride
-    record = record_steps(world, steps, launch, lambda plant: seen.append(look(plant)))
-    counts, forces = np.array([c for c, _, _ in seen], float), np.array([f for _, f, _ in seen])
-    assert counts.max() >= least and forces.max() > 0.0
-    for index in range(steps):  # the worst since the sample before
-        first = index - (index - 1) % fine if index else 0
-        assert record["contacts"][index] == counts[first : index + 1].max()
-        assert record["contact_force"][index] == pytest.approx(forces[first : index + 1].max(), rel=1e-12)
-    onsets = np.cumsum(
-        [len(now - before) for before, now in zip([set(), *_pairs(seen)], _pairs(seen), strict=False)]
-    )
-    np.testing.assert_array_equal(record["contact_onsets"], onsets)
-
-
-def _pairs(seen: list) -> list[set]:
-    return [pairs for _, _, pairs in seen]
+    found, expected, plant = both(world, steps, launch)
+    assert len(found) >= least and found[:, PEAK_FORCE].max() > 0.0
+    assert plant.state.contacts_untold[0] == 0.0
+    np.testing.assert_array_equal(found[:, : TOUCH_TIME + 1], expected[:, : TOUCH_TIME + 1])
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    assert np.median(found[:, CLOSING_SPEED]) > 0.0
 
 
 def grazing(drifting, rate: float):
@@ -98,37 +83,44 @@ def grazing(drifting, rate: float):
     return world, launch
 
 
-def test_a_touch_of_a_single_step_between_two_samples_is_seen(drifting, record_steps) -> None:
-    fine = record_steps(*_with_steps(grazing(drifting, 500.0), 110))
-    assert np.flatnonzero(fine["contacts"]).tolist() == [60]
+def test_a_touch_of_a_single_step_between_two_samples_is_seen(drifting) -> None:
     world, launch = grazing(drifting, 20.0)
     assert world.stride == 25
-    samples = []
+    log, clearance = [], []
     with native_loop(world):
         plant = Plant(world)
         launch(plant)
         for row in range(5):
             plant.step(world.stride if row else 1)
-            samples.append(
-                (
-                    float(plant.state.contacts[0]),
-                    float(plant.state.contact_force[0]),
-                    float(plant.state.contact_onsets[0]),
-                    float(plant.state.robot_clearance_worst[0]),
-                )
-            )
-    contacts, forces, onsets, clearance = np.array(samples).T
-    assert contacts.tolist() == [0, 0, 0, 1, 0]
-    assert onsets.tolist() == [0, 0, 0, 1, 1]
-    assert forces[3] == fine["contact_force"][60] > 0.0
-    assert (forces[[0, 1, 2, 4]] == 0.0).all()
-    assert clearance[3] == pytest.approx(-1e-5, abs=1e-7)
-    assert (clearance[[0, 1, 2, 4]] > 0.0).all()
+            log.append(plant.ended() if plant.has_ended else None)
+            clearance.append(plant.state.clearance[:, 0].copy())
+    assert [rows is not None for rows in log] == [False, False, False, True, False]
+    (row,) = log[3]
+    assert (row[FIRST], row[SECOND]) == (0.0, 1.0)
+    assert row[START] == pytest.approx(60 * 0.002, abs=1e-12)
+    assert row[TOUCH_TIME] == 0.002
+    assert row[DEPTH] == pytest.approx(1e-5, abs=1e-7)
+    assert row[PEAK_FORCE] > 0.0 and row[IMPULSE] == row[PEAK_FORCE] * 0.002
+    clear = np.array(clearance)
+    np.testing.assert_allclose(clear[3], -row[DEPTH], rtol=0, atol=1e-14)
+    assert (clear[[0, 1, 2, 4]] > 0.0).all()
 
 
-def _with_steps(made: tuple, steps: int) -> tuple:
-    world, launch = made
-    return world, steps, launch
+def test_a_grazing_miss_of_one_millimeter_is_no_contact(drifting) -> None:
+    world = drifting({"positions": [[-1.2, 0.0, 0.0], [1.2, 0.401, 0.0]]}, axes=3)
+    with native_loop(world):
+        plant = Plant(world)
+        plant.data.qvel[[0, 3]] = [10.0, -10.0]
+        plant.step(121)
+        assert plant.state.clearance[0, 0] > 0.0
+        assert not len(told(plant))
+        plant.reset()
+        plant.data.qvel[[0, 3]] = [10.0, -10.0]
+        nearest = np.inf
+        for _ in range(121):
+            plant.step(1)
+            nearest = min(nearest, float(plant.state.clearance[0, 0]))
+        assert nearest == pytest.approx(0.001, abs=1e-12)
 
 
 def test_the_clearance_at_first_touch_is_no_longer_positive(make_world, record_steps) -> None:
@@ -137,8 +129,8 @@ def test_the_clearance_at_first_touch_is_no_longer_positive(make_world, record_s
     clear, touching = [], []
 
     def watch(plant: Plant) -> None:
-        clear.append(plant.state.obstacle_clearance_worst.min())
-        touching.append(plant.state.contacts[0] > 0.0)
+        clear.append(plant.state.clearance[:, 2].min())
+        touching.append(len(plant.under_way()) > 0)
 
     record_steps(world, 1500, after=watch)
     assert any(touching)
@@ -154,17 +146,75 @@ def test_point_masses_never_touch_the_floor(make_world) -> None:
             assert plant.data.ncon == 0
 
 
-def test_one_touch_that_relieves_another_is_an_onset(drifting, record_steps) -> None:
+def test_balls_on_the_floor_have_one_long_episode_each(make_world) -> None:
+    world = make_world(robots={"kind": "rolling_sphere", "positions": [[3, 0], [0, 3], [-3, 0]]})
+    found, expected, _ = both(world, 700)
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
+    floor = len(world.bodies.names) - 1
+    lasting = found[found[:, TOUCH_TIME] > 1.0]
+    assert sorted(lasting[:, FIRST]) == [0.0, 1.0, 2.0] and (lasting[:, SECOND] == floor).all()
+
+
+def test_one_touch_that_relieves_another_is_an_episode_of_its_own(drifting) -> None:
     """Robot 1 leaves robot 2 in the very step in which robots 3 and 4 meet."""
     lateral = 0.39999
     world = drifting(
         {"positions": [[-1.2, 0.0], [1.2, lateral], [-1.22, 5.0], [1.22, 5.0 + lateral]]},
-        recording={"rate": 500},
     )
-
-    def launch(plant: Plant) -> None:
+    with native_loop(world):
+        plant = Plant(world)
         plant.data.qvel[[0, 2, 4, 6]] = [10.0, -10.0, 10.0, -10.0]
+        plant.step(110)
+    rows = told(plant)
+    assert rows[:, [FIRST, SECOND]].tolist() == [[0.0, 1.0], [2.0, 3.0]]
+    np.testing.assert_allclose(rows[:, START], [0.12, 0.122], atol=1e-12)
 
-    record = record_steps(world, 110, launch)
-    assert np.flatnonzero(record["contacts"]).tolist() == [60, 61]
-    assert record["contact_onsets"][-1] == 2
+
+def test_a_log_that_overflows_is_counted(drifting) -> None:
+    """Nobody takes ended episodes off: when there is no room left, every further one counts."""
+    world = drifting({"positions": [[0.0, 0.0], [0.45, 0.0]]})
+    with native_loop(world):
+        plant = Plant(world)
+        room = len(plant.state.episodes)
+        meetings = room + 5
+        for _ in range(meetings):
+            for place in (0.39, 0.45):
+                plant.data.qpos[2], plant.data.qvel[:] = place, 0.0
+                plant.step(1)
+        assert len(plant.ended()) == room
+        assert plant.state.contacts_untold[0] == 5.0
+
+
+def test_more_pairs_at_once_than_there_is_room_for_are_counted(drifting) -> None:
+    """40 robots on one heap: 780 pairs touch, there is room for 8 a body."""
+    world = drifting({"positions": [[0.001 * i, 0.0] for i in range(40)]})
+    with native_loop(world):
+        plant = Plant(world)
+        plant.step(1)
+        room = plant.state.touches.shape[1]
+        assert plant.data.ncon == 780 > room
+        assert len(plant.under_way()) == room == 8 * len(world.bodies.names)
+        assert plant.state.contacts_untold[0] == 780 - room
+
+
+def test_forward_between_steps_counts_nothing_twice(make_world) -> None:
+    """In contact, where warm starts differ and only totals can be compared."""
+    keys = {"robots": {"positions": [[3, 0]]}, "obstacles": [{"position": [1.5, 0]}]}
+    touching = make_world(**keys, mission={"radius": 0.5, "behaviors": ["surface"]})
+    with native_loop(touching):
+        plant = Plant(touching)
+        while not len(plant.under_way()):
+            plant.step(1)
+        state = plant.state
+        totals = [state.effort, state.work, state.saturated_time, state.clock, state.tally]
+        for _ in range(5):
+            mujoco.mj_forward(touching.model, plant.data)
+            log = plant.under_way()
+            after_one = [total.copy() for total in totals]
+            for _ in range(4):
+                mujoco.mj_forward(touching.model, plant.data)
+            for now, once in zip(totals, after_one, strict=True):
+                assert np.array_equal(now, once)
+            np.testing.assert_array_equal(plant.under_way(), log)
+            plant.step(2)  # the first of the same time
+            assert plant.under_way()[0, TOUCH_TIME] == pytest.approx(log[0, TOUCH_TIME] + 0.002)

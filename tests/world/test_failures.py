@@ -19,7 +19,8 @@ PLANAR = {
     "duration": 3.0,
     "robots": {"positions": [[7, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
     "mission": {"radius": 3.0, "max_speed": 2.0},
-    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": [0.4, 0.1]},
+    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
+    "uncertainty": {"disturbance": [0.4, 0.1]},
 }
 
 

@@ -15,7 +15,8 @@ QUIET = {
 NOISY = QUIET | {
     "robots": {"positions": STARTS, "force_limit": 3.0, "mass": 1.6},
     "obstacles": [{"position": [4.5, 0.5]}],
-    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": ["0.5*sin(t)", 0.1]},
+    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
+    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1]},
     "physics": {"gravity": [0.4, 0, 0]},
 }
 LAWS = {

@@ -19,7 +19,8 @@ MISSION = {
     "obstacles": [{"position": [4.5, 0.5]}, {"position": [-4, 6.5]}],
     "mission": {"radius": 3.0, "max_speed": 2.0},
     "target": {"position": ["0.3*t", "sin(t)"]},
-    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": ["0.5*sin(t)", 0.1]},
+    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
+    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1]},
 }
 
 
@@ -62,28 +63,6 @@ def test_forward_at_the_same_time_advances_nothing(world, undisturbed) -> None:
             mujoco.mj_forward(world.model, plant.data)
             plant.step(1)
     assert bits(plant.data) == undisturbed
-
-
-def test_forward_between_steps_counts_nothing_twice(make_world) -> None:
-    """In contact, where warm starts differ and only totals can be compared."""
-    keys = {"robots": {"positions": [[3, 0]]}, "obstacles": [{"position": [1.5, 0]}]}
-    touching = make_world(**keys, mission={"radius": 0.5, "behaviors": ["surface"]})
-    with native_loop(touching):
-        plant = Plant(touching)
-        while not plant.state.contacts[0]:
-            plant.step(1)
-        before = plant.data.userdata.copy()
-        record = plant.state
-        totals = [record.contact_onsets, record.effort, record.work, record.saturated_time, record.clock]
-        for _ in range(5):
-            mujoco.mj_forward(touching.model, plant.data)
-            after_one = [total.copy() for total in totals]
-            for _ in range(4):
-                mujoco.mj_forward(touching.model, plant.data)
-            for now, once in zip(totals, after_one, strict=True):
-                assert np.array_equal(now, once)
-            plant.step(1)
-        assert not np.array_equal(plant.data.userdata, before)
 
 
 def test_step1_and_step2_are_one_step(world, undisturbed) -> None:

@@ -51,7 +51,7 @@ def test_free_flight_keeps_momentum_and_energy(drifting, record_steps) -> None:
     energy = 0.65 * (record["v"] ** 2).sum(axis=(1, 2))
     assert np.abs(momentum - momentum[0]).max() < 1e-10
     assert np.abs(energy - energy[0]).max() < 1e-10
-    assert record["contacts"].max() == 0.0
+    assert record["clearance"].min() > 0.0
 
 
 def test_a_throw_in_gravity(drifting, record_steps) -> None:
@@ -83,7 +83,7 @@ def test_momentum_survives_a_collision(drifting, record_steps) -> None:
     )
     mass = np.array([3.0, 1.0])
     momentum = (mass[:, None] * record["v"]).sum(axis=1)
-    assert record["contacts"].max() == 1.0
+    assert record["clearance"].min() < 0.0
     np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], momentum.shape), rtol=0, atol=1e-9)
     energy = 0.5 * (mass[:, None] * record["v"] ** 2).sum(axis=(1, 2))
     assert energy[-1] < energy[0]
@@ -108,7 +108,6 @@ def test_a_rolling_sphere_weighs_seven_fifths(drifting, record_steps) -> None:
     assert last[4] * radius == pytest.approx(last[0], rel=2e-2)
     assert np.abs(last[[1, 3, 5]]).max() < 1e-6
     assert abs(record["qpos"][-1, 2] - radius) < 5e-3
-    assert record["contacts"].max() == 0.0, "the floor is no event"
 
 
 def test_the_controller_moves_a_rolling_sphere_by_its_motor(make_world, record_steps) -> None:
@@ -159,7 +158,8 @@ BUSY = {
     },
     "obstacles": [{"position": [6.0, 0.0], "radius": 0.5}],
     "mission": {"radius": 3.0, "behaviors": ["chords", "surface"]},
-    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": [0.5, "sin(t)"]},
+    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
+    "uncertainty": {"disturbance": [0.5, "sin(t)"]},
 }
 
 
@@ -198,17 +198,33 @@ def test_distances_are_those_of_the_true_positions(busy) -> None:
     q, radius = record["q"], world.team.radius
     to_obstacles = np.linalg.norm(q[:, :, None] - world.setup.obstacle_position, axis=3)
     np.testing.assert_allclose(record["obstacle_distance"], to_obstacles, rtol=1e-13)
-    np.testing.assert_allclose(
-        record["obstacle_clearance_worst"],
-        (to_obstacles - radius[:, None] - world.setup.obstacle_radius).min(axis=2),
-        rtol=0,
-        atol=1e-13,
-    )
+    to_target = np.linalg.norm(q - record["target_position"][:, None], axis=2)
+    clearance, nearest = record["clearance"], record["clearance_body"]
+    gaps = to_obstacles - radius[:, None] - world.setup.obstacle_radius
+    np.testing.assert_allclose(clearance[..., 2], gaps.min(axis=2), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(clearance[..., 1], to_target - radius - 0.3, rtol=0, atol=1e-13)
+    assert np.isinf(clearance[..., 3]).all() and (nearest[..., 3] == -1.0).all(), "there are no walls"
+    assert (nearest[..., 1] == 4.0).all()
+    np.testing.assert_array_equal(nearest[..., 2], 5.0 + gaps.argmin(axis=2))
     pairs = np.linalg.norm(q[:, :, None] - q[:, None], axis=3)
     pairs[:, np.arange(4), np.arange(4)] = np.inf
     np.testing.assert_allclose(record["robot_distance_min"], pairs.min(axis=2), rtol=1e-13)
     gaps = pairs - radius[:, None] - radius
-    np.testing.assert_allclose(record["robot_clearance_worst"], gaps.min(axis=2), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(clearance[..., 0], gaps.min(axis=2), rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(nearest[..., 0], gaps.argmin(axis=2))
+    of_target = record["target_clearance"]
+    to_rock = np.linalg.norm(record["target_position"] - world.setup.obstacle_position[0], axis=1)
+    np.testing.assert_allclose(of_target[:, 0], (to_target - radius - 0.3).min(axis=1), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(of_target[:, 2], to_rock - 0.8, rtol=0, atol=1e-13)
+    assert (record["target_clearance_body"][:, 2] == 5.0).all() and np.isinf(of_target[:, [1, 3]]).all()
+
+
+def test_speeds_and_kinetic_energy_are_those_of_every_step(busy) -> None:
+    world, record = busy
+    speed = np.linalg.norm(record["v"], axis=2)
+    np.testing.assert_allclose(record["speed_max"], speed, rtol=1e-13)
+    energy = 0.5 * (world.team.mass * speed**2).sum(axis=1)
+    np.testing.assert_allclose(record["kinetic_energy"].ravel(), energy, rtol=1e-12)
 
 
 def test_the_sampled_run_is_the_same_run(busy, make_world, record_steps) -> None:
@@ -217,12 +233,16 @@ def test_the_sampled_run_is_the_same_run(busy, make_world, record_steps) -> None
     sampled_world = make_world(**BUSY, recording={"rate": 50})
     sampled = {name: values[::10] for name, values in record_steps(sampled_world, 2491).items()}
     for name in sampled:
-        if "worst" in name:
-            blocks = record[name][1:2491].reshape(249, 10, -1).min(axis=1)
-            np.testing.assert_array_equal(sampled[name][1:], blocks, err_msg=name)
-        elif name in ("contacts", "contact_force"):
+        if name.endswith("clearance"):
+            blocks = record[name][1:2491].reshape(249, 10, -1)
             np.testing.assert_array_equal(
-                sampled[name][1:], record[name][1:2491].reshape(249, 10).max(axis=1)
+                sampled[name][1:].reshape(249, -1), blocks.min(axis=1), err_msg=name
             )
-        else:
+            who = record[f"{name}_body"][1:2491].reshape(blocks.shape)
+            chosen = np.take_along_axis(who, blocks.argmin(axis=1)[:, None], axis=1)[:, 0]
+            np.testing.assert_array_equal(sampled[f"{name}_body"][1:].reshape(249, -1), chosen)
+        elif name in ("speed_max", "kinetic_energy"):
+            blocks = record[name][1:2491].reshape(249, 10, -1).max(axis=1)
+            np.testing.assert_array_equal(sampled[name][1:].reshape(249, -1), blocks, err_msg=name)
+        elif not name.endswith("_body"):
             np.testing.assert_array_equal(sampled[name], record[name][:2491:10], err_msg=name)

@@ -16,7 +16,8 @@ LOUD = {
     "obstacles": [{"position": [4.5, 0.5]}],
     "mission": {"radius": 5.0},
     "target": {"position": ["3+0.3*t", "sin(t)"]},
-    "uncertainty": {"noise": {"position": 0.02, "velocity": 0.01}, "disturbance": ["0.5*sin(t)", 0.1]},
+    "sensing": {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}},
+    "uncertainty": {"disturbance": ["0.5*sin(t)", 0.1]},
 }
 IN_SPACE = LOUD | {
     "axes": 3,

@@ -10,14 +10,15 @@ from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
 
 STEPS = 5000
-UNCERTAINTY = {"noise": {"position": 0.02, "velocity": 0.01}}
+SENSING = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}
 PLANAR = {
     "seed": 11,
     "robots": {"positions": [[9, 1], [-2, 8], [-6, -5], [3, -9], [8, -4]]},
     "obstacles": [{"position": [5.5, 0.3]}, {"position": [-4, 6.5], "radius": 0.7}, {"position": [0, -6]}],
     "mission": {"radius": 3.0, "max_speed": 2.0},
     "target": {"position": ["0.4*t", "sin(0.5*t)"]},
-    "uncertainty": {**UNCERTAINTY, "disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)"]},
+    "sensing": SENSING,
+    "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)"]},
 }
 SPATIAL = {
     "axes": 3,
@@ -27,14 +28,16 @@ SPATIAL = {
     "mission": {"radius": 4.0},
     "target": {"position": ["0.2*t", "sin(0.3*t)", "0.1*t"]},
     "controller": {"law": "asmc"},
-    "uncertainty": {**UNCERTAINTY, "disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", "0.5*cos(0.5*t)"]},
+    "sensing": SENSING,
+    "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", "0.5*cos(0.5*t)"]},
 }
 ROLLING = {
     "seed": 13,
     "robots": {"kind": "rolling_sphere", "positions": [[6, 1], [-2, 6], [-3, -5]]},
     "obstacles": [{"position": [4.5, 0.6]}],
     "mission": {"radius": 3.0, "max_speed": 1.0},
-    "uncertainty": {**UNCERTAINTY, "disturbance": [0.2, "0.1*sin(t)"]},
+    "sensing": SENSING,
+    "uncertainty": {"disturbance": [0.2, "0.1*sin(t)"]},
 }
 FOUR = {
     "axes": 4,
@@ -43,10 +46,8 @@ FOUR = {
     "obstacles": [{"position": [2, 1, 0.2, -1]}],
     "mission": {"radius": 4.0},
     "target": {"position": ["0.2*t", "sin(0.3*t)", "0.1*t", "0.2*cos(t)"]},
-    "uncertainty": {
-        **UNCERTAINTY,
-        "disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", 0.2, "0.5*cos(0.5*t)"],
-    },
+    "sensing": SENSING,
+    "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", 0.2, "0.5*cos(0.5*t)"]},
 }
 
 

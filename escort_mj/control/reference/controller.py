@@ -175,7 +175,7 @@ class ReferenceController:
         """
         setup = self.setup
         step = round(t / setup.timestep)
-        radii = [setup.noise_position, setup.noise_velocity]
+        radii = [setup.sensing.position.noise, setup.sensing.velocity.noise]
         noise = np.zeros((2, setup.count, setup.axes))
         drawn = [channel for channel, radius in enumerate(radii) if radius > 0.0]
         for robot in range(setup.count if drawn else 0):

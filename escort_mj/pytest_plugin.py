@@ -1,0 +1,224 @@
+"""pytest collects scenarios: `pytest scenarios/` runs each of them once, one test per expectation.
+
+A YAML file is collected if its first lines name the JSON Schema of scenarios, if `escort_files` in pytest's
+settings names it, or with `--escort` if it looks like one. Until then nothing is loaded that takes time.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import asdict
+from fnmatch import fnmatch
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from escort_mj.recognize import SUFFIXES, is_scenario
+
+if TYPE_CHECKING:
+    from escort_mj.mission import Run
+    from escort_mj.study.check import Checked
+
+FOLDERS = pytest.StashKey[dict[int, Path]]()
+"""Run folders of the runs that tests in Python asked for, by the run's identity."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Adds options to the command line and to pytest's settings."""
+    group = parser.getgroup("escort-mj", "escort missions")
+    group.addoption(
+        "--escort", action="store_true", help="collect every YAML file that looks like a scenario"
+    )
+    group.addoption("--escort-video", action="store_true", help="keep run folder and clip of what fails")
+    group.addoption(
+        "--escort-out", default="renders/pytest", metavar="DIR", help="where they go [%(default)s]"
+    )
+    parser.addini("escort_files", "YAML files that are scenarios, as patterns from the root", "args", [])
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Makes room for what is kept of a session."""
+    config.stash[FOLDERS] = {}
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
+    """Collects a file if it is a scenario."""
+    if file_path.suffix not in SUFFIXES:
+        return None
+    config = parent.config
+    place = os.path.relpath(file_path, config.rootpath)
+    named = any(fnmatch(place, pattern) for pattern in config.getini("escort_files"))
+    if not named and not is_scenario(file_path, asked=config.getoption("escort")):
+        return None
+    found: ScenarioFile = ScenarioFile.from_parent(parent, path=file_path)
+    return found
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Keeps the tests of one file in one process where scenarios are tested, so that each runs once."""
+    places = [config.invocation_params.dir / argument.partition("::")[0] for argument in config.args]
+    asked = config.getoption("escort")
+    if config.getoption("dist") != "load" or not any(_holds_scenarios(place, asked) for place in places):
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    return LoadFileScheduling(config, log)
+
+
+def _holds_scenarios(path: Path, asked: bool) -> bool:
+    """Whether a path is a scenario, or a folder with one in it."""
+    return any(is_scenario(file, asked) for file in (path.iterdir() if path.is_dir() else [path]))
+
+
+class ScenarioFile(pytest.File):
+    """A scenario: its run is made when the first of its tests needs it."""
+
+    def collect(self) -> Iterable[ScenarioTest]:
+        """One test for the outcome and one per expectation, or one that says what is wrong with the file."""
+        from escort_mj.errors import EscortError
+        from escort_mj.scenario.expectations import OutcomeExpectation
+        from escort_mj.scenario.load import expectation_lines, load_scenario
+
+        try:
+            expected = load_scenario(self.path).expect
+        except EscortError:
+            yield self._test("scenario", None, 1, None)
+            return
+        if not any(isinstance(one, OutcomeExpectation) for one in expected):
+            yield self._test("outcome", None, 1, None)
+        names: dict[str, int] = {}
+        for place, (one, line) in enumerate(zip(expected, expectation_lines(self.path), strict=True)):
+            number = names[one.subject] = names.get(one.subject, 0) + 1
+            name = one.subject if number == 1 else f"{one.subject} {number}"
+            yield self._test(name, place, line, one.xfail)
+
+    def _test(self, name: str, place: int | None, line: int, xfail: str | None) -> ScenarioTest:
+        test: ScenarioTest = ScenarioTest.from_parent(self, name=name, place=place, line=line)
+        if xfail is not None:
+            test.add_marker(pytest.mark.xfail(reason=xfail, strict=True))
+        return test
+
+    @cached_property
+    def checked(self) -> Checked:
+        """What came of the scenario."""
+        from escort_mj.report.check import Task, perform
+        from escort_mj.study.check import Case
+
+        label = os.path.relpath(self.path.with_suffix(""), self.config.rootpath)
+        keeps = self.config.getoption("escort_video")
+        folder = _out(self.config) / label.replace("..", "up") if keeps else None
+        return perform(Task(Case(self.path, label), folder, keep=False, clip=keeps))
+
+
+class ScenarioTest(pytest.Item):
+    """One expectation of a scenario."""
+
+    parent: ScenarioFile
+
+    def __init__(self, *, place: int | None, line: int, **rest: Any) -> None:
+        """Notes which expectation it is.
+
+        Args:
+            place: In the scenario's list, from 0; None for the outcome that every run has.
+            line: Where it stands in the file, from 1.
+            rest: For pytest.
+        """
+        super().__init__(**rest)
+        self._place, self._line = place, line
+
+    def runtest(self) -> None:
+        """Fails with a message, and no traceback, where what is expected does not hold."""
+        checked = self.parent.checked
+        if checked.faults or checked.error:
+            wrong = "\n".join(map(str, checked.faults)).replace(str(self.path), os.path.relpath(self.path))
+            pytest.fail(wrong or f"the program broke:\n{checked.error}", pytrace=False)
+        verdict = next(one for one in checked.verdicts if one.expectation == self._place)
+        if verdict.held:
+            return
+        lines = [verdict.message, f"  at {os.path.relpath(self.path)}:{self._line}"]
+        if verdict is checked.verdicts[0]:
+            lines.insert(1, f"  {checked.message}")
+        if kept := checked.clip or checked.folder:
+            lines.append(f"  kept: {os.path.relpath(kept)}")
+        if checked.note:
+            lines.append(f"  {checked.note}")
+        pytest.fail("\n".join(lines), pytrace=False)
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Where it stands, for reports."""
+        return self.path, self._line - 1, f"{self.path.stem}: {self.name}"
+
+
+@pytest.fixture(scope="session")
+def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
+    """Runs a scenario, once for all tests of a process that ask for the same.
+
+    Called as `escort_run("main", {"duration": 20})`: a file or a shipped scenario's name, then overrides.
+    """
+    from escort_mj import api
+    from escort_mj.record.outcome import Outcome
+    from escort_mj.scenario import dump_scenario
+
+    known: dict[str, Run] = {}
+
+    def run(path: str | os.PathLike[str], overrides: Any = ()) -> Run:
+        scenario = api.load_scenario(path, overrides)
+        key = dump_scenario(scenario)
+        if key not in known:
+            folder = None
+            if pytestconfig.getoption("escort_video"):
+                worker = os.environ.get("PYTEST_XDIST_WORKER", "main")
+                folder = _out(pytestconfig) / "runs" / f"{scenario.name}-{worker}-{len(known) + 1}"
+            known[key] = api.run(scenario, folder, figures=False, video=False)
+            if folder is not None:
+                pytestconfig.stash[FOLDERS][id(known[key])] = folder
+        if known[key].outcome is Outcome.INTERRUPTED:
+            raise KeyboardInterrupt
+        return known[key]
+
+    return run
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Draws a clip for a test in Python whose assertion on a run failed."""
+    report = yield
+    if call.excinfo is not None and item.config.getoption("escort_video"):
+        from escort_mj.testing import VerdictError
+
+        error = call.excinfo.value
+        if isinstance(error, VerdictError) and id(error.run) in item.config.stash[FOLDERS]:
+            folder = item.config.stash[FOLDERS].pop(id(error.run))  # what is popped is kept
+            report.sections.append(("escort clip", _clip(folder, error)))
+    return report
+
+
+def _clip(folder: Path, error: Any) -> str:
+    """Draws the clip of verdicts that were found after a run; where it lies, or why there is none."""
+    from escort_mj.errors import EscortError
+    from escort_mj.record.files import write_json
+    from escort_mj.report.video import render_clip
+
+    write_json(folder / "verdicts.json", [asdict(verdict) for verdict in error.verdicts])
+    try:
+        return os.path.relpath(render_clip(folder))
+    except EscortError as fault:
+        return f"no clip: {fault}"
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Removes the folders of runs that nothing failed in."""
+    for folder in config.stash.get(FOLDERS, {}).values():
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _out(config: pytest.Config) -> Path:
+    """Where run folders go."""
+    return config.invocation_params.dir / config.getoption("escort_out")

@@ -1,0 +1,58 @@
+"""Which files are scenarios: told by their first lines, with nothing loaded that takes time."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+SUFFIXES = (".yaml", ".yml")
+TITLE = '"title": "escort_mj scenario'  # in the JSON Schema that a scenario's first lines name
+HEAD = 4096  # bytes in which a file says what it is
+TELLING = {"robots", "target", "obstacles", "mission", "controller", "uncertainty", "expect"}
+
+_MODELINE = re.compile(r"^#\s*yaml-language-server:\s*\$schema=(\S+)", re.MULTILINE)
+_TOP_KEY = re.compile(r"^([A-Za-z_]+)\s*:", re.MULTILINE)
+
+
+def is_scenario(path: Path, asked: bool = False) -> bool:
+    """Whether a YAML file is a scenario, by its first lines.
+
+    It is one where its first lines name the JSON Schema of scenarios (`# yaml-language-server: $schema=...`).
+    A file without such a line is one only if somebody asked for scenarios, and it has a key that tells so.
+
+    Args:
+        path: A file.
+        asked: Whether scenarios were asked for.
+    """
+    if path.suffix not in SUFFIXES:
+        return False
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD).decode("utf-8", "replace")
+    except OSError:
+        return False
+    if match := _MODELINE.search(head):
+        return (
+            _is_our_schema((path.parent / match[1]).resolve())
+            or re.search("escort[-_]mj", match[1]) is not None
+        )
+    return asked and not TELLING.isdisjoint(_TOP_KEY.findall(head))
+
+
+@cache
+def _is_our_schema(path: Path) -> bool:
+    """Whether a file is the JSON Schema of scenarios."""
+    try:
+        return path.is_file() and TITLE in path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return False
+
+
+def scenarios_in(folder: Path) -> Iterator[Path]:
+    """Every scenario in a folder and the folders in it, in order; hidden folders are left out."""
+    for path in sorted(folder.rglob("*")):
+        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+        if not hidden and path.is_file() and is_scenario(path, asked=True):
+            yield path

@@ -1,0 +1,111 @@
+"""Contacts and clearances between two sides: groups of bodies, or single bodies by name.
+
+An episode is one unbroken touch of two bodies, seen at every physics step. It belongs to every window of time
+that it reaches into: with all of its force, impulse and depth, and with its time in the window.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.record.episodes import during
+from escort_mj.record.measures import Bodies, Measure
+
+if TYPE_CHECKING:
+    import xarray
+
+Flags = NDArray[np.bool_]
+Sides = tuple[str, str]
+
+UNWATCHED = "clearances between {} and {} were not recorded; the scenario's expectations have to name them"
+
+
+def touches(
+    trace: xarray.Dataset, sides: Sides | None, after: float = 0.0, before: float | None = None
+) -> xarray.Dataset:
+    """The episodes of a window that are between two sides.
+
+    Args:
+        trace: The whole trace.
+        sides: Groups or bodies; None for any two bodies but the floor.
+        after: Start of the window [s].
+        before: Its end [s]; None for the end of the run.
+
+    Returns:
+        The trace's episodes; `episode_touch_time` is cut to the window.
+    """
+    until = math.inf if before is None else before
+    found = during(trace, after, until)
+    first, second = found["episode_first"].values, found["episode_second"].values
+    if sides is None:
+        one = other = trace["body_group"].values != "floor"
+    else:
+        one, other = (_members(trace, side) for side in sides)
+    meant = (one[first] & other[second]) | (one[second] & other[first])
+    found = found.isel(episode=meant)
+    inside = np.minimum(found["episode_end"], until) - np.maximum(found["episode_start"], after)
+    found["episode_touch_time"] = np.minimum(found["episode_touch_time"], inside)
+    return found
+
+
+def bodies_of(trace: xarray.Dataset, episode: xarray.Dataset) -> Bodies:
+    """Names of the two bodies of one episode."""
+    names = trace["body"].values
+    return str(names[int(episode["episode_first"])]), str(names[int(episode["episode_second"])])
+
+
+def least_clearance(trace: xarray.Dataset, sides: Sides | None) -> Measure:
+    """Least distance between two sides over a trace or a window of one, surface to surface.
+
+    Args:
+        trace: A trace.
+        sides: Groups or bodies, at least one of them robots or the target; None for any two bodies.
+    """
+    best, known = Measure(math.inf), False
+    groups = [str(group) for group in trace["group"].values] if "group" in trace else []
+    pairs = [(side, group) for side in ("robots", "target") for group in groups] if sides is None else []
+    for side, other in pairs or ([sides, sides[::-1]] if sides else []):
+        if other not in groups:
+            continue
+        found = _nearest(trace, side, other, groups.index(other))
+        known = known or found is not None
+        if found is not None and found.value is not None and found.value < (best.value or math.inf):
+            best = found
+    if not known:
+        return Measure(None, reason=UNWATCHED.format(*(sides or ("any", "body"))))
+    return best
+
+
+def _nearest(trace: xarray.Dataset, side: str, other: str, column: int) -> Measure | None:
+    """Least clearance of a side's robots, or of the target, to a group; None where there is no record."""
+    members = _members(trace, side)
+    robots = trace.sizes["robot"]
+    if side != "target" and members[:robots].any():
+        rows = np.flatnonzero(members[:robots])
+        values = trace["clearance"].values[:, rows, column]
+        nearest = trace["clearance_body"].values[:, rows, column]
+    elif side == "target" and "target_clearance" in trace and other not in ("robots", "target"):
+        rows = np.flatnonzero(trace["body"].values == "target")
+        values = trace["target_clearance"].values[:, column][:, None]
+        nearest = np.full(values.shape, -1)
+        if "target_clearance_body" in trace:
+            nearest = trace["target_clearance_body"].values[:, column][:, None]
+    else:
+        return None
+    row, place = divmod(int(np.argmin(values)), len(rows))
+    if not math.isfinite(values[row, place]):
+        return Measure(math.inf)
+    names = trace["body"].values
+    met = int(nearest[row, place])
+    bodies = (str(names[rows[place]]), str(names[met]) if met >= 0 else other)
+    return Measure(float(values[row, place]), float(trace["time"][row]), bodies)
+
+
+def _members(trace: xarray.Dataset, side: str) -> Flags:
+    """Whether each body is of a side, shape (body,)."""
+    flags: Flags = (trace["body"].values == side) | (trace["body_group"].values == side)
+    return flags

@@ -1,0 +1,67 @@
+"""Many scenarios checked side by side, with clips of those that fail, and reports for people and machines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from escort_mj.errors import EscortError
+from escort_mj.report.video import render_clip
+from escort_mj.study.check import GOOD, Case, Checked, check_one
+from escort_mj.study.parallel import cores, side_by_side
+
+Progress = Callable[[float, float], None]
+
+
+class Task(NamedTuple):
+    """One scenario to check, and what to leave of it.
+
+    Attributes:
+        case: Which.
+        folder: Its run folder; None keeps nothing on disk.
+        keep: Whether a run that passes leaves its folder, too.
+        clip: Whether to draw a clip of a run that fails.
+    """
+
+    case: Case
+    folder: Path | None
+    keep: bool
+    clip: bool
+
+
+def check(
+    cases: Sequence[Case],
+    out: Path,
+    workers: int | None = None,
+    keep: bool = False,
+    clips: bool = True,
+    progress: Progress | None = None,
+) -> list[Checked]:
+    """Runs and judges scenarios side by side.
+
+    Args:
+        cases: What to check.
+        out: Folder for the run folders of those that fail.
+        workers: Processes; None for one per core.
+        keep: Whether runs that pass leave their folder, too.
+        clips: Whether to draw a short video around the worst moment of each that fails.
+        progress: Called with the scenarios done and to do.
+
+    Returns:
+        One result per case, in their order.
+    """
+    tasks = [Task(case, out / case.label, keep, clips) for case in cases]
+    return side_by_side(perform, tasks, workers or cores(), progress)
+
+
+def perform(task: Task) -> Checked:
+    """Checks one scenario, and draws a clip if it fails."""
+    result = check_one(task.case, task.folder, task.keep)
+    if not task.clip or result.folder is None or result.code == GOOD or not result.verdicts:
+        return result
+    try:
+        return replace(result, clip=render_clip(result.folder))
+    except EscortError as error:
+        return replace(result, note=f"no clip: {error}")

@@ -1,0 +1,164 @@
+"""`escort-mj check`: many scenarios side by side, reports for people and machines, exit codes."""
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from escort_mj import api
+from tests.test_cli import command  # noqa: F401  a fixture: one command in a folder of its own
+
+BODY = """\
+duration: 2
+robots: {positions: [[5, 0], [-5, 0]]}
+mission: {radius: 5, behaviors: [surface]}
+expect:
+"""
+FILES = {
+    "s/good.yaml": "  - {contacts: none}\n  - {metric: radius_error_max, at_most: 0.5}\n",
+    "s/fails.yaml": "  - {contacts: none}\n\n  - {metric: force_rms, at_least: 5}\n",
+    "s/near.yaml": "  - {metric: robot_distance_min, at_most: 10.1}\n",
+    "s/known.yaml": "  - {metric: force_rms, at_least: 5, xfail: 'no, never: 100 %'}\n",
+    "s/strict.yaml": "  - {contacts: none, xfail: they touch}\n",
+    "s/deep/bad.yaml": "  - {contacts: nobody}\nrobotos: {}\n",
+    "s/diverges.yaml": "  - {contacts: none}\n",
+    "s/study.yaml": None,
+}
+
+
+@pytest.fixture
+def check(command, tmp_path):  # noqa: F811
+    for name, expectations in FILES.items():
+        file = tmp_path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = "vary: {}\n" if expectations is None else BODY + expectations
+        if "diverges" in name:
+            text = text.replace("surface]", "surface]}\nuncertainty: {disturbance: [1000, 0]")
+        file.write_text(text)
+    return lambda *arguments: command("check", *arguments, "--workers", "1", "--no-video")
+
+
+def test_one_that_passes_leaves_nothing(check, tmp_path: Path) -> None:
+    code, out, err = check("s/good.yaml")
+    assert (code, err) == (0, "")
+    assert "pass   s/good  3 of 3 verdicts" in out and "1 scenario: 1 passed" in out
+    assert not list((tmp_path / "renders").rglob("*.*"))
+    assert check("s/good.yaml", "--keep", "--out", "all")[0] == 0
+    assert (tmp_path / "all" / "s" / "good" / "trace.nc").is_file()
+
+
+def test_a_folder_with_everything_in_it(check, tmp_path: Path, monkeypatch) -> None:
+    code, out, err = check("s", "nosuch", "--junit", "j.xml", "--json", "j.json", "--github")
+    assert code == 3 and err == ""
+    assert "8 scenarios: 3 passed, 2 failed, 2 cannot run, 1 broke" in out
+    for words in (
+        "FAIL: force_rms at least 5 N: ",
+        "near: robot_distance_min at most 10.1 m: 10 m",
+        "xfail: force_rms at least 5 N",
+        "XPASS: contacts none: none; but it was to fail: they touch",
+        "s/deep/bad.yaml:6:1: robotos: is not a key; allowed are",
+        's/deep/bad.yaml:5:16: expect[0].contacts: found "nobody"; expected none, any',
+        "nosuch: there is no such file or shipped scenario",
+        "kept: renders/check/s/fails",
+    ):
+        assert words in out, words
+    kept = {path.parent.name for path in (tmp_path / "renders").rglob("outcome.json")}
+    assert kept == {"fails", "strict", "diverges"}
+
+
+def test_junit(check, tmp_path: Path) -> None:
+    check("s", "--junit", "j.xml")
+    root = ElementTree.parse(tmp_path / "j.xml").getroot()
+    assert root.tag == "testsuites"
+    suites = {suite.get("name"): suite for suite in root}
+    assert set(suites) == {
+        f"s/{name}" for name in ("deep/bad", "diverges", "fails", "good", "known", "near", "strict")
+    }
+    counts = {
+        name.removeprefix("s/"): tuple(
+            int(suite.get(key)) for key in ("tests", "failures", "errors", "skipped")
+        )
+        for name, suite in suites.items()
+    }
+    assert counts == {
+        "deep/bad": (1, 0, 1, 0),
+        "diverges": (2, 0, 1, 0),
+        "fails": (3, 1, 0, 0),
+        "good": (3, 0, 0, 0),
+        "known": (2, 0, 0, 1),
+        "near": (2, 0, 0, 0),
+        "strict": (2, 1, 0, 0),
+    }
+    assert [int(root.get(key)) for key in ("tests", "failures", "errors", "skipped")] == [15, 2, 2, 1]
+    failed = suites["s/fails"].find("testcase[failure]")
+    assert (failed.get("file"), failed.get("line")) == ("s/fails.yaml", "7")
+    assert failed.get("name") == "force_rms at least 5 N"
+    assert "[[ATTACHMENT|renders/check/s/fails]]" in failed.find("failure").text
+
+
+def test_json(check, tmp_path: Path) -> None:
+    check("s", "--json", "j.json")
+    found = json.loads((tmp_path / "j.json").read_text(), parse_constant=pytest.fail)
+    assert (found["passed"], found["exit_code"]) == (False, 3)
+    scenarios = {one["label"].removeprefix("s/"): one for one in found["scenarios"]}
+    codes = {name: one["exit_code"] for name, one in scenarios.items()}
+    assert codes == {"deep/bad": 2, "diverges": 3, "fails": 1, "good": 0, "known": 0, "near": 0, "strict": 1}
+    assert scenarios["deep/bad"]["faults"][0]["line"] == 5
+    verdict = scenarios["fails"]["verdicts"][2]
+    assert (verdict["metric"], verdict["passed"], verdict["line"]) == ("force_rms", False, 7)
+    assert verdict["margin"] == pytest.approx(verdict["value"] - 5.0)
+    assert scenarios["diverges"]["outcome"] == "diverged"
+
+
+def test_github_annotations(check) -> None:
+    _, out, _ = check("s", "--github")
+    lines = [line for line in out.splitlines() if line.startswith("::")]
+    assert (
+        "::error file=s/fails.yaml,line=7,title=s/fails%3A force_rms::force_rms at least 5 N: "
+        in "\n".join(lines)
+    )
+    assert any(line.startswith("::warning file=s/near.yaml,line=5,") for line in lines)
+    assert any(line.startswith("::error file=s/deep/bad.yaml,line=6,") for line in lines)
+    assert not any("known" in line for line in lines)
+    assert len(lines) == 6
+
+
+def test_worse_outranks_bad(check) -> None:
+    assert check("s/fails.yaml")[0] == 1
+    assert check("s/fails.yaml", "s/deep")[0] == 2
+    assert check("s/deep", "s/diverges.yaml")[0] == 3
+
+
+def test_a_report_that_cannot_be_written_is_said_before_anything_runs(check, tmp_path: Path) -> None:
+    code, out, err = check("s/good.yaml", "--junit", "no/such/j.xml")
+    assert (code, out) == (2, "") and "there is no folder no/such" in err
+
+
+def test_a_program_error_is_a_result(check, monkeypatch) -> None:
+    monkeypatch.setattr("escort_mj.mission.build", lambda scenario: 1 / 0)
+    code, out, _ = check("s/good.yaml", "--github")
+    assert code == 3 and "the program broke" in out and "ZeroDivisionError" in out
+    assert "::error file=s/good.yaml,line=1,title=s/good%3A the program broke::ZeroDivisionError" in out
+
+
+def test_each_once_under_a_label_of_its_own(check, tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "there").mkdir()
+    monkeypatch.chdir(tmp_path / "there")
+    cases = api.cases(["../s", "../s/good.yaml", "main", "../s/deep", tmp_path / "s" / "near.yaml"])
+    assert [case.label for case in cases] == [
+        "bad",
+        "diverges",
+        "fails",
+        "good",
+        "known",
+        "near",
+        "strict",
+        "main",
+    ]
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "good.yaml").write_text(BODY + "  []\n")
+    labels = [case.label for case in api.cases(["../s/good.yaml", "../other/good.yaml", "../empty"])]
+    assert labels[:2] == ["good", "good-2"]
+    (empty,) = api.cases([tmp_path / "there"])
+    assert "holds no scenario" in empty.fault

@@ -1,0 +1,207 @@
+"""`pytest scenarios/`: what is collected, what passes and fails, and how that reads."""
+
+import os
+import re
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import pytest
+
+SCHEMA = Path(__file__).parents[1] / "scenarios" / "schema.json"
+HEAD = f"# yaml-language-server: $schema={SCHEMA}\n"
+BODY = """\
+duration: 2
+robots: {positions: [[5, 0], [-5, 0]]}
+mission: {radius: 5, behaviors: [surface]}
+expect:
+"""
+GOOD = BODY + "  - {contacts: none}\n  - {metric: radius_error_max, at_most: 0.5}\n"
+FAILS = BODY + "  - {contacts: none}\n\n  - {metric: force_rms, at_least: 5}\n"
+FILES = {
+    "good": GOOD,
+    "fails": FAILS,
+    "known": BODY + "  - {metric: force_rms, at_least: 5, xfail: much too weak}\n",
+    "strict": BODY + "  - {contacts: none, xfail: they touch}\n",
+    "bad": BODY + "  - {contacts: nobody}\nrobotos: {}\n",
+    "diverges": GOOD.replace("surface]}", "surface]}\nuncertainty: {disturbance: [1000, 0]}"),
+}
+# Notes every run of a scenario, and who draws; nothing is drawn.
+SPY = """
+import escort_mj.report.check, escort_mj.report.video, escort_mj.study.check as check
+fly = check.fly
+
+def noted(scenario, *rest):
+    with open("runs.txt", "a") as file:
+        file.write(scenario.name + "\\n")
+    return fly(scenario, *rest)
+
+check.fly = noted
+escort_mj.report.check.render_clip = escort_mj.report.video.render_clip = lambda folder: folder / "clip.mp4"
+"""
+INSTALLED = any(one.value == "escort_mj.pytest_plugin" for one in entry_points(group="pytest11"))
+
+
+class Session:
+    """What one call of pytest printed."""
+
+    def __init__(self, folder: Path, *arguments: str) -> None:
+        plugin = [] if INSTALLED else ["-p", "escort_mj.pytest_plugin"]
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *plugin, *arguments]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=_environment())
+        self.out, self.code = done.stdout, done.returncode
+        assert not done.stderr, done.stderr
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """The numbers of the last line."""
+        return {
+            word: int(number) for number, word in re.findall(r"(\d+) ([a-z]+)", self.out.splitlines()[-1])
+        }
+
+
+def _environment() -> dict[str, str]:
+    return {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}
+
+
+def write(folder: Path, head: str = HEAD, suffix: str = ".yaml", **files: str) -> Path:
+    for name, text in files.items():
+        named = "" if "duration" not in text else f"name: {name}\n"
+        (folder / f"{name}{suffix}").write_text(head + named + text)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory) -> Session:
+    folder = write(tmp_path_factory.mktemp("all"), **FILES)
+    (folder / "conftest.py").write_text(SPY)
+    session = Session(folder, "-v", "-rxX", "--escort-video", "--escort-out", "kept")
+    session.folder = folder
+    return session
+
+
+def test_one_test_per_expectation_and_one_for_the_outcome(session):
+    for name in ("outcome", "contacts", "radius_error_max"):
+        assert re.search(rf"good\.yaml::{name} PASSED", session.out)
+    outcomes = {word: session.outcomes[word] for word in ("failed", "passed", "xfailed")}
+    assert outcomes == {"failed": 5, "passed": 8, "xfailed": 1}
+    assert session.code == 1
+
+
+def test_a_failure_reads_without_a_traceback(session):
+    part = session.out.partition("fails: force_rms")[2]
+    assert re.search(
+        r"\nforce_rms at least 5 N: \S+ N\n  at fails.yaml:9\n  kept: kept/fails/clip.mp4\n", part
+    )
+    for word in ("Traceback", "runtest", "pytest_plugin.py", "\nE  "):
+        assert word not in session.out
+
+
+def test_known_failures_are_strict(session):
+    assert re.search(r"XFAIL known\.yaml::force_rms - much too weak", session.out)
+    assert re.search(r"\[XPASS\(strict\)\] they touch", session.out)
+
+
+def test_a_wrong_scenario_is_one_failure_and_the_others_run(session):
+    assert 'bad.yaml:7:16: expect[0].contacts: found "nobody"; expected none' in session.out
+    assert "bad.yaml:8:1: robotos: is not a key" in session.out
+    assert session.out.count("bad.yaml::") == 1
+
+
+def test_a_run_that_breaks_off_says_why(session):
+    part = session.out.partition("diverges: outcome")[2]
+    assert re.search(r"outcome completed: diverged.*\n  robot \d is \d+ m from the target", part)
+
+
+def test_each_scenario_runs_once_and_what_failed_is_kept(session):
+    runs = (session.folder / "runs.txt").read_text().split()
+    assert sorted(runs) == ["diverges", "fails", "good", "known", "strict"]
+    kept = {path.parent.name for path in (session.folder / "kept").rglob("trace.nc")}
+    assert kept == {"fails", "strict", "diverges"}
+
+
+def test_a_program_error_shows_where(tmp_path):
+    (tmp_path / "conftest.py").write_text("import escort_mj.mission as m\nm.build = lambda scenario: 1 / 0\n")
+    found = Session(write(tmp_path, good=GOOD), "-k", "contacts")
+    assert (found.outcomes["failed"], found.outcomes["deselected"]) == (1, 2)
+    assert re.search(r"the program broke:\nTraceback(.|\n)*ZeroDivisionError", found.out)
+
+
+class TestWhatIsCollected:
+    def test_nothing_of_others_for_whom_nothing_is_loaded(self, tmp_path):
+        write(
+            tmp_path,
+            head="",
+            ci="on: push\n",
+            study="vary: {}\nmission: x\n",
+            plain=GOOD,
+            broken="a: [",
+            empty="",
+        )
+        (tmp_path / "test_x.py").write_text("def test_x(): pass\n")
+        (tmp_path / "conftest.py").write_text(
+            "import sys\n"
+            "def pytest_unconfigure(config):\n"
+            "    heavy = {'numba', 'numpy', 'mujoco', 'xarray', 'pydantic', 'matplotlib', 'ruamel'}\n"
+            "    print('loaded:', sorted(heavy & set(sys.modules)))\n"
+        )
+        found = Session(tmp_path, "-p", "no:hypothesispytest")
+        assert " 1 passed" in found.out and "loaded: []" in found.out
+
+    def test_what_looks_like_one_if_asked(self, tmp_path):
+        write(tmp_path, head="", good=GOOD, study="vary: {}\n")
+        assert Session(tmp_path, "--collect-only").code == pytest.ExitCode.NO_TESTS_COLLECTED
+        assert "3 tests collected" in Session(tmp_path, "--collect-only", "--escort").out
+
+    def test_what_the_settings_name(self, tmp_path):
+        write(tmp_path, head="", good=GOOD, other=GOOD)
+        (tmp_path / "pytest.ini").write_text("[pytest]\nescort_files = goo*.yaml missions/*\n")
+        found = Session(tmp_path, "--collect-only").out
+        assert "3 tests collected" in found and "ScenarioFile good.yaml" in found
+
+    def test_our_own_tests_collect_none(self, pytestconfig):
+        assert pytestconfig.getini("testpaths") == ["tests"]
+        folder = Path(__file__).parent
+        assert not [*folder.rglob("*.yaml"), *folder.rglob("*.yml")]
+
+
+def test_side_by_side_each_runs_once(tmp_path):
+    files = {f"mission_{k}": GOOD for k in range(4)}
+    (write(tmp_path, **files) / "conftest.py").write_text(SPY)
+    found = Session(tmp_path, "-n", "2")
+    assert found.outcomes["passed"] == 12
+    assert sorted((tmp_path / "runs.txt").read_text().split()) == sorted(files)
+
+
+PYTHON = """
+import pytest
+from escort_mj.errors import ScenarioError
+from escort_mj.testing import assert_metric, assert_no_contacts, assert_passed, assert_settled
+
+def test_good(escort_run):
+    run = escort_run("good.yaml")
+    assert_passed(run)
+    assert_no_contacts(run)
+    assert_settled(run, within=0.5, by=1)
+    assert escort_run("good.yaml") is run
+
+def test_bad(escort_run):
+    assert_metric(escort_run("good.yaml"), "force_rms", at_least=5)
+
+def test_unknown(escort_run):
+    with pytest.raises(ScenarioError, match="this scenario has none"):
+        assert_no_contacts(escort_run("good.yaml"), between=("robots", "walls"))
+"""
+
+
+def test_assertions_in_python(tmp_path):
+    write(tmp_path, head="", good=GOOD)
+    (tmp_path / "test_it.py").write_text(PYTHON)
+    (tmp_path / "conftest.py").write_text(SPY)
+    found = Session(tmp_path, "--escort-video", "--escort-out", "kept")
+    assert (found.outcomes["passed"], found.outcomes["failed"]) == (2, 1)
+    assert re.search(r"E +escort_mj\.testing\.VerdictError: force_rms at least 5 N: ", found.out)
+    assert "testing.py" not in found.out
+    assert "kept/runs/good-main-1/clip.mp4" in found.out
+    assert [path.parent.name for path in (tmp_path / "kept").rglob("trace.nc")] == ["good-main-1"]
