@@ -12,6 +12,7 @@ from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, Run, fly
 from escort_mj.recognize import SUFFIXES, scenarios_in
 from escort_mj.record.folder import RunFolder
+from escort_mj.recognize import scenario_names
 from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
 from escort_mj.scenario.overrides import Overrides
@@ -28,8 +29,7 @@ def scenarios_folder() -> Path:
 
 def shipped_scenarios() -> list[str]:
     """Names of the scenarios that come with the package."""
-    folder = scenarios_folder()
-    return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in folder.rglob("*.yaml"))
+    return scenario_names(scenarios_folder())
 
 
 def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:

@@ -3,20 +3,36 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from escort_mj.cli import BROKEN, GOOD, VERDICT_FAILED, _progress, _shown, app
+from escort_mj.cli import BROKEN, GOOD, VERDICT_FAILED, _draw_video, _progress, _shown, app
+
+if TYPE_CHECKING:
+    from escort_mj.study.design import Design
+
+OutOption = Annotated[Path | None, typer.Option(help="Folder of results [default: renders/studies/NAME].")]
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
+
+
+def _laid_out(study: Path, out: Path | None, workers: int | None) -> tuple[Design, Path, int]:
+    """A study's design, the folder of its results, and how many processes work on it."""
+    from escort_mj import api
+    from escort_mj.study.definition import load_study
+    from escort_mj.study.design import Design
+    from escort_mj.study.parallel import cores
+
+    design = Design(load_study(study), api.scenarios_folder())
+    folder = out if out is not None else Path("renders") / "studies" / design.study.study
+    return design, folder, cores() if workers is None else workers
 
 
 @app.command()
 def sweep(
     study: Annotated[Path, typer.Argument(help="A study file.")],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder of results [default: renders/studies/NAME].")
-    ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    out: OutOption = None,
+    workers: WorkersOption = None,
     backend: Annotated[Literal["local", "dask"], typer.Option(help="Where runs are computed.")] = "local",
     scheduler: Annotated[
         str | None, typer.Option(help="A running Dask scheduler, such as tcp://host:8786 [default: our own].")
@@ -27,16 +43,10 @@ def sweep(
 
     Example: escort-mj sweep scenarios/studies/minute.yaml --workers 2
     """
-    from escort_mj import api
     from escort_mj.study import backends
-    from escort_mj.study.definition import load_study
-    from escort_mj.study.design import Design
-    from escort_mj.study.parallel import cores
     from escort_mj.study.sweep import sweep as make_runs
 
-    design = Design(load_study(study), api.scenarios_folder())
-    folder = out if out is not None else Path("renders") / "studies" / design.study.study
-    count = cores() if workers is None else workers
+    design, folder, count = _laid_out(study, out, workers)
     where = backends.local(count) if backend == "local" else backends.dask(count, scheduler)
     with _progress("sweeping", " runs") as progress:
         done = make_runs(design, folder, where, count, yes, progress)
@@ -70,3 +80,65 @@ def rerun(
     for line in lines(found):
         typer.echo(line)
     raise typer.Exit(GOOD if found.good else VERDICT_FAILED)
+
+
+@app.command()
+def tune(
+    study: Annotated[Path, typer.Argument(help="A study file with a section tune.")],
+    out: OutOption = None,
+    workers: WorkersOption = None,
+    figures: Annotated[
+        bool, typer.Option("--figures/--no-figures", help="Whether to draw how it went.")
+    ] = True,
+) -> None:
+    """Tune values of a scenario within the bounds of a study; broken off, it goes on where it was.
+
+    Example: escort-mj tune scenarios/studies/tune_apd_smc.yaml
+    """
+    from escort_mj.study import backends
+    from escort_mj.study.evaluate import base_of
+    from escort_mj.study.tune import tune as search
+    from escort_mj.study.tune_table import lines
+
+    design, folder, count = _laid_out(study, out, workers)
+    with _progress("tuning", " trials") as progress:
+        found = search(design, folder, backends.local(count), progress)
+    section = design.study.tune
+    assert section is not None, "tune has refused studies without it"
+    for line in lines(found, section, {key: base_of(design, key) for key in section.over}):
+        typer.echo(line)
+    written = ["results.sqlite", "trials.csv", "tune.json", "best.yaml"]
+    if figures:
+        from escort_mj.report.tuning import draw_tuning
+
+        written += [path.name for path in draw_tuning(folder, section, found)]
+    typer.echo(f"wrote {_shown(folder)}: {' '.join(written)}")
+
+
+@app.command()
+def falsify(
+    study: Annotated[Path, typer.Argument(help="A study file with a section falsify.")],
+    out: OutOption = None,
+    workers: WorkersOption = None,
+    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to draw what was found.")] = True,
+) -> None:
+    """Search the bounds of a study for a mission that breaks a verdict, and shrink what is found.
+
+    Exit code: 0 if nothing was found, 1 if something was.
+
+    Example: escort-mj falsify scenarios/studies/falsify_main.yaml
+    """
+    from escort_mj.study import backends
+    from escort_mj.study.falsify import falsify as search
+    from escort_mj.study.falsify import lines
+
+    design, folder, count = _laid_out(study, out, workers)
+    with _progress("searching", " runs") as progress:
+        found = search(design, folder, backends.local(count), progress)
+    for line in lines(found):
+        typer.echo(line)
+    for one in found.counterexamples:
+        if video:
+            _draw_video(one.folder)
+    typer.echo(f"wrote {_shown(folder)}: results.sqlite falsify.json counterexamples/")
+    raise typer.Exit(VERDICT_FAILED if found.counterexamples else GOOD)

@@ -50,6 +50,11 @@ def _is_our_schema(path: Path) -> bool:
         return False
 
 
+def scenario_names(folder: Path) -> list[str]:
+    """Names of the scenarios of a folder, such as `paper/case1_2d`; studies are none."""
+    return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in scenarios_in(folder))
+
+
 def scenarios_in(folder: Path) -> Iterator[Path]:
     """Every scenario in a folder and the folders in it, in order; hidden folders are left out."""
     for path in sorted(folder.rglob("*")):

@@ -13,6 +13,7 @@ import multiprocessing
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from itertools import islice
 from typing import Any, TypeVar
 
 from escort_mj.errors import UsageError
@@ -40,6 +41,7 @@ def local(workers: int) -> Backend[Any, Any]:
     """
     if workers == 1:
         return here
+    idle: list[ProcessPoolExecutor] = []  # kept for the next call: a search makes many small ones
 
     def compute(
         function: Callable[[Job], Result], jobs: Iterable[Job]
@@ -48,44 +50,43 @@ def local(workers: int) -> Backend[Any, Any]:
         again: list[tuple[Job, int]] = []  # with the tries that they have had
         while True:
             # Not forked from this process, whose threads and native callbacks would not survive it.
-            with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver")) as pool:
-                flying: dict[Future[Result], tuple[Job, int]] = {}
-
-                def launch(job: Job, tries: int) -> None:
-                    flying[pool.submit(function, job)] = job, tries  # noqa: B023
-
-                try:
-                    # Suspects first and one at a time, so that it is seen which of them kills its worker.
-                    while again:
-                        job, tries = again.pop()
-                        future = pool.submit(function, job)
-                        flying[future] = job, tries
+            pool = (
+                idle.pop()
+                if idle
+                else ProcessPoolExecutor(workers, multiprocessing.get_context("forkserver"))
+            )
+            flying: dict[Future[Result], tuple[Job, int]] = {}
+            try:
+                # Suspects first and one at a time, so that it is seen which of them kills its worker.
+                while again:
+                    job, tries = again.pop()
+                    future = pool.submit(function, job)
+                    flying[future] = job, tries
+                    result = future.result()
+                    del flying[future]
+                    yield job, result
+                while True:
+                    while len(flying) < AHEAD * workers and (more := list(islice(waiting, 1))):
+                        flying[pool.submit(function, more[0])] = more[0], 0
+                    if not flying:
+                        idle.append(pool)
+                        return
+                    for future in wait(flying, return_when=FIRST_COMPLETED).done:
                         result = future.result()
-                        del flying[future]
+                        job, _ = flying.pop(future)
                         yield job, result
-                    while True:
-                        while len(flying) < AHEAD * workers:
-                            try:
-                                launch(next(waiting), 0)
-                            except StopIteration:
-                                break
-                        if not flying:
-                            return
-                        for future in wait(flying, return_when=FIRST_COMPLETED).done:
-                            result = future.result()
-                            job, _ = flying.pop(future)
-                            yield job, result
-                except BrokenProcessPool:
-                    for future, (job, tries) in flying.items():
-                        if future.done() and not future.cancelled() and future.exception() is None:
-                            yield job, future.result()
-                        elif tries + 1 < TRIES:
-                            again.append((job, tries + 1))
-                        else:
-                            yield job, None
-                except BaseException:
-                    pool.shutdown(wait=False, cancel_futures=True)
-                    raise
+            except BrokenProcessPool:
+                pool.shutdown(wait=False)
+                for future, (job, tries) in flying.items():
+                    if future.done() and not future.cancelled() and future.exception() is None:
+                        yield job, future.result()
+                    elif tries + 1 < TRIES:
+                        again.append((job, tries + 1))
+                    else:
+                        yield job, None
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
 
     return compute
 

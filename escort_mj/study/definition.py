@@ -3,48 +3,26 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
+from collections.abc import Iterator
+from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, PositiveFloat, PositiveInt, Tag, ValidationError
+from pydantic import Field, PositiveFloat, PositiveInt, ValidationError
 
 from escort_mj.control.parameters import Parameters
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario import explain
 from escort_mj.scenario.document import Document, read
 from escort_mj.scenario.fields import RUN_NAME
-from escort_mj.scenario.findings import Finding, key_path, parse_key_path
+from escort_mj.scenario.findings import Finding, Path, key_path, listed, nearest, parse_key_path
 from escort_mj.scenario.load import read_text, tuples
 from escort_mj.scenario.schema import Scenario
+from escort_mj.study.parameters import NAME, named
+from escort_mj.study.ranges import Box, Levels, Range, Steps
+from escort_mj.study.searches import Falsify, Tune
 
 MOST_RUNS = 1_000_000
-
-
-class Range(Parameters):
-    """Numbers between two bounds."""
-
-    low: float
-    """Least value, in the key's unit."""
-    high: float
-    """Largest value, in the key's unit."""
-    scale: Literal["linear", "log"] = "linear"
-    """How values are spread between them."""
-    whole: bool = False
-    """Whether only whole numbers are meant."""
-
-
-class Steps(Range):
-    """Evenly spread numbers, both bounds among them."""
-
-    count: Annotated[int, Field(ge=2, le=10_000)]
-    """How many."""
-
-
-Levels = Annotated[
-    Annotated[tuple[Any, ...], Tag("list")] | Annotated[Steps, Tag("steps")],
-    Discriminator(lambda value: "steps" if isinstance(value, dict | Steps) else "list"),
-]
-"""Values of one factor: written out, or evenly spread."""
+PARAMETER = rf"^{NAME}$"
 
 
 class Sample(Parameters):
@@ -56,8 +34,8 @@ class Sample(Parameters):
     """How many points."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
     """Seed of the drawing."""
-    over: Annotated[dict[str, Range], Field(min_length=1)]
-    """Scenario keys, such as `robots.mass`, and the range of each."""
+    over: Box
+    """Scenario keys or parameters, and the range of each."""
 
 
 class Limit(Parameters):
@@ -80,6 +58,9 @@ class Study(Parameters):
     """What the study is to find out."""
     scenario: str
     """A scenario file beside this one, or the name of a shipped scenario."""
+    parameters: dict[Annotated[str, Field(pattern=PARAMETER)], float] = {}
+    """Numbers by name: where a value of `set` or `cases` has the name in braces, as in "{amplitude}*sin(t)",
+    it gets the number; what is varied or searched may name them like scenario keys."""
     set: dict[str, Any] = {}
     """Scenario keys and the value that they have in every run."""
     cases: Annotated[dict[str, dict[str, Any]], Field(max_length=1000)] = {}
@@ -96,6 +77,10 @@ class Study(Parameters):
     """Whose run folders are kept: of no run, of those that fail a verdict or break, of all."""
     at_most: Limit = Limit()
     """Beyond this the study has to be confirmed."""
+    tune: Tune | None = None
+    """What `escort-mj tune` does with the study's cells and seeds."""
+    falsify: Falsify | None = None
+    """What `escort-mj falsify` does with the study's cells and seeds."""
 
 
 class StudyFile:
@@ -106,7 +91,7 @@ class StudyFile:
         study: What it says.
     """
 
-    def __init__(self, path: Path, study: Study, document: Document) -> None:
+    def __init__(self, path: FilePath, study: Study, document: Document) -> None:
         self.path, self.study, self._document = path, study, document
 
     def fault(self, message: str, *path: str | int) -> Fault:
@@ -128,7 +113,7 @@ def load_study(path: str | os.PathLike[str]) -> StudyFile:
         ScenarioError: With every fault found.
     """
     source = os.fspath(path)
-    document = read(read_text(Path(source)), source)
+    document = read(read_text(FilePath(source)), source)
     if not is_study(document):
         message = "is no study: a study names itself with the key study, and its scenario with scenario"
         raise ScenarioError([Fault(message, source=source)])
@@ -139,7 +124,7 @@ def load_study(path: str | os.PathLike[str]) -> StudyFile:
     else:
         findings = list(_findings(study))
         if not findings:
-            return StudyFile(Path(source), study, document)
+            return StudyFile(FilePath(source), study, document)
     faults = []
     for finding in findings:
         place = document.place(finding.path, finding.at_key)
@@ -149,40 +134,55 @@ def load_study(path: str | os.PathLike[str]) -> StudyFile:
 
 def _findings(study: Study) -> list[Finding]:
     """What is wrong between the keys of a study."""
-    found = []
+    found = [*_key_findings(study), *_parameter_findings(study)]
+    found += [Finding(("vary", key), "has no values") for key, value in study.vary.items() if value == ()]
+    for key, levels in study.vary.items():
+        if isinstance(levels, Range):
+            found += levels.findings(("vary", key))
+    for path, box in _boxes(study):
+        for key, bounds in box.items():
+            found += bounds.findings((*path, key))
+    return found + (list(study.tune.findings()) if study.tune is not None else [])
+
+
+def _boxes(study: Study) -> Iterator[tuple[Path, dict[str, Range]]]:
+    """Every table of ranges, and where it stands."""
+    for name in ("sample", "tune", "falsify"):
+        if (part := getattr(study, name)) is not None:
+            yield (name, "over"), part.over
+
+
+def _key_findings(study: Study) -> Iterator[Finding]:
+    """Keys that are none, that are not a study's to set, or that are varied twice."""
     seen: dict[str, str] = {}
-    tables: list[tuple[tuple[str | int, ...], str]] = [(("set", key), key) for key in study.set]
+    tables: list[tuple[Path, str]] = [(("set", key), key) for key in study.set]
     tables += [(("vary", key), key) for key in study.vary]
-    tables += [(("sample", "over", key), key) for key in (study.sample.over if study.sample else ())]
+    tables += [((*path, key), key) for path, box in _boxes(study) for key in box]
     tables += [(("cases", name, key), key) for name, case in study.cases.items() for key in case]
     for path, key in tables:
-        where = key_path(path[:-1])
+        searched = path[0] in ("tune", "falsify")
         if parse_key_path(key) is None:
-            found.append(Finding(path, "is no key path of a scenario, such as robots.mass", at_key=True))
-        elif key in ("seed", "name", "version"):
-            found.append(
-                Finding(path, f"{key} cannot be varied; seeds and first_seed say which", at_key=True)
-            )
+            yield Finding(path, "is no key path of a scenario, such as robots.mass", at_key=True)
+        elif key in ("name", "version") or (key == "seed" and path[0] != "falsify"):
+            yield Finding(path, f"{key} cannot be varied; seeds and first_seed say which", at_key=True)
         elif path[0] in ("vary", "sample") and key in seen:
-            found.append(Finding(path, f"is given in {seen[key]} too", at_key=True))
-        if path[0] != "set":
-            seen.setdefault(key, where)
-    ranges: list[tuple[tuple[str, ...], Range]]
-    ranges = [(("vary", key), value) for key, value in study.vary.items() if isinstance(value, Range)]
-    ranges += [
-        (("sample", "over", key), value) for key, value in (study.sample.over if study.sample else {}).items()
-    ]
-    for path, value in ranges:
-        if not value.low < value.high:
-            found.append(
-                Finding((*path, "high"), f"found {value.high:g}; expected more than low, {value.low:g}")
-            )
-        elif value.scale == "log" and value.low <= 0.0:
-            found.append(
-                Finding((*path, "low"), f"found {value.low:g}; a logarithmic scale needs more than 0")
-            )
-    found += [Finding(("vary", key), "has no values") for key, value in study.vary.items() if value == ()]
-    return found
+            yield Finding(path, f"is given in {seen[key]} too", at_key=True)
+        if path[0] != "set" and not searched:
+            seen.setdefault(key, key_path(path[:-1]))
+
+
+def _parameter_findings(study: Study) -> Iterator[Finding]:
+    """Parameters that hide a scenario key, and names in braces that are no parameters."""
+    for name in study.parameters:
+        if name in Scenario.model_fields:
+            yield Finding(("parameters", name), "is a key of scenarios; choose another name", at_key=True)
+    values: list[tuple[Path, Any]] = [(("set", key), value) for key, value in study.set.items()]
+    values += [(("cases", name, key), v) for name, case in study.cases.items() for key, v in case.items()]
+    for path, value in values if study.parameters else ():
+        for name in named(value):
+            if name not in study.parameters:
+                message = f"found {{{name}}}; the parameters are {listed([*study.parameters])}"
+                yield Finding(path, message + nearest(name, study.parameters))
 
 
 __all__ = ["Limit", "Range", "Sample", "Scenario", "Steps", "Study", "StudyFile", "is_study", "load_study"]

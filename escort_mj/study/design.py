@@ -5,19 +5,23 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.recognize import scenario_names
 from escort_mj.scenario.findings import nearest, parse_key_path
 from escort_mj.scenario.load import Template, read_text
 from escort_mj.scenario.schema import Scenario
-from escort_mj.study.definition import Range, Sample, Steps, StudyFile
+from escort_mj.study.definition import Sample, Steps, Study, StudyFile
+from escort_mj.study.parameters import filled
 
 CASE, SAMPLE = "case", "point"
 MOST_FAULTS = 20
@@ -91,12 +95,18 @@ class Design:
 
     def runs(self) -> Iterator[Planned]:
         """Every run, seed by seed through all cells: a study that is cut short has all cells alike."""
-        versions = {name: version(name) for name in ("escort-mj", "mujoco", "numpy", "numba")}
         data = [self.template.overridden(cell.settings) for cell in self.cells]
         for seed in self.seeds:
             for index in range(len(self.cells)):
-                text = json.dumps([versions, data[index] | {"seed": seed}], sort_keys=True, default=str)
-                yield Planned(index, seed, hashlib.sha256(text.encode()).hexdigest()[:DIGITS])
+                yield Planned(index, seed, _digest(data[index] | {"seed": seed}))
+
+    def cells_at(self, point: Mapping[str, Any]) -> tuple[Cell, ...]:
+        """All cells with what a search sets beside them: scenario keys or parameters, and their values."""
+        return tuple(_cells(self.file, point))
+
+    def key(self, cell: Cell, seed: int) -> str:
+        """Digest of everything that a run of a cell depends on."""
+        return _digest(self.template.overridden(cell.settings) | {"seed": seed})
 
     def _own_seed(self) -> int:
         """The scenario's own seed; what is wrong with it shows when cells are tried."""
@@ -139,6 +149,17 @@ class Design:
         return self.file.fault(f"with {words}: {message}" if words else message, "scenario")
 
 
+def _digest(data: Mapping[str, Any]) -> str:
+    """Digest of a run's scenario and of the versions that take part."""
+    text = json.dumps([_versions(), data], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in ("escort-mj", "mujoco", "numpy", "numba")}
+
+
 def _short(value: Any) -> str:
     text = f"{value:g}" if isinstance(value, float) else str(value)
     return text if len(text) <= 60 else text[:57] + "..."
@@ -154,10 +175,9 @@ def _scenario_path(file: StudyFile, shipped: Path) -> Path:
     beside = file.path.parent / name
     if beside.is_file():
         return beside
-    path = shipped / f"{name}.yaml"
-    names = sorted(entry.relative_to(shipped).with_suffix("").as_posix() for entry in shipped.rglob("*.yaml"))
+    names = scenario_names(shipped)
     if name in names:
-        return path
+        return shipped / f"{name}.yaml"
     message = f"found {name}; there is no such file beside the study and no such shipped scenario"
     raise ScenarioError([file.fault(message + nearest(name, names), "scenario")])
 
@@ -177,11 +197,14 @@ def _place_of(key: str, cell: Cell, file: StudyFile) -> tuple[str | int, ...]:
     case = cell.labels.get(CASE)
     if case is not None and key in study.cases[case]:
         return "cases", case, key
+    for name, search in (("tune", study.tune), ("falsify", study.falsify)):
+        if search is not None and key in search.over and key not in study.set:
+            return name, "over", key
     return "set", key
 
 
-def _cells(file: StudyFile) -> Iterator[Cell]:
-    """Every combination of cases, values and drawn points."""
+def _cells(file: StudyFile, searched: Mapping[str, Any] = MappingProxyType({})) -> Iterator[Cell]:
+    """Every combination of cases, values and drawn points, with what a search adds to each."""
     study = file.study
     cases: list[tuple[dict[str, Any], dict[str, Any]]]
     cases = [({CASE: name}, case) for name, case in study.cases.items()] or [({}, {})]
@@ -192,10 +215,20 @@ def _cells(file: StudyFile) -> Iterator[Cell]:
             varied = dict(combination)
             for number, point in points:
                 labels = label | varied | point
-                settings = dict(study.set) | case | varied | point
-                # A table before its keys: what sets the whole table must not undo what sets a part of it.
-                order = sorted(settings, key=lambda key: len(parse_key_path(key) or ()))
-                yield Cell(labels | number, {key: settings[key] for key in order})
+                settings = dict(study.set) | case | varied | point | dict(searched)
+                yield Cell(labels | number, _settled(study, settings))
+
+
+def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Scenario keys and values, parameters filled in.
+
+    A table comes before its keys: what sets the whole table must not undo what sets a part of it.
+    """
+    numbers = {name: given.get(name, number) for name, number in study.parameters.items()}
+    keys = sorted(
+        (key for key in given if key not in numbers), key=lambda key: len(parse_key_path(key) or ())
+    )
+    return {key: filled(given[key], numbers) if numbers else given[key] for key in keys}
 
 
 def _values(values: tuple[Any, ...] | Steps) -> list[Any]:
@@ -223,14 +256,5 @@ def _points(sample: Sample) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
     for number, row in enumerate(unit):
         yield (
             {SAMPLE: number},
-            {key: _within(box, float(u)) for (key, box), u in zip(sample.over.items(), row, strict=True)},
+            {key: box.at(float(u)) for (key, box), u in zip(sample.over.items(), row, strict=True)},
         )
-
-
-def _within(box: Range, share: float) -> float | int:
-    """The number at a share of the way through a range."""
-    if box.whole:
-        return min(math.floor(box.low + share * (box.high - box.low + 1.0)), math.floor(box.high))
-    if box.scale == "log":
-        return box.low * (box.high / box.low) ** share
-    return box.low + share * (box.high - box.low)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.mission import fly
@@ -51,6 +51,9 @@ class Job(NamedTuple):
     source: str
     folder: Path | None
     only_failed: bool
+
+
+Keyed = TypeVar("Keyed", Job, Planned)
 
 
 class Swept(NamedTuple):
@@ -100,7 +103,8 @@ def sweep(
             missing = _missing(planned, store)
         if progress is not None:
             progress(len(planned) - len(missing), len(planned))
-        made += _make(design, missing, store, out, backend, len(planned), progress)
+        jobs = [_job(design, run, out) for run in missing]
+        made += make(jobs, store, backend, len(planned), progress)
         rows = store.get(run.key for run in planned)
     table(design, planned, rows, out)
     failed = sum(not row.passed for row in rows.values())
@@ -108,9 +112,9 @@ def sweep(
     return Swept(len(planned), made, failed, broken)
 
 
-def _missing(planned: Sequence[Planned], store: Store) -> list[Planned]:
+def _missing(runs: Sequence[Keyed], store: Store) -> list[Keyed]:
     known = store.known()
-    return [run for run in planned if run.key not in known]
+    return [run for run in runs if run.key not in known]
 
 
 def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, workers: int) -> int:
@@ -143,20 +147,29 @@ def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, 
     return 1
 
 
-def _make(
-    design: Design,
-    missing: Sequence[Planned],
+def make(
+    jobs: Sequence[Job],
     store: Store,
-    out: Path,
     backend: Backend[Job, Row],
     total: int,
     progress: Progress | None,
 ) -> int:
-    """Makes what nobody else makes, then waits for the others and makes what they leave."""
-    made, done = 0, total - len(missing)
+    """Makes what nobody else makes, then waits for the others and makes what they leave.
+
+    Args:
+        jobs: Runs that the store did not have.
+        store: Where each is written as it ends.
+        backend: Where to compute.
+        total: How many runs there are with those that the store had, for the progress.
+        progress: Called with the runs that are done and all.
+
+    Returns:
+        How many were made here.
+    """
+    made, done, missing = 0, total - len(jobs), list(jobs)
     while missing:
         beaten = time.monotonic()
-        for job, row in backend(perform, _claimed(design, missing, store, out)):
+        for job, row in backend(perform, _claimed(missing, store)):
             store.put(row if row is not None else _killed(job))
             made, done = made + 1, done + 1
             if progress is not None:
@@ -173,12 +186,12 @@ def _make(
     return made
 
 
-def _claimed(design: Design, missing: Sequence[Planned], store: Store, out: Path) -> Iterator[Job]:
+def _claimed(missing: Sequence[Job], store: Store) -> Iterator[Job]:
     """Jobs that this process has claimed, a few at a time."""
     for first in range(0, len(missing), CLAIMED_AT_ONCE):
         some = missing[first : first + CLAIMED_AT_ONCE]
-        mine = set(store.claim([run.key for run in some]))
-        yield from (_job(design, run, out) for run in some if run.key in mine)
+        mine = set(store.claim([job.key for job in some]))
+        yield from (job for job in some if job.key in mine)
 
 
 def _job(design: Design, run: Planned, out: Path) -> Job:
@@ -268,4 +281,4 @@ def table(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out:
     write_text(out / TABLE, text.getvalue())
 
 
-__all__ = ["Job", "Swept", "here", "perform", "sweep"]
+__all__ = ["Job", "Swept", "here", "make", "perform", "sweep"]

@@ -16,7 +16,7 @@ TEXT = """
 name: five
 duration: 3
 robots: {count: 5}
-uncertainty: {noise: {position: 0.02, velocity: 0.01}}
+sensing: {position: {noise: 0.02}, velocity: {noise: 0.01}}
 expect: [{metric: contacts, at_most: 0}, {metric: radius_error_mean, at_most: 9, after: 1}]
 """
 
