@@ -10,9 +10,8 @@ from pathlib import Path
 
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, Run, fly
-from escort_mj.recognize import SUFFIXES, scenarios_in
+from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_in
 from escort_mj.record.folder import RunFolder
-from escort_mj.recognize import scenario_names
 from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
 from escort_mj.scenario.overrides import Overrides

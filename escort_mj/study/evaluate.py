@@ -145,11 +145,10 @@ def check_box(design: Design, section: str, box: Mapping[str, Range]) -> None:
             try:
                 design.scenario(design.cells_at({key: value})[0], design.seeds[0])
             except ScenarioError as error:
-                faults += [
-                    design.file.fault(fault.message, section, "over", key, side)
-                    for fault in error.faults
-                    if _is_about(fault, key)
-                ][:1]
+                about = [fault.message for fault in error.faults if _is_about(fault, key)]
+                if about:
+                    faults.append(design.file.fault(about[0], section, "over", key, side))
+                    break
     if faults:
         raise ScenarioError(faults)
 

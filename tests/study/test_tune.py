@@ -128,15 +128,18 @@ def test_a_gain_with_its_interval():
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (("tracking_error_rms", "tracking_eror_rms"), "9:26: tune.objectives[0].metric: found"),
+        (("tracking_error_rms", "tracking_eror_rms"), "9:25: tune.objectives[0].metric: found"),
         (("trials: 32", "bounds: [{metric: contacts}]"), "10:12: tune.bounds[0]: has no bound; give at_most"),
         (
             ("low: 1, high: 200", "low: 0, high: 200"),
             "tune.over.controller.proportional_gain.low: found 0; a log",
         ),
-        (("_gain: {low: 1", "_gian: {low: 1"), "7:5: tune.over.controller.proportional_gian"),
+        (
+            ("_gain: {low: 1", "_gian: {low: 1"),
+            "7:41: tune.over.controller.proportional_gian.low: is not a key of pd",
+        ),
         (("held_out: 6", "held_out: -1"), "11:13: tune.held_out: found -1; expected at least 0"),
-        (("derivative_gain", "law"), "tune.over.controller.law.low: found 1.0"),
+        (("derivative_gain", "law"), '8:27: tune.over.controller.law.low: found "1.0"'),
         (("[{metric: tracking_error_rms}]", "[]"), "9:15: tune.objectives: found an empty list"),
     ],
 )
