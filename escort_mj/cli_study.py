@@ -142,3 +142,23 @@ def falsify(
             _draw_video(one.folder)
     typer.echo(f"wrote {_shown(folder)}: results.sqlite falsify.json counterexamples/")
     raise typer.Exit(VERDICT_FAILED if found.counterexamples else GOOD)
+
+
+@app.command()
+def report(
+    study_folder: Annotated[Path, typer.Argument(help="A folder of results.", exists=True, file_okay=False)],
+    out: Annotated[Path | None, typer.Option(help="The page [default: report.html in the folder].")] = None,
+    compare: Annotated[
+        str | None, typer.Option(help="Factor whose levels are compared [default: the laws, or the cases].")
+    ] = None,
+    png: Annotated[bool, typer.Option("--png", help="Also write the figures as PNG.")] = False,
+) -> None:
+    """Write a study's tables and figures as one HTML page, and its worst runs as scenarios.
+
+    Example: escort-mj report renders/studies/minute
+    """
+    from escort_mj.report.study_page import report as write_page
+
+    page = write_page(study_folder, out, compare, ("svg", "png") if png else ("svg",))
+    typer.echo(f"wrote {_shown(page)}")
+    typer.echo(f"wrote {_shown(study_folder)}: cells.csv figures/ worst/")

@@ -57,6 +57,7 @@ _STYLE: Any = {
     "savefig.facecolor": "white",
     "figure.constrained_layout.use": True,
     "agg.path.chunksize": 20000,
+    "svg.hashsalt": "escort_mj",  # the same figure, the same file
 }
 
 
@@ -82,7 +83,7 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, below))
         yield canvas
         path.parent.mkdir(parents=True, exist_ok=True)
-        canvas.savefig(path, dpi=DPI)
+        canvas.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
 def name_robots(figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Key] = ()) -> None:
@@ -102,6 +103,11 @@ def name_robots(figure: Figure, axes: Iterable[Axes], count: int, others: Sequen
         bar = figure.colorbar(ramp, ax=list(axes), fraction=0.025, pad=0.01, aspect=40)
         bar.set_label("robot")
         bar.outline.set_visible(False)
+    legend(figure, keys)
+
+
+def legend(figure: Figure, keys: Sequence[Key]) -> None:
+    """A legend below every panel, in rows that fit the figure's width."""
     if keys:
         words, handles = zip(*keys, strict=True)
         figure.legend(handles, words, loc="outside lower center", ncols=_columns(words), columnspacing=1.3)

@@ -22,6 +22,7 @@ from escort_mj.scenario.load import Template
 from escort_mj.signals import METRIC_NAMES
 from escort_mj.study.backends import Backend, here
 from escort_mj.study.design import Design, Planned
+from escort_mj.study.results import write_design
 from escort_mj.study.store import Row, Store
 
 RUNS, TABLE = "runs", "runs.csv"
@@ -96,6 +97,7 @@ def sweep(
     planned = list(design.runs())
     with Store(out) as store:
         write_text(out / "study.yaml", design.file.path.read_text(encoding="utf-8"))
+        write_design(design, out)
         missing = _missing(planned, store)
         made = 0
         if missing and not confirmed:
