@@ -228,6 +228,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
+            "height": world.team.height if scenario.axes == 2 else 0.0,
             "target_radius": scenario.target.radius,
             "least_energy": setup.least_energies or None,
             "version_escort_mj": version("escort-mj"),

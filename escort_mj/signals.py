@@ -93,7 +93,12 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("task_removed", RB, "m/s", "what the projections of higher priorities removed of that velocity"),
     Signal("task_angle", RB, "rad", "smallest angle to an active task above; pi/2 is no conflict (eq. 19)"),
     Signal("outer_updates", ("robot",), "1", "runs of the outer loop so far"),
-    Signal("force", RA, "N", "force that MuJoCo's motors applied, after the force limit"),
+    Signal(
+        "force",
+        RA,
+        "N",
+        "force that motors applied, after their limits; without what holds up a quadrotor",
+    ),
     Signal(
         "obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"
     ),
@@ -140,7 +145,13 @@ SIGNALS: tuple[Signal, ...] = (
         "norm of what couples the robot to other coordinates of its kinematic tree in the mass matrix",
         TRUTH,
     ),
-    Signal("bias_force", RA, "N", "bias force C v + g, as MuJoCo has it", TRUTH),
+    Signal(
+        "bias_force",
+        RA,
+        "N",
+        "bias force C v + g, as MuJoCo has it; without what holds up a quadrotor",
+        TRUTH,
+    ),
     Signal("external_force", RA, "N", "M a + bias - force: what neither motor nor bias explains", TRUTH),
     Signal(
         "reference_torque",

@@ -45,8 +45,8 @@ class Moment:
 class Replay:
     """What a video needs of a run.
 
-    Planar missions happen at the height of their robots' centers; of missions in more than three axes this is
-    what happens along x, y, z (see `stages.py` for the rest).
+    Planar missions happen at one height, that of their robots' centers; of missions in more than three axes
+    this is what happens along x, y, z (see `stages.py` for the rest).
 
     Attributes:
         time: Times of the samples, shape (T,) [s].
@@ -158,7 +158,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
         raise RenderError("the trace holds no sample, so there is nothing to draw")
     planar = trace.sizes["axis"] == 2
     robot_radius = trace["robot_radius"].values
-    height = float(robot_radius.max())
+    height = float(trace.attrs.get("height", robot_radius.max()))
 
     def in_space(name: str) -> Array:
         values = trace[name].values[..., :3]
