@@ -28,6 +28,7 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
         (("target", "position"), target.position),
         *((("target", "waypoints", i, "position"), w.position) for i, w in enumerate(target.waypoints or ())),
         *((("robots", "positions", i), position) for i, position in enumerate(robots.positions or ())),
+        *((("robots", "velocities", i), velocity) for i, velocity in enumerate(robots.velocities or ())),
         *((("robots", "overrides", i, "position"), o.position) for i, o in enumerate(robots.overrides)),
         (("robots", "placement", "center"), robots.placement.center if robots.placement else None),
         *((("obstacles", i, "position"), obstacle.position) for i, obstacle in enumerate(scenario.obstacles)),

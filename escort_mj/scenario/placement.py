@@ -29,6 +29,7 @@ class Team(NamedTuple):
 
     Attributes:
         position: Where they start, shape (n, p) [m].
+        velocity: At the start, shape (n, p) [m/s].
         mass: Shape (n,) [kg].
         radius: Shape (n,) [m].
         force_limit: Largest force per axis, shape (n,) [N]; inf for none.
@@ -38,6 +39,7 @@ class Team(NamedTuple):
     """
 
     position: Array
+    velocity: Array
     mass: Array
     radius: Array
     force_limit: Array
@@ -122,7 +124,10 @@ def team(scenario: Scenario) -> Team:
         _place(scenario, position, radius)
     kinds = kinds_of(scenario)
     gains = _gains(scenario.seed, kinds, actuators, scenario.axes)
-    return Team(position, mass, radius, force_limit, kinds, tuple(actuators), gains)
+    velocity = np.zeros((count, scenario.axes))
+    if robots.velocities is not None:
+        velocity[:] = robots.velocities
+    return Team(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
 
 
 def _place(scenario: Scenario, position: Array, radius: Array) -> None:

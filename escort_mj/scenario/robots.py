@@ -82,6 +82,8 @@ class Robots(Parameters):
     """What motors do to commands."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial positions, one row per robot [m]; null: drawn as `placement` says."""
+    velocities: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
+    """Initial velocities, one row per robot [m/s]; balls roll at once; null: all are at rest."""
     placement: RandomPlacement | None = None
     """How to draw initial positions; null: within twice the mission's radius of the target."""
     overrides: tuple[RobotOverride, ...] = ()

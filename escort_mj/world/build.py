@@ -21,7 +21,7 @@ from escort_mj.scenario.setup import controller_setup
 from escort_mj.signals import truth_sizes
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import graft, load_part, new_root
-from escort_mj.world.robots import add_robots
+from escort_mj.world.robots import add_robots, add_start
 from escort_mj.world.stages import IN_SPACE, THIN, Stage, corners, stages_of
 from escort_mj.world.wiring import thickness, wire
 
@@ -95,6 +95,7 @@ def build(scenario: Scenario) -> World:
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
     wiring = wire(model, robots, gravity_of(scenario), stages, bodies.names)
     _add_numbers(root, "escort_wiring", wiring)
+    add_start(root, model, robots, gravity_of(scenario))
     xml = root.to_xml_string()
     sizes = {
         "robot": len(robots.mass),

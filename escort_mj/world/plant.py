@@ -31,6 +31,7 @@ class Plant:
         self.world = world
         self.data = mujoco.MjData(world.model)
         layout.check(world.model, self.data)
+        self._start()
         self.record: Array = self.data.userdata[: record_size(world.sizes)]
         plan, memory = world.model.numeric_data, self.data.userdata
         self.state: State = unpack_state(plan.ctypes.data, memory.ctypes.data, world.setup.axes)
@@ -53,6 +54,12 @@ class Plant:
     def reset(self) -> None:
         """Back to the start; the controller seeds its own state at its first evaluation."""
         mujoco.mj_resetData(self.world.model, self.data)
+        self._start()
+
+    def _start(self) -> None:
+        """Sets what moves at the start moving."""
+        if self.world.model.nkey:
+            mujoco.mj_resetDataKeyframe(self.world.model, self.data, 0)
 
     @property
     def has_ended(self) -> bool:
