@@ -28,7 +28,7 @@ from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import START, columns, record_size
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import callbacks, native_loop
-from escort_mj.world.plant import Plant, mujoco_version
+from escort_mj.world.plant import Plant, mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
 
 if TYPE_CHECKING:
@@ -224,6 +224,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
             "contact_forces": "MuJoCo's" if scenario.axes <= IN_SPACE else NO_FORCES,
+            **surroundings(world),
             "mission_radius": scenario.mission.radius,
             "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
             "safe_distance": avoid.safe_distance if avoid else 0.0,

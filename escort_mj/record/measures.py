@@ -295,15 +295,17 @@ def contacts_untold(trace: xarray.Dataset) -> Measure:
 
 
 def tunneling(trace: xarray.Dataset) -> Measure:
-    """Most that two bodies can close in a step, over the thickness of the smallest.
+    """Most that two bodies can close in a step, over the thickness of the thinnest body.
 
-    At most the sum of the two largest speeds among robots and target.
+    At most the sum of the two largest speeds among robots and target. It is of the fastest and the thinnest.
     """
     target = np.linalg.norm(trace["target_velocity"].values, axis=1)
-    speeds = np.sort(np.column_stack([trace["speed_max"].values, target]), axis=1)
-    steps = speeds[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
-    fastest = int(np.argmax(trace["speed_max"].values[int(np.argmax(steps))]))
-    return _largest(trace, steps / float(trace["body_thickness"].min()), lambda index: _robot(fastest))
+    speeds = np.column_stack([trace["speed_max"].values, target])
+    steps = np.sort(speeds, axis=1)[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
+    thickness, names = trace["body_thickness"].values, trace["body"].values
+    fastest = int(np.argmax(speeds[int(np.argmax(steps))]))
+    bodies = str(names[fastest]), str(names[int(np.argmin(thickness))])
+    return _largest(trace, steps / float(thickness.min()), lambda index: bodies)
 
 
 def kinetic_energy_max(trace: xarray.Dataset) -> Measure:

@@ -92,3 +92,14 @@ class Plant:
 def mujoco_version() -> str:
     """Version of the MuJoCo that simulates."""
     return str(mujoco.__version__)
+
+
+def surroundings(world: World) -> dict[str, float]:
+    """How strong gravity [m/s^2] and wind [m/s] are, and the mass of all that they can move [kg]."""
+    model = world.model
+    moving = (model.body_weldid > 0) & (model.body_mocapid < 0)
+    return {
+        "gravity": float(np.linalg.norm(model.opt.gravity)),
+        "wind": float(np.linalg.norm(model.opt.wind)),
+        "moving_mass": float(model.body_mass[moving].sum()),
+    }

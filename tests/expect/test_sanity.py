@@ -20,7 +20,7 @@ def flown(speed, force=1.0, work=None):
     speeds = np.zeros((11, 2))
     speeds[:, 0] = speed
     work = 0.5 * speeds**2 if work is None else work
-    return watched(speed_max=speeds, work=work, force=force)
+    return watched(speed_max=speeds, kinetic_energy=0.5 * speeds[:, 0] ** 2, work=work, force=force)
 
 
 def test_rest_is_sound():
@@ -63,7 +63,7 @@ class TestEnergy:
     def test_out_of_nothing(self):
         speed = np.where(TIME > 6.5, 3.0, 0.0)
         found = sanity(flown(speed, work=np.zeros((11, 2))), "energy")
-        assert (found.held, found.time, found.bodies) == (False, 7.0, ("robot_1",))
+        assert (found.held, found.time) == (False, 7.0)
         assert found.value == pytest.approx(4.5)
         assert found.margin < 0.0
 
@@ -72,6 +72,7 @@ class TestEnergy:
         trace = watched(end=0.02, speed_max=0.0, force=1.0)
         trace["force"][:, :, 1] = 0.0
         trace["speed_max"][1:, 0] = 0.002 * np.arange(1, 11)
+        trace["kinetic_energy"][:] = 0.5 * trace["speed_max"].values[:, 0] ** 2
         trace["work"][1:, 0] = np.cumsum(0.002 * 0.002 * np.arange(10))
         assert sanity(trace, "energy").held
 
@@ -83,8 +84,9 @@ class TestEnergy:
         if what == "disturbance":
             trace["disturbance"][:] = 5.0
         elif what == "touch":
+            touch = episode("robot_1", "rock", 4.5, force=30.0, closing=3.0)
             trace = watched(
-                episode("robot_1", "rock", 4.5, force=30.0, closing=3.0), speed_max=trace["speed_max"].values
+                touch, speed_max=trace["speed_max"].values, kinetic_energy=trace["kinetic_energy"].values
             )
         else:
             trace.attrs[what] = 9.81
@@ -93,7 +95,8 @@ class TestEnergy:
     def test_a_touch_explains_nothing_that_came_before_it(self):
         speed = np.where(TIME > 4.5, 3.0, 0.0)
         touch = episode("robot_1", "rock", 7.0, force=30.0, closing=3.0)
-        trace = watched(touch, speed_max=np.stack([speed, 0.0 * speed], axis=1))
+        speeds = np.stack([speed, 0.0 * speed], axis=1)
+        trace = watched(touch, speed_max=speeds, kinetic_energy=0.5 * speed**2)
         assert (sanity(trace, "energy").held, sanity(trace, "energy").time) == (False, 5.0)
 
 
@@ -104,22 +107,28 @@ class TestTunneling:
         speeds[3] = [speed, speed]  # 2 x 100 m/s x 2 ms = 0.4 m, a robot's diameter
         found = sanity(watched(speed_max=speeds), "tunneling")
         assert found.held != possible
-        assert (found.value, found.time) == (pytest.approx(0.004 * speed), 3.0)
-        assert found.margin == pytest.approx(0.4 - 0.004 * speed)
-        assert "bodies come nearer by up to" in found.found
+        assert (found.value, found.time) == (pytest.approx(0.01 * speed), 3.0)
+        assert found.margin == pytest.approx(1.0 - 0.01 * speed)
 
     def test_the_target_can_be_the_fastest(self):
         trace = watched(target_velocity=[180.0, 0.0])
-        assert sanity(trace, "tunneling").held and sanity(trace, "tunneling").bodies[0] == "target"
+        assert sanity(trace, "tunneling").held
+        assert sanity(trace, "tunneling").bodies == ("target", "robot_1")
         assert not sanity(watched(target_velocity=[210.0, 0.0]), "tunneling").held
 
     def test_a_thin_rock(self):
-        assert sanity(watched(obstacle_radius=0.01, target_velocity=[9.0, 0.0]), "tunneling").held
-        found = sanity(watched(obstacle_radius=0.01, target_velocity=[11.0, 0.0]), "tunneling")
+        trace = watched(target_velocity=[9.0, 0.0])
+        trace["body_thickness"][3] = 0.02
+        assert sanity(trace, "tunneling").held
+        trace["target_velocity"][:] = [11.0, 0.0]
+        found = sanity(trace, "tunneling")
         assert not found.held and found.bodies == ("target", "rock")
 
 
 def test_the_worst_of_several_checks_speaks():
     found = sanity(watched(target_velocity=[210.0, 0.0]))
-    assert (found.held, found.unit) == (False, "m")
-    assert found.found.startswith("bodies come nearer by up to 420 mm a step at 0.00 s, target the fastest")
+    assert (found.held, found.value) == (False, pytest.approx(1.05))
+    words = (
+        "bodies come nearer by up to 1.05 of the thinnest's thickness a step (target and robot 1 at 0.00 s)"
+    )
+    assert found.found == words

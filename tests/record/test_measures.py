@@ -239,7 +239,7 @@ class TestPhysics:
         speed[40] = 60.0, 100.0
         target[40, 0] = 80.0
         found = measure("tunneling", make_trace(TIME, robots=2, speed_max=speed, target_velocity=target))
-        assert found[:3] == (pytest.approx(0.9), TIME[40], ("robot_2",))
+        assert found[:3] == (pytest.approx(0.9), TIME[40], ("robot_2", "robot_1"))
 
     def test_the_largest_kinetic_energy(self, make_trace):
         found = measure("kinetic_energy_max", make_trace(TIME, kinetic_energy=steps(TIME, 3.0)))
