@@ -57,6 +57,7 @@ class Measure(NamedTuple):
 
 def in_words(bodies: Bodies) -> str:
     """Names of bodies in a sentence: `robots 1 and 2`, `robot 1 and gate`."""
+    bodies = tuple(dict.fromkeys(bodies))  # the same one in two parts: once
     numbers = [name.removeprefix("robot_") for name in bodies]
     if len(bodies) > 1 and all(number.isdigit() for number in numbers):
         return f"robots {' and '.join(numbers)}"
