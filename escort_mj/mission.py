@@ -24,6 +24,8 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.bodies import obstacle_names
+from escort_mj.scenario.geometry import outline
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import START, columns, record_size
 from escort_mj.world.build import World, build
@@ -198,6 +200,14 @@ def _interruptible() -> Iterator[list[str]]:
             signal.signal(number, handler)
 
 
+def _outlines(scenario: Scenario) -> list[list[list[float]]]:
+    """Points around each obstacle, relative to its center, for pictures; none where all are spheres."""
+    bodies = obstacles_of(scenario)
+    if all(body.is_sphere for body in bodies):
+        return []
+    return [outline(body.solid, scenario.axes).tolist() for body in bodies]
+
+
 def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
@@ -213,7 +223,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
         "robot_mass": world.team.mass.tolist(),
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
-        "obstacle_position": setup.obstacle_position.tolist(),
+        "obstacle_outline": _outlines(scenario),
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),

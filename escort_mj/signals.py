@@ -99,8 +99,12 @@ SIGNALS: tuple[Signal, ...] = (
         "N",
         "force that motors applied, after their limits; without what holds up a quadrotor",
     ),
+    Signal("obstacle_position", ("obstacle", "axis"), "m", "center of each obstacle"),
     Signal(
-        "obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"
+        "obstacle_distance",
+        ("robot", "obstacle"),
+        "m",
+        "true distance to each obstacle's center, or to its nearest point if it is no sphere",
     ),
     Signal(
         "robot_distance_min", ("robot",), "m", "true distance to the nearest other robot, center to center"

@@ -10,6 +10,7 @@ from escort_mj.control.behaviors.vertices import turn_figure
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.inner import inner_loop
+from escort_mj.control.movers import drive
 from escort_mj.control.noise import measure_with_noise
 from escort_mj.control.plan import LAST_TIME, STARTED, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
@@ -30,6 +31,8 @@ def evaluate(plan: Plan, state: State) -> None:
     """
     moved = advance(plan, state)
     follow_time(plan, state)
+    if plan.drives.shape[0] > 0:
+        drive(plan, state)
     measure(plan, state)
     n, p = state.q.shape
     for i in range(n):
@@ -87,6 +90,9 @@ def advance(plan: Plan, state: State) -> bool:
             for i in range(n):
                 state.predecessors[c, i] = plan.predecessors[c, i]
         state.chord_length[0] = plan.chord_length
+        for j in range(plan.obstacle_radius.shape[0]):
+            for k in range(p):
+                state.obstacle_position[j, k] = plan.obstacle_position[j, k]
         clock[STARTED] = 1.0
     elif time > clock[LAST_TIME]:
         moved = True

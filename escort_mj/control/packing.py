@@ -16,6 +16,7 @@ from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     CELLS_PER_PAIR,
+    DRIVE_SIZE,
     KINDS,
     LAW_KINDS,
     LAYOUT,
@@ -85,6 +86,8 @@ def pack(
         "known": n * truth,  # robots whose truth is recorded
         "judged": n * (truth and law.has_lyapunov),
         "told": n * isinstance(law, Pd | ComputedTorque),  # robots whose law is told their model
+        "movers": len(setup.movers),
+        "seen": (n + 1) * setup.shaped,
         "differentiating": n * isinstance(law, ComputedTorque),
         "bodies": len(columns),
         "watched": watched,
@@ -134,21 +137,33 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "trigger_share": trigger.share if trigger else 0.0,
         "trigger_dwell": trigger.dwell if trigger else 0.0,
         "trigger_longest": trigger.longest if trigger else 0.0,
+        "shaped": setup.shaped,
+        "nearest_within": setup.nearest_within,
     }
 
 
 def _functions(setup: Setup) -> dict[str, Array]:
     """Programs of the functions of time, and where each has its instructions."""
     code, target, pieces = setup.target.programs()
-    disturbance = np.zeros((setup.axes, 2))
-    if setup.disturbance is not None:
-        more_code, spans, more_pieces = setup.disturbance.programs()
+    spans: list[Array] = [np.asarray(target, dtype=float)]
+    for function in (setup.disturbance, *(mover.path for mover in setup.movers)):
+        if function is None:
+            spans.append(np.zeros((setup.axes, 2)))
+            continue
+        more_code, more_spans, more_pieces = function.programs()
         more_code = more_code.copy()
         more_code[more_code[:, 0] == Op.PIECEWISE, 1] += len(pieces)
-        disturbance[:] = spans
-        disturbance[:, 0] += len(code)
+        spans.append(np.asarray(more_spans) + [len(code), 0])
         code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
-    return {"code": code, "pieces": pieces, "target": np.asarray(target), "disturbance": disturbance}
+    drives = [[mover.mass, mover.force_limit, mover.gain, mover.obstacle] for mover in setup.movers]
+    return {
+        "code": code,
+        "pieces": pieces,
+        "target": spans[0],
+        "disturbance": spans[1],
+        "drives": np.reshape(drives, (-1, DRIVE_SIZE)),
+        "paths": np.reshape(spans[2:], (-1, 2)),
+    }
 
 
 def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:

@@ -27,6 +27,7 @@ MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and d
 LEVEL_SIZE = 8
 SIDESTEP, COLUMN = 6, 7  # places in a row of the ladder
 PHASE_SIZE = 9
+DRIVE_SIZE = 4
 AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
@@ -82,6 +83,8 @@ class Plan(NamedTuple):
     trigger_share: float
     trigger_dwell: float
     trigger_longest: float
+    shaped: bool  # whether some obstacle is no sphere
+    nearest_within: float  # from here on the box around a shape will do for its nearest point [m]
     ladder: Annotated[Array, "levels", LEVEL_SIZE]  # kind, then the behavior's own numbers
     phases: Annotated[Array, "phases", PHASE_SIZE]  # see `supervisor`
     predecessors: Annotated[Array, "cycles", "n"]
@@ -93,6 +96,8 @@ class Plan(NamedTuple):
     target: Annotated[Array, "p", 2]  # first instruction and number of instructions of each axis
     columns: Annotated[Array, "bodies", 2]  # see `Bodies.columns`
     disturbance: Annotated[Array, "p", 2]
+    drives: Annotated[Array, "movers", DRIVE_SIZE]  # see `movers`
+    paths: Annotated[Array, "movers*p", 2]  # instructions of each axis of each of them
     code: Annotated[Array, "instructions", INSTRUCTION_SIZE]
     pieces: Annotated[Array, "pieces", PIECE_SIZE]
     failures: Annotated[Array, "failing", FAILURE_SIZE]  # (0, FAILURE_SIZE) where nobody fails
@@ -128,6 +133,7 @@ class State(NamedTuple):
     task_angle: Annotated[Array, "n", "behaviors"]
     outer_updates: Annotated[Array, "n"]
     force: Annotated[Array, "n", "p"]
+    obstacle_position: Annotated[Array, "m", "p"]
     obstacle_distance: Annotated[Array, "n", "m"]
     robot_distance_min: Annotated[Array, "n"]
     clearance: Annotated[Array, "n", "watched"]
@@ -175,6 +181,10 @@ class State(NamedTuple):
     model_bias: Annotated[Array, "told", "p"]  # bias force, and (0, p) likewise
     v_d_filtered: Annotated[Array, "differentiating", "p"]  # v_d behind a filter
     v_d_rate: Annotated[Array, "differentiating", "p"]  # its derivative
+    obstacle_point: Annotated[Array, "seen*m", "p"]  # what robots and target see of each; see `movers`
+    mover_position: Annotated[Array, "movers", "p"]
+    mover_velocity: Annotated[Array, "movers", "p"]
+    mover_force: Annotated[Array, "movers", "p"]
     command: Annotated[Array, "n", "p"]  # force that the motors are told
     vertices: Annotated[Array, "vertices", "p"]  # as in the plan, and of fewer robots after a loss
     predecessors: Annotated[Array, "cycles", "n"]  # as in the plan, and past lost robots after a loss

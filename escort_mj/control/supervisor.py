@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import BehaviorParameters
+from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.plan import Plan, State
 from escort_mj.kernels import inlined, merged
@@ -140,11 +141,12 @@ def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
                 nearest = min(nearest, math.sqrt(square) - plan.robot_radius[i] - plan.robot_radius[j])
         return nearest
     of_target = quantity == TARGET_OBSTACLE
+    seen = obstacles_seen(q.shape[0] if of_target else i, plan, state)
     for j in range(plan.obstacle_radius.shape[0]):
         square = 0.0
         for k in range(p):
             own = state.target_position[k] if of_target else q[i, k]
-            square += (own - plan.obstacle_position[j, k]) ** 2
+            square += (own - seen[j, k]) ** 2
         bodies = plan.obstacle_radius[j] + (0.0 if of_target else plan.robot_radius[i])
         nearest = min(nearest, math.sqrt(square) - bodies)
     return nearest

@@ -139,7 +139,9 @@ def _pose(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, target: dict[
     data.qpos[:] = qpos
     mujoco.mj_normalizeQuat(model, data.qpos)
     for suffix, place in target.items():
-        data.mocap_pos[model.body(f"target{suffix}").mocapid[0]] = place
+        mocap = model.body(f"target{suffix}").mocapid[0]
+        if mocap >= 0:  # one that can be bumped has coordinates
+            data.mocap_pos[mocap] = place
     mujoco.mj_kinematics(model, data)
     mujoco.mj_camlight(model, data)
 

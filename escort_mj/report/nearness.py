@@ -45,7 +45,8 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
             axes.set_ylim(0.0, top)
             axes.axhspan(0.0, float(touch[:, j].min()), color=palette.OBSTACLE, alpha=0.45, linewidth=0)
             limit_line(axes, float(safe[:, j].max()), f"{safe[:, j].max():.3g} m", palette.CONTACT)
-            axes.set_ylabel("centers apart [m]")
+            point = trace["obstacle_radius"].values[j] == 0.0  # a shape: distances are to its nearest point
+            axes.set_ylabel("center to its surface [m]" if point else "centers apart [m]")
         others.append(("would touch", Patch(color=palette.OBSTACLE, alpha=0.45, linewidth=0)))
     else:
         beyond = (distance - safe).min(axis=2)

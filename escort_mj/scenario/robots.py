@@ -90,3 +90,14 @@ class Robots(Parameters):
     """Robots that differ from the team."""
     failures: tuple[Failure, ...] = ()
     """Robots whose motors fail during the mission."""
+
+    @property
+    def height(self) -> float:
+        """Height of the plane of a planar mission above its floor, at which distances are measured [m]."""
+        each = [(each.kind or self.kind, each.radius or self.radius) for each in self.overrides]
+        return max(kind.height(radius) for kind, radius in [(self.kind, self.radius), *each])
+
+    @property
+    def largest_radius(self) -> float:
+        """Radius of the largest body [m]."""
+        return max([self.radius, *(override.radius or 0.0 for override in self.overrides)])

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.plan import WATCHED_STEP, Plan, State
 from escort_mj.kernels import inlined, merged
 
@@ -104,28 +105,22 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
         bodies = radius[i] + target_radius
         _note(state.clearance[i], state.clearance_body[i], plan.columns[n], square, bodies, n)
         _note(state.target_clearance, state.target_clearance_body, plan.columns[i], square, bodies, i)
-    for j in range(plan.obstacle_radius.shape[0]):
-        body = n + 1 + j
-        for i in range(n + 1):
+    for i in range(n + 1):  # the target last
+        seen = obstacles_seen(i, plan, state)
+        for j in range(plan.obstacle_radius.shape[0]):
+            body = n + 1 + j
             square = 0.0
             for k in range(p):
-                x = (q[i, k] if i < n else state.target_position[k]) - plan.obstacle_position[j, k]
+                x = (q[i, k] if i < n else state.target_position[k]) - seen[j, k]
                 square += x * x
-            if i == n:
-                bodies = target_radius + plan.obstacle_radius[j]
-                _note(
-                    state.target_clearance,
-                    state.target_clearance_body,
-                    plan.columns[body],
-                    square,
-                    bodies,
-                    body,
-                )
-                continue
-            bodies = radius[i] + plan.obstacle_radius[j]
-            _note(state.clearance[i], state.clearance_body[i], plan.columns[body], square, bodies, body)
-            if sampled:
-                state.obstacle_distance[i, j] = math.sqrt(square)
+            bodies = plan.obstacle_radius[j] + (radius[i] if i < n else target_radius)
+            column = plan.columns[body]
+            if i < n:
+                _note(state.clearance[i], state.clearance_body[i], column, square, bodies, body)
+                if sampled:
+                    state.obstacle_distance[i, j] = math.sqrt(square)
+            else:
+                _note(state.target_clearance, state.target_clearance_body, column, square, bodies, body)
 
 
 @merged

@@ -100,7 +100,8 @@ def intrusion(
     Returns:
         sigma~, not positive where nobody intrudes, shape (n,) [m], and positions, shape (n, p) [m].
     """
-    centers = np.concatenate([setup.obstacle_position, q])
+    teammates = np.broadcast_to(q, (len(q), *q.shape))
+    centers = np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)  # by each robot
     gaps = np.linalg.norm(q[:, None] - centers, axis=2)
     if avoid.measure == "surface":
         radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
@@ -112,7 +113,7 @@ def intrusion(
     depth = reach - gaps
     depth[robots, obstacles + robots] = -np.inf  # nobody avoids itself
     worst = np.argmax(depth, axis=1)
-    return depth[robots, worst], centers[worst]
+    return depth[robots, worst], centers[robots, worst]
 
 
 def escape_gain(avoid: AvoidObstacles, depth: Array, speed: Array, error: Array, slope: float) -> Array:

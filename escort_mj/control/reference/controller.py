@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -77,7 +78,14 @@ class ReferenceController:
         self._v_d_before, self._a_d = self._v_d, np.zeros_like(self.q_d)
 
     def evaluate(
-        self, t: float, q: Array, v: Array, mass: Array | None = None, bias: Array | None = None
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        mass: Array | None = None,
+        bias: Array | None = None,
+        obstacle_points: Array | None = None,
+        target_state: tuple[Array, Array] | None = None,
     ) -> ReferenceSignals:
         """Advances the state if time has advanced, then evaluates the law.
 
@@ -87,7 +95,14 @@ class ReferenceController:
             v: True velocities, shape (n, p) [m/s].
             mass: Mass matrix of each robot, for laws that are told it, shape (n, p, p) [kg]; None for 1 kg.
             bias: Bias force, likewise, shape (n, p) [N]; None for none.
+            obstacle_points: What each robot, and last the target, sees of each obstacle, shape
+                (n + 1, m, p) [m]; None for centers that rest.
+            target_state: Position [m] and velocity [m/s] of a target that can be bumped, shape (p,) each;
+                None for one that moves as told.
         """
+        if obstacle_points is not None:
+            self.setup = replace(self.setup, obstacle_points=obstacle_points)
+            self._supervisor.setup = self._holder.setup = self.setup
         setup, law = self.setup, self.setup.law
         first, before = self._time is None, self._v_d
         moved = self._time is None or t > self._time
@@ -99,7 +114,7 @@ class ReferenceController:
 
         noise_q, noise_v = self._noise(t)
         q_m, v_m = q + noise_q, v + noise_v
-        target, target_velocity = setup.target.position(t), setup.target.velocity(t)
+        target, target_velocity = target_state or (setup.target.position(t), setup.target.velocity(t))
         push = np.zeros(q.shape)
         if setup.disturbance is not None:
             push += setup.disturbance.position(t)

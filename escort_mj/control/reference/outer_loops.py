@@ -64,7 +64,8 @@ def surroundings(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> t
         Unit vectors away from them, shape (n, m + n, p); distances as the behavior measures them, and the
         least ones [m], shape (n, m + n), the latter 0 where nothing is avoided.
     """
-    offsets = q[:, None] - np.concatenate([setup.obstacle_position, q])
+    teammates = np.broadcast_to(q, (len(q), *q.shape))
+    offsets = q[:, None] - np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)
     distance = np.linalg.norm(offsets, axis=2)
     away = np.where(distance[..., None] > 0.0, offsets, np.eye(q.shape[1])[0])
     away = away / np.linalg.norm(away, axis=2, keepdims=True)

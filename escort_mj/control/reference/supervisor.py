@@ -24,10 +24,10 @@ def quantity(name: str, q: Array, c: Array, setup: Setup, lost: Mask) -> Array:
         gaps = np.linalg.norm(q[:, None] - q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
         np.fill_diagonal(gaps, np.inf)
     elif name == "obstacle_distance":
-        gaps = np.linalg.norm(q[:, None] - setup.obstacle_position, axis=2) - setup.obstacle_radius
+        gaps = np.linalg.norm(q[:, None] - setup.obstacles_seen()[:-1], axis=2) - setup.obstacle_radius
         gaps -= setup.robot_radius[:, None]
     else:
-        gaps = np.linalg.norm(c - setup.obstacle_position, axis=1) - setup.obstacle_radius
+        gaps = np.linalg.norm(c - setup.obstacles_seen()[-1], axis=1) - setup.obstacle_radius
         gaps = np.tile(gaps, (len(q), 1))
     return np.asarray(gaps.min(axis=1, initial=np.inf))
 
