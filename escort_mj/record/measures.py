@@ -298,15 +298,24 @@ def contacts_untold(trace: xarray.Dataset) -> Measure:
 def tunneling(trace: xarray.Dataset) -> Measure:
     """Most that two bodies can close in a step, over the thickness of the thinnest body.
 
-    At most the sum of the two largest speeds among robots and target. It is of the fastest and the thinnest.
+    At most the sum of the two largest speeds among robots, target and obstacles (these from sample to
+    sample). It is of the fastest and the thinnest.
     """
     target = np.linalg.norm(trace["target_velocity"].values, axis=1)
-    speeds = np.column_stack([trace["speed_max"].values, target])
+    speeds = np.column_stack([trace["speed_max"].values, target, _obstacle_speeds(trace)])
     steps = np.sort(speeds, axis=1)[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
     thickness, names = trace["body_thickness"].values, trace["body"].values
     fastest = int(np.argmax(speeds[int(np.argmax(steps))]))
     bodies = str(names[fastest]), str(names[int(np.argmin(thickness))])
     return _largest(trace, steps / float(thickness.min()), lambda index: bodies)
+
+
+def _obstacle_speeds(trace: xarray.Dataset) -> np.ndarray:
+    """Mean speed of each obstacle since the previous sample, shape (time, obstacle) [m/s]."""
+    moved = np.diff(trace["obstacle_position"].values, axis=0)
+    lasts = np.diff(trace["time"].values)[:, None]
+    speed = np.linalg.norm(moved, axis=2) / lasts
+    return np.vstack([np.zeros((1, speed.shape[1])), speed])
 
 
 def kinetic_energy_max(trace: xarray.Dataset) -> Measure:

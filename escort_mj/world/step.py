@@ -154,10 +154,11 @@ def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
     """Notes MuJoCo's contacts of the solved step, each with its pair of bodies.
 
     The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
-    its normal velocity (their mean: in a pyramid's rows what is tangential cancels). The target moves without
-    a velocity of MuJoCo's: its own is added.
+    its normal velocity (their mean: in a pyramid's rows what is tangential cancels). A target that is
+    led moves without a velocity of MuJoCo's: its own is added.
     """
     target, p = state.q.shape[0], state.q.shape[1]
+    led = wiring.target_address[0] >= 0.0
     body = wiring.geom_body
     first = pointer_at(d + DATA_CONTACT)
     forces, velocities = pointer_at(d + DATA_EFC_FORCE), pointer_at(d + DATA_EFC_VELOCITY)
@@ -177,7 +178,7 @@ def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
         for row in range(efc, efc + rows):
             force += double_at(forces + DOUBLE * row)
             opening += double_at(velocities + DOUBLE * row) / rows
-        if body1 == target or body2 == target:
+        if led and (body1 == target or body2 == target):
             for k in range(p):
                 moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL + DOUBLE * k)
                 opening += moved if body2 == target else -moved

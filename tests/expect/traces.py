@@ -63,6 +63,7 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
         "force": (("time", "robot", "axis"), still.copy()),
         "disturbance": (("time", "robot", "axis"), still.copy()),
         "target_position": (("time", "axis"), np.zeros((rows, 2))),
+        "obstacle_position": (("time", "obstacle", "axis"), np.full((rows, 1, 2), 9.0)),
         "target_velocity": (("time", "axis"), np.zeros((rows, 2))),
         "work": (("time", "robot"), np.zeros((rows, 2))),
         "lost": (("time", "robot"), np.zeros((rows, 2), int)),
