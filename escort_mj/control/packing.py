@@ -25,6 +25,7 @@ from escort_mj.control.plan import (
 )
 from escort_mj.control.program import Op
 from escort_mj.control.reform import scratch_size
+from escort_mj.control.sensing import sensor_table
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase
 
@@ -55,7 +56,10 @@ def pack(
     ladder = [_level(setup, behavior) for phase in phases for behavior in phase.behaviors]
     starts = np.cumsum([0, *(len(phase.behaviors) for phase in phases)])
     figures = np.vstack([np.zeros((0, p)), *(setup.reforming.figures if setup.reforming else ())])
+    sensors, bias, past = sensor_table(setup.sensing, n, p)
     arrays = _functions(setup) | {
+        "sensors": sensors,
+        "bias": bias,
         "ladder": ladder,
         "phases": [phase.row(int(start)) for phase, start in zip(phases, starts, strict=False)],
         "predecessors": setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n)),
@@ -94,6 +98,8 @@ def pack(
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "held": p + 3,
+        "biased": len(bias),
+        "past": past,
         "scratch": scratch_size(n, p) if setup.failures and vertices else 0,
     }
     values = _scalars(setup) | arrays | {"stride": stride, "truth": truth}
@@ -130,8 +136,6 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "boundary_layer": switching.boundary_layer,
         "smoothing": SMOOTHINGS.index(switching.smoothing),
         "anti_windup": law.anti_windup,
-        "noise_position": setup.sensing.position.noise,
-        "noise_velocity": setup.sensing.velocity.noise,
         "chord_length": setup.arrangement.length if setup.arrangement else 0.0,
         "trigger_distance": trigger.distance if trigger else 0.0,
         "trigger_share": trigger.share if trigger else 0.0,
@@ -139,6 +143,8 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "trigger_longest": trigger.longest if trigger else 0.0,
         "shaped": setup.shaped,
         "nearest_within": setup.nearest_within,
+        "sensing_robots": setup.sensing.robots,
+        "sensing_obstacles": setup.sensing.obstacles,
     }
 
 

@@ -17,6 +17,7 @@ from escort_mj.control.failure import FAILURE_SIZE
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
+from escort_mj.control.sensing import SENSOR_SIZE
 from escort_mj.kernels import shared, vector_at
 from escort_mj.memory import FIRST, LENGTH, Layout, viewer
 from escort_mj.signals import CAUSES, EPISODE
@@ -74,8 +75,6 @@ class Plan(NamedTuple):
     boundary_layer: float
     smoothing: int
     anti_windup: bool
-    noise_position: float
-    noise_velocity: float
     chord_length: float
     truth: bool
     lyapunov: bool
@@ -85,6 +84,10 @@ class Plan(NamedTuple):
     trigger_longest: float
     shaped: bool  # whether some obstacle is no sphere
     nearest_within: float  # from here on the box around a shape will do for its nearest point [m]
+    sensing_robots: float  # how far robots see each other, surface to surface [m]
+    sensing_obstacles: float
+    sensors: Annotated[Array, 4, SENSOR_SIZE]  # see `sensing`
+    bias: Annotated[Array, "biased", "p"]
     ladder: Annotated[Array, "levels", LEVEL_SIZE]  # kind, then the behavior's own numbers
     phases: Annotated[Array, "phases", PHASE_SIZE]  # see `supervisor`
     predecessors: Annotated[Array, "cycles", "n"]
@@ -123,6 +126,8 @@ class State(NamedTuple):
     disturbance: Annotated[Array, "n", "p"]
     target_position: Annotated[Array, "p"]
     target_velocity: Annotated[Array, "p"]
+    target_position_measured: Annotated[Array, "p"]
+    target_velocity_measured: Annotated[Array, "p"]
     avoidance_active: Annotated[Array, "n"]
     lost: Annotated[Array, "n"]
     phase: Annotated[Array, "n"]
@@ -174,6 +179,7 @@ class State(NamedTuple):
     held: Annotated[Array, "n", "held"]  # at the last run of the outer loop, see `trigger`
     fresh: Annotated[Array, "n"]  # 1 where the outer loop runs now
     tasks: Annotated[Array, (2 + MAX_CYCLES) * MAX_LEVELS, "p"]  # scratch of `conflicts`
+    past: Annotated[Array, "past", "p"]  # see `measure`
     clock: Annotated[Array, CLOCK_SIZE]  # see the constants below
     switching: Annotated[Array, "n*p"]  # scratch, the smoothed sign of s
     stack: Annotated[Array, 2 * STACK_DEPTH]  # scratch of `program.evaluate`
@@ -194,6 +200,7 @@ class State(NamedTuple):
 
 # Places in State.clock
 STARTED, LAST_TIME, WATCHED_STEP = 0, 1, 2
+EVALUATED = 3  # steps evaluated before the present one
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 
 LAYOUT = Layout(MAGIC, Plan, State)

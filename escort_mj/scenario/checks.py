@@ -25,6 +25,7 @@ from escort_mj.scenario.check_robots import (
     check_team,
     check_weights,
 )
+from escort_mj.scenario.check_sensing import check_biases, check_delays, check_sight
 from escort_mj.scenario.check_space import check_body, check_clearance, check_dimensions
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.obstacles import obstacles_of
@@ -87,6 +88,7 @@ Check = Callable[[Scenario], Iterator[Finding]]
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_dimensions, ("axes", "physics", "target", "robots", "uncertainty", *AROUND)),
+    (check_biases, ("axes", "sensing")),
     (check_team, ("axes", "robots")),
     (check_kinds, ("axes", "robots")),
     (check_motion, ("axes", "duration", "target", "uncertainty", "obstacles")),
@@ -111,6 +113,8 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_motors, ("axes", "robots")),
     (check_heights, ("axes", "physics", "robots")),
     (check_weights, ("axes", "physics", "robots")),
+    (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
+    (check_sight, ("mission", "robots", "sensing")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "mission", *AROUND)),
 )

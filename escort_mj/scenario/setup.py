@@ -48,7 +48,9 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         ),
         robot_radius=robots.radius,
         force_limit=robots.force_limit,
-        sensing=sensors(scenario.sensing),
+        sensing=sensors(
+            scenario.sensing, scenario.physics.timestep, scenario.seed, len(robots.mass), scenario.axes
+        ),
         target=target,
         disturbance=disturbance_trajectory(scenario),
         failures=scenario.robots.failures,

@@ -51,6 +51,17 @@ FOUR = {
     "sensing": SENSING,
     "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", 0.2, "0.5*cos(0.5*t)"]},
 }
+SENSORS = {"noise": 0.02, "bias": 0.05, "delay": 0.02, "dropout": 0.05, "resolution": 0.001}
+SEEING = PLANAR | {
+    "mission": {"radius": 3.0, "max_speed": 2.0, "behaviors": ["avoid_obstacles", "repulsion", "surface"]},
+    "sensing": {
+        "position": SENSORS,
+        "velocity": SENSORS | {"bias": [0.01, -0.02], "delay": 0.004},
+        "target_position": SENSORS | {"delay": 0.1},
+        "target_velocity": SENSORS | {"bias": 0.0},
+        "radius": {"robots": 4.0, "obstacles": 3.0},
+    },
+}
 
 SOFT = {"law": "apd_smc", "proportional_gain": 12, "derivative_gain": 12, "adaptation_rate": 6, "slope": 10}
 ACTUATORS = {"lag": 0.02, "dead_zone": 0.05, "gain_error": 0.1}
@@ -157,6 +168,7 @@ def by_callback(world: World, data: mujoco.MjData, driver: Driver) -> None:
         (FOUR, by_halves),
         (MIXED, by_halves),
         (FLYING, by_halves),
+        (SEEING, by_halves),
     ],
     ids=[
         "planar_halves",
@@ -166,6 +178,7 @@ def by_callback(world: World, data: mujoco.MjData, driver: Driver) -> None:
         "four_halves",
         "mixed_halves",
         "flying_halves",
+        "sensors_halves",
     ],
 )
 def test_five_thousand_steps_agree(keys: dict, drive, make_world) -> None:

@@ -11,6 +11,7 @@ from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import STIFFNESS
 from escort_mj.control.reference.behaviors import escort, spread
 from escort_mj.control.reference.failure import Team
+from escort_mj.control.reference.measure import in_range
 from escort_mj.control.reference.outer import outer_loop
 from escort_mj.control.setup import Setup
 
@@ -97,9 +98,18 @@ def filtered(
     """Each robot's velocity behind the filter, shape (n, p) [m/s], and whose it changed, shape (n,)."""
     away, distance, safe = surroundings(avoid, q, setup, lost)
     share = np.where(lost, 1.0, 0.5)
+    radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+    gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii
+    obstacles = len(setup.obstacle_radius)
+    known = np.hstack(
+        [
+            in_range(gaps[:, :obstacles], setup.sensing.obstacles),
+            in_range(gaps[:, obstacles:], setup.sensing.robots),
+        ]
+    )
     bound = -barrier.rate * (distance - safe) * np.concatenate([np.ones(len(setup.obstacle_radius)), share])
     velocities, changed = nominal.copy(), np.zeros(len(q), dtype=bool)
-    for i, own in enumerate(safe > 0.0):
+    for i, own in enumerate((safe > 0.0) & np.isfinite(known)):
         missing = bound[i, own] - away[i, own] @ nominal[i]
         if np.any(missing > 0.0):
             velocities[i] += least_change(away[i, own], missing)
