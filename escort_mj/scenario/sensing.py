@@ -94,7 +94,7 @@ def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int)
         count: Number of robots.
         axes: Dimension of the space.
     """
-    channels = [
+    position, velocity, target_position, target_velocity = (
         Channel(
             sensor.noise,
             _biases(sensor, seed, number, bodies, axes),
@@ -103,12 +103,15 @@ def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int)
             sensor.resolution or 0.0,
         )
         for number, (sensor, bodies) in enumerate(zip(sensing.channels, (count, count, 1, 1), strict=True))
-    ]
-    radius = sensing.radius
+    )
+    sight = sensing.radius
     return Sensors(
-        *channels,
-        robots=np.inf if radius.robots is None else radius.robots,
-        obstacles=np.inf if radius.obstacles is None else radius.obstacles,
+        position,
+        velocity,
+        target_position,
+        target_velocity,
+        np.inf if sight.robots is None else sight.robots,
+        np.inf if sight.obstacles is None else sight.obstacles,
     )
 
 
