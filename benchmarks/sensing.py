@@ -17,7 +17,6 @@ from escort_mj.mission import fly  # noqa: E402
 from escort_mj.study.parallel import cores, side_by_side  # noqa: E402
 
 PAGE = "sensing.md"
-SCENARIO = "paper/case1_2d"
 DELAYS = (0, 2, 4, 6, 8, 10, 14, 20, 30, 50, 100)  # [steps]
 DROPOUTS = (0.0, 0.05, 0.5, 0.9, 0.98)
 SEEDS = 3
@@ -25,6 +24,7 @@ TAIL = 10.0  # [s]
 STEP = 0.002
 OWN, TARGET = ("position", "velocity"), ("target_position", "target_velocity")
 CHANNELS = {"own": OWN, "own velocity": ("velocity",), "own position": ("position",), "target": TARGET}
+TARGET_AT_REST, TARGET_MOVING = "paper/case1_2d", "paper/case2_2d"
 
 
 class Trial(NamedTuple):
@@ -51,7 +51,8 @@ def attempt(trial: Trial) -> Result:
     for channel in CHANNELS[trial.channels]:
         settings.append(f"sensing.{channel}.delay={trial.delay * STEP}")
         settings.append(f"sensing.{channel}.dropout={trial.dropout}")
-    run = fly(load_scenario(SCENARIO, settings))
+    scenario = TARGET_MOVING if trial.channels == "target" else TARGET_AT_REST
+    run = fly(load_scenario(scenario, [*settings, "mission.target_feedforward=true"]))
     if not run.outcome.good:
         return Result(False, np.inf, np.inf)
     trace: Any = run.trace
