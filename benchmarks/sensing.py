@@ -22,9 +22,8 @@ DROPOUTS = (0.0, 0.05, 0.5, 0.9, 0.98)
 SEEDS = 3
 TAIL = 10.0  # [s]
 STEP = 0.002
-OWN, TARGET = ("position", "velocity"), ("target_position", "target_velocity")
-CHANNELS = {"own": OWN, "own velocity": ("velocity",), "own position": ("position",), "target": TARGET}
-TARGET_AT_REST, TARGET_MOVING = "paper/case1_2d", "paper/case2_2d"
+CHANNELS = {"own": ("position", "velocity"), "own velocity": ("velocity",), "own position": ("position",)}
+SCENARIO = "paper/case1_2d"
 
 
 class Trial(NamedTuple):
@@ -51,8 +50,7 @@ def attempt(trial: Trial) -> Result:
     for channel in CHANNELS[trial.channels]:
         settings.append(f"sensing.{channel}.delay={trial.delay * STEP}")
         settings.append(f"sensing.{channel}.dropout={trial.dropout}")
-    scenario = TARGET_MOVING if trial.channels == "target" else TARGET_AT_REST
-    run = fly(load_scenario(scenario, [*settings, "mission.target_feedforward=true"]))
+    run = fly(load_scenario(SCENARIO, settings))
     if not run.outcome.good:
         return Result(False, np.inf, np.inf)
     trace: Any = run.trace
@@ -85,8 +83,7 @@ def delay_trials() -> list[Trial]:
 def dropout_trials() -> list[Trial]:
     """Every dropout of the robots' own channels and of the target's, at three delays."""
     return [
-        Trial(name, delay, dropout, "apd_smc", seed)
-        for name in ("own", "target")
+        Trial("own", delay, dropout, "apd_smc", seed)
         for dropout in DROPOUTS
         for delay in (0, 4)
         for seed in range(1, SEEDS + 1)
@@ -119,7 +116,7 @@ def main(arguments: Any = None) -> None:
     dropped = dict(zip(dropouts, results[len(delays) :], strict=True))
     delay_columns = [{"law": "apd_smc", "channels": name} for name in CHANNELS]
     delay_columns += [{"law": law, "channels": "own"} for law in ("asmc", "pd_smc")]
-    dropout_columns = [{"channels": name, "delay": delay} for name in ("own", "target") for delay in (0, 4)]
+    dropout_columns = [{"channels": name, "delay": delay} for name in ("own",) for delay in (0, 4)]
     head = [f"{column['law']}: {column['channels']}" for column in delay_columns]
     publish(
         PAGE,
