@@ -99,11 +99,12 @@ def _energy(trace: xarray.Dataset) -> Report:
     touched = (time[:, None] >= trace["episode_start"].values) @ pushed
     blown = about["moving_mass"] * about["wind"] ** 2
     given = 2.0 * (total[0] + 0.5 * (first + blown) + work + np.cumsum(pulled) + touched)
-    row = int(np.argmax(total - given))
+    room = 1.0 - total / np.maximum(given, 1e-300)
+    row = int(np.argmin(room))
     margin = float(given[row] - total[row])
     words = f"kinetic energy {total[row]:.3g} J of at most {given[row]:.3g} J at {time[row]:.2f} s"
-    room = margin / max(float(given[row]), 1e-300)
-    return Report(margin >= 0.0, words, float(total[row]), "J", float(time[row]), (), margin, room)
+    value, moment = float(total[row]), float(time[row])
+    return Report(margin >= 0.0, words, value, "J", moment, (), margin, float(room[row]))
 
 
 def _tunneling(trace: xarray.Dataset) -> Report:
