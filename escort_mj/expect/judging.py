@@ -261,7 +261,7 @@ def _touch(subject: str, key: str, bound: Bound, met: xarray.Dataset) -> Found:
     at = "episode_peak_time" if key in ("peak_force", "penetration") else "episode_start"
     found = Measure(value, float(episode[at]), pair(met, worst))
     margin = bound.margin(value)
-    near = bound.is_near(margin)
+    near = bool(name) and bound.is_near(margin)  # one touch less is not nearly none
     words = f"{_number(value, unit)} ({found.who} at {found.time:.3f} s: {_story(episode)}"
     words += f"{', the first' if not name and count > 1 else ''}){', a near miss' if near else ''}"
     return Found(subject, demanded, margin >= 0.0, words, value, unit, found.time, found.bodies, margin, near)
@@ -272,7 +272,8 @@ def _story(episode: xarray.Dataset) -> str:
     time, force, impulse, depth = (
         float(episode[f"episode_{name}"]) for name in ("touch_time", "peak_force", "impulse", "depth")
     )
-    return f"{1e3 * time:.3g} ms, up to {force:.3g} N, {impulse:.3g} N s, {1e3 * depth:.2g} mm deep"
+    lasts = f"{1e3 * time:.3g} ms" if time < 1.0 else f"{time:.3g} s"
+    return f"{lasts}, up to {force:.3g} N, {impulse:.3g} N s, {1e3 * depth:.3g} mm deep"
 
 
 def _barely_missed(sides: tuple[str, str] | None, part: xarray.Dataset) -> str:

@@ -80,31 +80,33 @@ def _finite(trace: xarray.Dataset, outcome: Outcome) -> Report:
 
 
 def _energy(trace: xarray.Dataset) -> Report:
-    """Motion has no more energy than was put into it: by motors, disturbance, gravity, wind and touches.
+    """Robots move with no more energy than motors, disturbance, gravity, wind and touches gave them.
 
-    Each of these is bounded from above: gravity and disturbance as if they pulled along the motion, wind as
-    if it gave everything its own speed, and a touch as if its impulse came from a body as fast as the fastest
-    robot and the closing speed together. Twice that is allowed, and what one step adds from rest.
+    Each is bounded from above: gravity and disturbance as if they pulled along the motion, wind as if it gave
+    robots its own speed, and a touch as if its impulse came from a body as fast as the fastest robot and the
+    closing speed together. Twice that is allowed, and what one step adds from rest.
     """
-    about = {name: float(trace.attrs[name]) for name in ("gravity", "wind", "moving_mass", "timestep")}
-    speed, time, total = (trace[name].values for name in ("speed_max", "time", "kinetic_energy"))
-    force, disturbance = (np.linalg.norm(trace[name].values, axis=-1) for name in ("force", "disturbance"))
-    weight = about["moving_mass"] * about["gravity"]
+    about = {name: float(trace.attrs[name]) for name in ("gravity", "wind", "robots_mass", "timestep")}
+    mass, speed, time = (trace[name].values for name in ("robot_mass", "speed_max", "time"))
+    force, disturbance, start = (
+        np.linalg.norm(trace[name].values, axis=-1) for name in ("force", "disturbance", "v")
+    )
+    weight = about["robots_mass"] * about["gravity"]
     path = speed * np.diff(time, prepend=time[0])[:, None]
     pulled = (disturbance * path).sum(axis=1) + weight * path.max(axis=1)
-    first = ((force.max(axis=0) * about["timestep"]) ** 2 / trace["robot_mass"].values).sum()
-    first += weight * about["gravity"] * about["timestep"] ** 2
+    first = (mass * start[0] ** 2 + (force.max(axis=0) * about["timestep"]) ** 2 / mass).sum()
+    first += about["robots_mass"] * ((about["gravity"] * about["timestep"]) ** 2 + about["wind"] ** 2)
     work = (trace["work"].values - trace["work"].values[0]).sum(axis=1)
     pushed = trace["episode_impulse"].values * (trace["episode_closing_speed"].values + speed.max())
     touched = (time[:, None] >= trace["episode_start"].values) @ pushed
-    blown = about["moving_mass"] * about["wind"] ** 2
-    given = 2.0 * (total[0] + 0.5 * (first + blown) + work + np.cumsum(pulled) + touched)
+    given = 2.0 * (0.5 * first + work + np.cumsum(pulled) + touched)
+    total = 0.5 * (mass * speed**2).sum(axis=1)
     room = 1.0 - total / np.maximum(given, 1e-300)
     row = int(np.argmin(room))
-    margin = float(given[row] - total[row])
-    words = f"kinetic energy {total[row]:.3g} J of at most {given[row]:.3g} J at {time[row]:.2f} s"
-    value, moment = float(total[row]), float(time[row])
-    return Report(margin >= 0.0, words, value, "J", moment, (), margin, float(room[row]))
+    value, most, moment = float(total[row]), float(given[row]), float(time[row])
+    words = f"kinetic energy {value:.3g} J of at most {most:.3g} J at {moment:.2f} s"
+    robot = (f"robot_{int(np.argmax(mass * speed[row] ** 2)) + 1}",)
+    return Report(most >= value, words, value, "J", moment, robot, most - value, float(room[row]))
 
 
 def _tunneling(trace: xarray.Dataset) -> Report:

@@ -95,11 +95,12 @@ def mujoco_version() -> str:
 
 
 def surroundings(world: World) -> dict[str, float]:
-    """How strong gravity [m/s^2] and wind [m/s] are, and the mass of all that they can move [kg]."""
+    """How strong gravity [m/s^2] and wind [m/s] are, and the mass of all robots with what they carry [kg]."""
     model = world.model
-    moving = (model.body_weldid > 0) & (model.body_mocapid < 0)
+    roots = [model.body(root).name for root in model.body_rootid]
+    ours = [name.startswith("robot_") for name in roots]
     return {
         "gravity": float(np.linalg.norm(model.opt.gravity)),
         "wind": float(np.linalg.norm(model.opt.wind)),
-        "moving_mass": float(model.body_mass[moving].sum()),
+        "robots_mass": float(model.body_mass[ours].sum()),
     }

@@ -63,7 +63,6 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
         "force": (("time", "robot", "axis"), still.copy()),
         "disturbance": (("time", "robot", "axis"), still.copy()),
         "target_position": (("time", "axis"), np.zeros((rows, 2))),
-        "obstacle_position": (("time", "obstacle", "axis"), np.full((rows, 1, 2), 9.0)),
         "target_velocity": (("time", "axis"), np.zeros((rows, 2))),
         "work": (("time", "robot"), np.zeros((rows, 2))),
         "lost": (("time", "robot"), np.zeros((rows, 2), int)),
@@ -72,7 +71,7 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
         "clearance_body": (("time", "robot", "group"), body),
         "target_clearance": (("time", "group"), about_target),
         "target_clearance_body": (("time", "group"), body_at_target),
-        "kinetic_energy": ("time", np.zeros(rows)),
+        "obstacle_position": (("time", "obstacle", "axis"), np.full((rows, 2, 2), 9.0)),
         "contacts_untold": ("time", np.zeros(rows, int)),
         "body_thickness": ("body", np.array([0.4, 0.4, 0.6, 1.0, 0.8, np.inf])),
         "robot_radius": ("robot", np.array([0.2, 0.2])),
@@ -91,9 +90,10 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
             "robot": [1, 2],
             "group": list(GROUPS),
             "body": NAMES,
+            "obstacle": ["rock", "wall_1"],
             "body_group": ("body", list(BODIES.values())),
         },
-        attrs={"mission_radius": RADIUS, "timestep": 0.002, "gravity": 0.0, "wind": 0.0, "moving_mass": 3.0},
+        attrs={"mission_radius": RADIUS, "timestep": 0.002, "gravity": 0.0, "wind": 0.0, "robots_mass": 3.0},
     )
     for name, value in given.items():
         if name in trace:
