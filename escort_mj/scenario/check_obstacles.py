@@ -78,7 +78,7 @@ def _check_size(scenario: Scenario, obstacle: Obstacle, path: Path) -> Iterator[
     for key in ("radius", "size", "vertices"):
         if key != wanted and getattr(obstacle, key) is not None:
             found.append(Finding((*path, key), f"is not a key of a {shape}; expected {wanted}"))
-    if wanted != "radius" and getattr(obstacle, wanted) is None:
+    if not found and wanted != "radius" and getattr(obstacle, wanted) is None:
         found.append(Finding((*path, wanted), f"is missing: {wanted} of a {shape} [m]"))
     yield from found
     if found:
