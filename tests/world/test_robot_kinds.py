@@ -181,3 +181,29 @@ def test_robots_start_with_their_velocities(drifting, record_steps) -> None:
     world = drifting({"kind": "rolling_sphere", "positions": [[0, 0]], "velocities": [[1, 2]]})
     record = record_steps(world, 500)
     np.testing.assert_allclose(record["v"][:, 0], np.tile([1.0, 2.0], (500, 1)), rtol=2e-2)
+
+
+@pytest.mark.parametrize("kind", ["slung", "quadrotor", "loaded"])
+def test_the_truth_of_each_kind(kind: str, make_world, record_steps) -> None:
+    """C from M agrees with MuJoCo's bias, dM/dt - 2 C is skew, and forces with accelerations add up."""
+    axes = 2 if kind == "loaded" else 3
+    world = make_world(
+        axes=axes,
+        robots={
+            "kind": kind,
+            "positions": [[3.0, 1.0, 0.0][:axes], [-3.0, 0.0, 1.0][:axes]],
+            "force_limit": 30.0,
+        },
+        mission={"radius": 2.0, "behaviors": ["surface"], "max_speed": 2.0},
+        target={"position": ["0.5*t", "sin(t)", 0][:axes]},
+        controller=SOFT,
+        recording={"truth": True, "rate": 500},
+    )
+    record = record_steps(world, 600)
+    assert record["skew_residual"].max() < 1e-4
+    assert record["coriolis_residual"].max() < 1e-4
+    coupling = record["mass_coupling"]
+    assert (np.ptp(coupling) > 1e-3) == (kind != "quadrotor"), "what is hidden turns, and M with it"
+    if kind == "quadrotor":
+        assert np.abs(record["bias_force"]).max() < 1e-9, "its weight is held, and nothing else is there"
+        np.testing.assert_allclose(record["external_force"], 0.0, atol=1e-9)
