@@ -130,7 +130,7 @@ def _simulate(
             episodes.append(np.vstack(log))
             done = start + healthy
             if folder is not None:
-                folder.append(samples[start:done], episodes[-1])
+                folder.append(samples[start:done], episodes[-1], plant.under_way())
             reached = float(samples[done - 1, 0]) if done else 0.0
             if outcome is Outcome.COMPLETED and interrupted:
                 outcome, message = Outcome.INTERRUPTED, f"{interrupted[0]} at {reached:.2f} s"

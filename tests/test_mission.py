@@ -152,7 +152,7 @@ def test_an_interrupted_run_ends_in_order(tmp_path: Path, number: signal.Signals
 
 
 def test_a_run_that_breaks_is_marked_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: RunFolder, block: np.ndarray, episodes: np.ndarray) -> None:
+    def full(self: RunFolder, *rows: np.ndarray) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(RunFolder, "append", full)
