@@ -207,3 +207,38 @@ def test_the_truth_of_each_kind(kind: str, make_world, record_steps) -> None:
     if kind == "quadrotor":
         assert np.abs(record["bias_force"]).max() < 1e-9, "its weight is held, and nothing else is there"
         np.testing.assert_allclose(record["external_force"], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("failure", ["dead", "stuck"])
+def test_a_quadrotor_whose_motors_fail(failure: str, drifting, record_steps) -> None:
+    """Without thrust it falls by g t^2 / 2; with the thrusts of that moment it stays where it hovered."""
+    world = drifting(
+        {
+            "kind": "quadrotor",
+            "positions": [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0]],
+            "failures": [{"robot": 1, "at": 0.2, "kind": failure}],
+        },
+        axes=3,
+    )
+    height = record_steps(world, 601)["q"][:, :, 2]
+    fallen = 0.5 * G * 0.002**2 * 500 * 501 if failure == "dead" else 0.0
+    assert height[600, 0] == pytest.approx(-fallen, abs=1e-9)
+    np.testing.assert_allclose(height[:, 1], 0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("collides", [False, True])
+def test_a_payload_touches_only_if_asked(collides: bool, drifting, record_steps) -> None:
+    """Let go from one side it swings up to an obstacle on the other, of which the hull stays clear."""
+    kind = {**SLUNG, "payload_collides": collides, "payload_radius": 0.1}
+    world = drifting(
+        {"kind": kind, "positions": [[0.0, 0.0]], "mass": 50.0},
+        obstacles=[{"position": [1.2, 0.0], "radius": 0.5}],
+    )
+    touches = []
+    record_steps(
+        world,
+        800,
+        lambda plant: plant.data.qpos.__setitem__(3, 1.2),
+        lambda plant: touches.append(plant.data.ncon),
+    )
+    assert (max(touches) > 0) == collides
