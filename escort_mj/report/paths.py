@@ -186,8 +186,9 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         if (way != center).any():
             axes.plot(*way[rows].T, color=palette.OBSTACLE, linewidth=1.0, linestyle=BOUND, zorder=1.9)
         if radius == 0.0:
-            grid = (center + points).reshape(*OUTLINE_POINTS[3], 3)
-            axes.plot_surface(*np.moveaxis(grid, -1, 0), color=palette.OBSTACLE, linewidth=0, zorder=2.1)
+            _solid(axes, center + points, palette.OBSTACLE, 1.0, 2.1)
+            if clear > 0:
+                _solid(axes, center + points + clear * outward(3), palette.CONTACT, 0.08, 2.0)
             continue
         if clear > 0:
             _ball(axes, center, clear, palette.CONTACT, 0.08, 2.0)
@@ -321,6 +322,13 @@ def _ball(
 ) -> None:
     looks: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0, "zorder": zorder, "shade": False}
     axes.plot_surface(*_sphere(center, radius, 16), **looks, rstride=1, cstride=1)
+
+
+def _solid(axes: Axes3D, points: Array, color: palette.Color, alpha: float, zorder: float) -> None:
+    """A shape by the points around it, lit from the side, or an even halo of it."""
+    grid = points.reshape(*OUTLINE_POINTS[3], 3)
+    looks: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0, "zorder": zorder}
+    axes.plot_surface(*np.moveaxis(grid, -1, 0), **looks, shade=alpha == 1.0)
 
 
 def _globe(axes: Axes3D, center: Array, radius: float) -> None:
