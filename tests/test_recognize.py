@@ -17,6 +17,8 @@ FILES = [
     (f"{MODELINE}other.json\nrobots: {{}}\nmission: {{}}\n", False, False),
     (f"{MODELINE}missing.json\nrobots: {{}}\n", False, False),
     (f"{MODELINE}https://example.org/escort_mj/schema.json\n", True, True),
+    (f"{MODELINE}left_behind.json\nexpect: []\n", False, True),
+    (f"{MODELINE}left_behind.json\nnonsense: 3\n", False, False),
     (f"{MODELINE}https://json.schemastore.org/github-workflow.json\nexpect: 3\n", False, False),
     ("duration: 3\nrobots: {count: 3}\n", False, True),
     ("name: ci\non: push\njobs: {}\n", False, False),
