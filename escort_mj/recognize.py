@@ -20,8 +20,8 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
     """Whether a YAML file is a scenario, by its first lines.
 
     It is one where its first lines name the JSON Schema of scenarios (`# yaml-language-server: $schema=...`).
-    A file without such a line, or whose line names a file that is not there (a copied scenario), is one only if
-    somebody asked for scenarios, and it has a key that tells so.
+    A file without such a line, or whose line names a file that is not there (a copied scenario), is one
+    only if somebody asked for scenarios, and it has a key that tells so.
 
     Args:
         path: A file.
