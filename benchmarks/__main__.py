@@ -9,6 +9,7 @@ from pathlib import Path
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
+from benchmarks import watch  # noqa: E402
 from benchmarks.loop import measure  # noqa: E402
 
 NO_NOISE = "sensing={}"
@@ -33,9 +34,12 @@ def main() -> None:
             f"{name:38s} {row['bare']:5.2f} us {row['native']:5.2f} us {row['twin']:5.0f} us"
             f" {row['native/bare']:12.2f} {row['twin/bare']:10.0f}"
         )
+    watched = watch.main()
     path = Path("renders") / "benchmarks.json"
     path.parent.mkdir(exist_ok=True)
-    path.write_text(json.dumps({"machine": platform.platform(), "cases": found}, indent=2) + "\n")
+    path.write_text(
+        json.dumps({"machine": platform.platform(), "cases": found, "watch": watched}, indent=2) + "\n"
+    )
     print(f"wrote {path}")
 
 

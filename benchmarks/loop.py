@@ -18,7 +18,8 @@ import numpy as np
 from escort_mj.api import load_scenario
 from escort_mj.control.reference import ReferenceController
 from escort_mj.world.build import World, build
-from escort_mj.world.callback import _library, native_loop
+from escort_mj.world.callback import native_loop
+from escort_mj.world.library import library
 from escort_mj.world.plant import Plant
 
 WARM_UP = 2000  # steps: the mission is under way
@@ -35,7 +36,7 @@ def seconds(function: Callable[[], None]) -> float:
 @contextmanager
 def no_timer() -> Iterator[None]:
     """Takes away the clock that the bindings install, as the native loop does."""
-    timer = ctypes.c_void_p.in_dll(_library(), "mjcb_time")
+    timer = ctypes.c_void_p.in_dll(library(), "mjcb_time")
     before, timer.value = timer.value, None
     try:
         yield

@@ -25,11 +25,13 @@ from escort_mj.record.revision import git_revision
 from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.bodies import obstacle_names
+from escort_mj.scenario.geometry import outline
+from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import START, columns, record_size
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import callbacks, native_loop
-from escort_mj.world.plant import Plant, mujoco_version
+from escort_mj.world.plant import Plant, mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
 
 if TYPE_CHECKING:
@@ -129,7 +131,7 @@ def _simulate(
             episodes.append(np.vstack(log))
             done = start + healthy
             if folder is not None:
-                folder.append(samples[start:done], episodes[-1])
+                folder.append(samples[start:done], episodes[-1], plant.under_way())
             reached = float(samples[done - 1, 0]) if done else 0.0
             if outcome is Outcome.COMPLETED and interrupted:
                 outcome, message = Outcome.INTERRUPTED, f"{interrupted[0]} at {reached:.2f} s"
@@ -199,6 +201,14 @@ def _interruptible() -> Iterator[list[str]]:
             signal.signal(number, handler)
 
 
+def _outlines(scenario: Scenario) -> list[list[list[float]]]:
+    """Points around each obstacle, relative to its center, for pictures; none where all are spheres."""
+    bodies = obstacles_of(scenario)
+    if all(body.is_sphere for body in bodies):
+        return []
+    return [outline(body.solid, scenario.axes).tolist() for body in bodies]
+
+
 def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
@@ -214,7 +224,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
         "robot_mass": world.team.mass.tolist(),
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
-        "obstacle_position": setup.obstacle_position.tolist(),
+        "obstacle_outline": _outlines(scenario),
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),
@@ -225,10 +235,12 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
             "contact_forces": "MuJoCo's" if scenario.axes <= IN_SPACE else NO_FORCES,
+            **surroundings(world),
             "mission_radius": scenario.mission.radius,
             "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
+            "height": world.team.height if scenario.axes == 2 else 0.0,
             "target_radius": scenario.target.radius,
             "least_energy": setup.least_energies or None,
             "version_escort_mj": version("escort-mj"),

@@ -22,6 +22,22 @@ OBSTACLE = from_hex("6A6A6A")
 LIMIT = from_hex("4D4D4D")  # a bound: the escort radius, the safe distance, the force limit
 CONTACT = from_hex("C8001E")  # bodies that touch
 
+# Colors that a scenario can name for its obstacles.
+NAMED = {
+    name: from_hex(code)
+    for name, code in {
+        "gray": "6A6A6A",
+        "red": "B2423B",
+        "orange": "D98E3C",
+        "yellow": "D9C24A",
+        "green": "4F8F5B",
+        "blue": "4A78A8",
+        "purple": "84619E",
+        "brown": "8A6642",
+        "white": "E4E4E4",
+    }.items()
+}
+
 # The behaviors by name; robots that nothing rules stay blank.
 BEHAVIORS = {
     name: from_hex(code)

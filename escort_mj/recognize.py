@@ -20,7 +20,8 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
     """Whether a YAML file is a scenario, by its first lines.
 
     It is one where its first lines name the JSON Schema of scenarios (`# yaml-language-server: $schema=...`).
-    A file without such a line is one only if somebody asked for scenarios, and it has a key that tells so.
+    A file without such a line, or whose line names a file that is not there (a copied scenario), is one
+    only if somebody asked for scenarios, and it has a key that tells so.
 
     Args:
         path: A file.
@@ -34,10 +35,11 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
     except OSError:
         return False
     if match := _MODELINE.search(head):
-        return (
-            _is_our_schema((path.parent / match[1]).resolve())
-            or re.search("escort[-_]mj", match[1]) is not None
-        )
+        schema = (path.parent / match[1]).resolve()
+        if _is_our_schema(schema) or re.search("escort[-_]mj", match[1]):
+            return True
+        if "://" in match[1] or schema.exists():
+            return False
     return asked and not TELLING.isdisjoint(_TOP_KEY.findall(head))
 
 

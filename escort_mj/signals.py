@@ -70,8 +70,8 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("time", (), "s", "time of the evaluation of the law"),
     Signal("q", RA, "m", "true position of the robots"),
     Signal("v", RA, "m/s", "true velocity of the robots"),
-    Signal("q_measured", RA, "m", "position that the law was given (true plus noise)"),
-    Signal("v_measured", RA, "m/s", "velocity that the law was given (true plus noise)"),
+    Signal("q_measured", RA, "m", "position that the law was given"),
+    Signal("v_measured", RA, "m/s", "velocity that the law was given"),
     Signal("q_d", RA, "m", "reference position: the integral of the reference velocity"),
     Signal("v_d", RA, "m/s", "reference velocity from the behaviors (outer loop)"),
     Signal("e", RA, "m", "tracking error q_d - q_measured"),
@@ -82,6 +82,8 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("disturbance", RA, "N", "external force that disturbs the robots"),
     Signal("target_position", ("axis",), "m", "position of the target"),
     Signal("target_velocity", ("axis",), "m/s", "velocity of the target"),
+    Signal("target_position_measured", ("axis",), "m", "position of the target that the law was given"),
+    Signal("target_velocity_measured", ("axis",), "m/s", "velocity of the target that the law was given"),
     Signal("avoidance_active", ("robot",), "1", "1 while obstacle avoidance rules the robot, else 0"),
     Signal("lost", ("robot",), "1", "1 once the team knows that the robot's motors have failed, else 0"),
     Signal("phase", ("robot",), "1", "phase of the supervisor that rules the robot, 0 for the mission's own"),
@@ -93,9 +95,18 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("task_removed", RB, "m/s", "what the projections of higher priorities removed of that velocity"),
     Signal("task_angle", RB, "rad", "smallest angle to an active task above; pi/2 is no conflict (eq. 19)"),
     Signal("outer_updates", ("robot",), "1", "runs of the outer loop so far"),
-    Signal("force", RA, "N", "force that MuJoCo's motors applied, after the force limit"),
     Signal(
-        "obstacle_distance", ("robot", "obstacle"), "m", "true distance to each obstacle, center to center"
+        "force",
+        RA,
+        "N",
+        "force that motors applied, after their limits; without what holds up a quadrotor",
+    ),
+    Signal("obstacle_position", ("obstacle", "axis"), "m", "center of each obstacle"),
+    Signal(
+        "obstacle_distance",
+        ("robot", "obstacle"),
+        "m",
+        "true distance to each obstacle's center, or to its nearest point if it is no sphere",
     ),
     Signal(
         "robot_distance_min", ("robot",), "m", "true distance to the nearest other robot, center to center"
@@ -140,7 +151,13 @@ SIGNALS: tuple[Signal, ...] = (
         "norm of what couples the robot to other coordinates of its kinematic tree in the mass matrix",
         TRUTH,
     ),
-    Signal("bias_force", RA, "N", "bias force C v + g, as MuJoCo has it", TRUTH),
+    Signal(
+        "bias_force",
+        RA,
+        "N",
+        "bias force C v + g, as MuJoCo has it; without what holds up a quadrotor",
+        TRUTH,
+    ),
     Signal("external_force", RA, "N", "M a + bias - force: what neither motor nor bias explains", TRUTH),
     Signal(
         "reference_torque",

@@ -34,7 +34,7 @@ def check(command, tmp_path):  # noqa: F811
         file.parent.mkdir(parents=True, exist_ok=True)
         text = "vary: {}\n" if expectations is None else BODY + expectations
         if "diverges" in name:
-            text = text.replace("surface]", "surface]}\nuncertainty: {disturbance: [1000, 0]")
+            text = text.replace("surface]", "surface]}\nuncertainty: {disturbance: [0, 1000]")
         file.write_text(text)
     return lambda *arguments: command("check", *arguments, "--workers", "1", "--no-video")
 

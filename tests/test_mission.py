@@ -55,7 +55,7 @@ def test_without_noise_measurements_are_true() -> None:
 
 
 def test_runs_repeat_to_the_bit_alone_and_side_by_side() -> None:
-    names = ["main", "paper/case1_3d", "main", "paper/case1_2d"]
+    names = ["main", "paper/case1_3d", "main", "sensing"]
     alone = [run(name).trace for name in names]
     beside: dict[int, escort_mj.Run] = {}
     threads = [
@@ -152,7 +152,7 @@ def test_an_interrupted_run_ends_in_order(tmp_path: Path, number: signal.Signals
 
 
 def test_a_run_that_breaks_is_marked_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(self: RunFolder, block: np.ndarray, episodes: np.ndarray) -> None:
+    def full(self: RunFolder, *rows: np.ndarray) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(RunFolder, "append", full)
@@ -160,3 +160,17 @@ def test_a_run_that_breaks_is_marked_failed(tmp_path: Path, monkeypatch: pytest.
         run("main", out=tmp_path / "run")
     outcome = json.loads((tmp_path / "run" / "outcome.json").read_text())
     assert outcome["outcome"] == "failed" and "No space left" in outcome["message"]
+
+
+def test_metrics_look_at_the_target_itself_and_the_law_at_what_is_measured() -> None:
+    """With a target seen one meter beside its place, robots circle the wrong point, and metrics say so."""
+    off = "sensing={target_position: {bias: [1, 0]}}"
+    trace = run("paper/case1_2d", off, "uncertainty={}", "duration=30", "expect=[]").trace
+    apart = trace.target_position_measured - trace.target_position
+    np.testing.assert_allclose(apart, np.broadcast_to([1.0, 0.0], apart.shape), atol=1e-12)
+    last = trace.isel(time=slice(-50, None))
+    radius = float(trace.attrs["mission_radius"])
+    seen = np.linalg.norm(last.q.values - last.target_position_measured.values[:, None], axis=2)
+    np.testing.assert_allclose(seen, radius, atol=0.01)
+    true = np.linalg.norm(last.q.values - last.target_position.values[:, None], axis=2)
+    assert np.abs(true - radius).max() > 0.7

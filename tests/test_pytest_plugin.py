@@ -25,7 +25,7 @@ FILES = {
     "known": BODY + "  - {metric: force_rms, at_least: 5, xfail: much too weak}\n",
     "strict": BODY + "  - {contacts: none, xfail: they touch}\n",
     "bad": BODY + "  - {contacts: nobody}\nrobotos: {}\n",
-    "diverges": GOOD.replace("surface]}", "surface]}\nuncertainty: {disturbance: [1000, 0]}"),
+    "diverges": GOOD.replace("surface]}", "surface]}\nuncertainty: {disturbance: [0, 1000]}"),
 }
 # Notes every run of a scenario, and who draws; nothing is drawn.
 SPY = """

@@ -10,8 +10,9 @@ from escort_mj.control.behaviors.vertices import turn_figure
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.inner import inner_loop
-from escort_mj.control.noise import measure_with_noise
-from escort_mj.control.plan import LAST_TIME, STARTED, Plan, State
+from escort_mj.control.measure import measure
+from escort_mj.control.movers import drive
+from escort_mj.control.plan import EVALUATED, LAST_TIME, STARTED, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.control.supervisor import FIRST, LEVELS, supervise
 from escort_mj.control.trigger import refresh
@@ -30,6 +31,8 @@ def evaluate(plan: Plan, state: State) -> None:
     """
     moved = advance(plan, state)
     follow_time(plan, state)
+    if plan.drives.shape[0] > 0:
+        drive(plan, state)
     measure(plan, state)
     n, p = state.q.shape
     for i in range(n):
@@ -42,7 +45,9 @@ def evaluate(plan: Plan, state: State) -> None:
         supervise(plan, state)
     someone = refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
-        turn_figure(state.q_measured, state.target_position, state.lost, state.vertices, state.rotation)
+        turn_figure(
+            state.q_measured, state.target_position_measured, state.lost, state.vertices, state.rotation
+        )
     sampled = round(state.time[0] / plan.timestep) % plan.stride == 0
     for i in range(n):
         phase = plan.phases[int(state.phase[i])]
@@ -87,9 +92,13 @@ def advance(plan: Plan, state: State) -> bool:
             for i in range(n):
                 state.predecessors[c, i] = plan.predecessors[c, i]
         state.chord_length[0] = plan.chord_length
+        for j in range(plan.obstacle_radius.shape[0]):
+            for k in range(p):
+                state.obstacle_position[j, k] = plan.obstacle_position[j, k]
         clock[STARTED] = 1.0
     elif time > clock[LAST_TIME]:
         moved = True
+        clock[EVALUATED] += 1.0
         for i in range(n):
             for k in range(p):
                 state.q_d[i, k] += plan.timestep * state.q_d_rate[i, k]
@@ -120,20 +129,3 @@ def follow_time(plan: Plan, state: State) -> None:
         )
         for i in range(n):
             state.disturbance[i, k] = push
-
-
-@merged
-def measure(plan: Plan, state: State) -> None:
-    """What the law is given: true positions and velocities plus noise from a ball (section 5)."""
-    n, p = state.q.shape
-    step = round(state.time[0] / plan.timestep)
-    for i in range(n):
-        for k in range(p):
-            state.q_measured[i, k] = state.q[i, k]
-            state.v_measured[i, k] = state.v[i, k]
-    if plan.noise_position > 0.0 or plan.noise_velocity > 0.0:
-        for i in range(n):
-            measure_with_noise(
-                i, state.q, state.v, state.q_measured, state.v_measured,
-                plan.noise_position, plan.noise_velocity, plan.seed, step,
-            )  # fmt: skip

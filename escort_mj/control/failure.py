@@ -73,8 +73,8 @@ def notice_losses(plan: Plan, state: State) -> None:
         for count in range(left + 1, n):
             first += count
         reform(
-            state.q_measured, state.target_position, state.lost, left, plan.figures, first, plan.turns,
-            state.rotation, state.vertices, state.scratch,
+            state.q_measured, state.target_position_measured, state.lost, left, plan.figures, first,
+            plan.turns, state.rotation, state.vertices, state.scratch,
         )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Measurement noise from a counter-based generator: the same bits in any order, on any number of threads.
 
 Philox4x64-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011), keyed by the seed
-and counted by (block, 0, robot, step). Points are drawn uniformly from a ball by rejection, which needs
+and counted by (block, use, robot, step). Points are drawn uniformly from a ball by rejection, which needs
 no transcendental function and so gives the same bits on every machine: first the position's, then the
 velocity's, from one stream of coordinates, two to each word.
 """
@@ -25,8 +25,11 @@ TAG = np.uint64(0x6573636F72745F6D)  # second word of the key: "escort_m" in ASC
 _M0, _M1 = np.uint64(0xD2E7470EE14C6C93), np.uint64(0xCA5A826395121157)
 _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)
 _HALF, _LOWER = np.uint64(32), np.uint64(0xFFFFFFFF)
+_UNUSED = np.uint64(11)  # bits of a word beyond what a double holds
 _PER_BLOCK = 8  # coordinates
 _ROUNDS = 10
+OF_ROBOT, OF_TARGET = 0, 1  # uses of a stream: noise of whom
+_DROPOUTS = 2  # added to these: whether their measurements arrive
 _FORCES = 2**32  # block where a stream's second use begins, out of the reach of the first
 
 
@@ -43,9 +46,9 @@ def _high_product(context: Any, a: Any, b: Any) -> Any:
 
 
 @inlined
-def philox(seed: int, block: int, robot: int, step: int) -> tuple[Any, Any, Any, Any]:
-    """The four words of one block of a robot's stream at a step."""
-    c0, c1, c2, c3 = np.uint64(block), np.uint64(0), np.uint64(robot), np.uint64(step)
+def philox(seed: int, block: int, use: int, robot: int, step: int) -> tuple[Any, Any, Any, Any]:
+    """The four words of one block of a robot's stream for some use at a step."""
+    c0, c1, c2, c3 = np.uint64(block), np.uint64(use), np.uint64(robot), np.uint64(step)
     k0, k1 = np.uint64(seed), TAG
     for _ in range(_ROUNDS):
         high0, low0 = _high_product(_M0, c0), _M0 * c0
@@ -57,9 +60,9 @@ def philox(seed: int, block: int, robot: int, step: int) -> tuple[Any, Any, Any,
 
 
 @inlined
-def _fill(coordinates: Array, seed: int, block: int, robot: int, step: int) -> None:
+def _fill(coordinates: Array, seed: int, block: int, use: int, robot: int, step: int) -> None:
     """The next coordinates of a stream, uniform in (-1, 1): the lower half of each word, then the upper."""
-    w0, w1, w2, w3 = philox(seed, block, robot, step)
+    w0, w1, w2, w3 = philox(seed, block, use, robot, step)
     coordinates[0], coordinates[1] = _coordinate(w0 & _LOWER), _coordinate(w0 >> _HALF)
     coordinates[2], coordinates[3] = _coordinate(w1 & _LOWER), _coordinate(w1 >> _HALF)
     coordinates[4], coordinates[5] = _coordinate(w2 & _LOWER), _coordinate(w2 >> _HALF)
@@ -73,44 +76,53 @@ def _coordinate(half: Any) -> float:
 
 
 @inlined
-def measure_with_noise(
-    robot: int, q: Array, v: Array, q_measured: Array, v_measured: Array,
-    radius_q: float, radius_v: float, seed: int, step: int,
-) -> None:  # fmt: skip
-    """Measures one robot: true values plus points drawn uniformly from balls.
+def draw_points(
+    points: Array, radius_q: float, radius_v: float, seed: int, use: int, robot: int, step: int
+) -> None:
+    """Draws points uniformly from unit balls, for the noise of a position and of a velocity.
 
     Args:
-        robot: Row.
-        q: True positions, shape (n, p) [m].
-        v: True velocities, shape (n, p) [m/s].
-        q_measured: Result, shape (n, p) [m].
-        v_measured: Result, shape (n, p) [m/s].
+        points: Result, shape (2, p): the position's, then the velocity's.
         radius_q: Radius of the position's ball [m]; 0 draws nothing.
         radius_v: Radius of the velocity's ball [m/s]; 0 draws nothing.
         seed: Key of the stream.
+        use: `OF_ROBOT` or `OF_TARGET`.
+        robot: Which robot, from 0; 0 for the target.
         step: Physics step.
     """
     coordinates = vector_at(stack_memory(), _PER_BLOCK)
     block, used = 0, _PER_BLOCK
     for channel in range(2):
         radius = radius_q if channel == 0 else radius_v
-        true = q if channel == 0 else v
-        measured = q_measured if channel == 0 else v_measured
         if radius == 0.0:
             continue
         square = 2.0
         while square > 1.0:
             square = 0.0
-            for k in range(q.shape[1]):
+            for k in range(points.shape[1]):
                 if used == _PER_BLOCK:
                     block, used = block + 1, 0
-                    _fill(coordinates, seed, block, robot, step)
+                    _fill(coordinates, seed, block, use, robot, step)
                 x = coordinates[used]
                 used += 1
-                measured[robot, k] = x
+                points[channel, k] = x
                 square += x * x
-        for k in range(q.shape[1]):
-            measured[robot, k] = true[robot, k] + radius * measured[robot, k]
+
+
+@inlined
+def chance(seed: int, use: int, robot: int, step: int, channel: int) -> float:
+    """A number uniform in [0, 1) that decides whether a measurement arrives.
+
+    Args:
+        seed: Key of the stream.
+        use: `OF_ROBOT` or `OF_TARGET`.
+        robot: Which robot, from 0; 0 for the target.
+        step: Physics step.
+        channel: 0 for its position, 1 for its velocity.
+    """
+    w0, w1, _, _ = philox(seed, 1, use + _DROPOUTS, robot, step)
+    word = w0 if channel == 0 else w1
+    return float(np.int64(word >> _UNUSED)) * 2.0**-53
 
 
 @inlined
@@ -127,5 +139,5 @@ def uniform(robot: int, most: float, seed: int, draw: int, result: Array) -> Non
     coordinates = vector_at(stack_memory(), _PER_BLOCK)
     for k in range(result.shape[0]):
         if k % _PER_BLOCK == 0:
-            _fill(coordinates, seed, _FORCES + k // _PER_BLOCK, robot, draw)
+            _fill(coordinates, seed, _FORCES + k // _PER_BLOCK, OF_ROBOT, robot, draw)
         result[k] = most * coordinates[k % _PER_BLOCK]

@@ -9,6 +9,7 @@ from escort_mj.control.behaviors.avoid_obstacles import avoidance, sidestep
 from escort_mj.control.behaviors.distance import keep_distance
 from escort_mj.control.behaviors.repulsion import repel
 from escort_mj.control.behaviors.vertices import to_vertex
+from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.nsb import INACTIVE, TANGENT, add_within_limit, combine, leave
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
@@ -53,11 +54,12 @@ def wish(
     Returns:
         The task's rank: how many directions it takes, or `TANGENT` for all but one, or `INACTIVE`.
     """
-    q, c = state.q_measured, state.target_position
+    q, c = state.q_measured, state.target_position_measured
     if row[0] == AVOID_OBSTACLES:
         depth, speeds[0] = avoidance(
             i, q, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
-            plan.obstacle_position, plan.obstacle_radius, plan.robot_radius, row, plan.slope, directions[0],
+            obstacles_seen(i, plan, state), plan.obstacle_radius, plan.robot_radius,
+            row, plan.slope, directions[0],
         )  # fmt: skip
         weights[0] = 1.0
         for k in range(part.shape[0]):
@@ -69,7 +71,18 @@ def wish(
         )
         return TANGENT
     if row[0] == REPULSION:
-        weights[0] = repel(i, q, c, state.lost, plan.radius, row[1], directions[0], part)
+        weights[0] = repel(
+            i,
+            q,
+            c,
+            state.lost,
+            plan.robot_radius,
+            plan.sensing_robots,
+            plan.radius,
+            row[1],
+            directions[0],
+            part,
+        )
         return TANGENT
     cycles = 1
     if row[0] == CHORDS:
@@ -90,7 +103,7 @@ def intrusion(i: int, row: Array, plan: Plan, state: State) -> float:
     """How deep the worst intruder is in robot i's safe sphere, by a row of avoidance; 0 for none [m]."""
     depth, _ = avoidance(
         i, state.q_measured, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
-        plan.obstacle_position, plan.obstacle_radius, plan.robot_radius,
+        obstacles_seen(i, plan, state), plan.obstacle_radius, plan.robot_radius,
         row, plan.slope, vector_at(stack_memory(), state.q.shape[1]),
     )  # fmt: skip
     return depth
@@ -126,7 +139,7 @@ def outer_loop(i: int, first: int, levels: int, plan: Plan, state: State) -> Non
     highest_escort = levels
     avoiding = False
     for k in range(p):
-        feedforward[k] = state.target_velocity[k] if plan.target_feedforward else 0.0
+        feedforward[k] = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
 
     for level in range(levels - 1, -1, -1):
         row = plan.ladder[first + level]
@@ -149,10 +162,10 @@ def outer_loop(i: int, first: int, levels: int, plan: Plan, state: State) -> Non
         highest_escort = level
         if avoiding:  # an avoidance below has bent the feed-forward: only its remainder is projected
             for k in range(p):
-                relative[k] = feedforward[k] - state.target_velocity[k] * plan.target_feedforward
+                relative[k] = feedforward[k] - state.target_velocity_measured[k] * plan.target_feedforward
             leave(rank, directions, weights, relative)
             for k in range(p):
-                feedforward[k] = state.target_velocity[k] * plan.target_feedforward + relative[k]
+                feedforward[k] = state.target_velocity_measured[k] * plan.target_feedforward + relative[k]
 
     state.avoidance_active[i] = 1.0 if avoiding else 0.0
     total = state.v_d[i]

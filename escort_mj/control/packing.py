@@ -16,6 +16,7 @@ from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     CELLS_PER_PAIR,
+    DRIVE_SIZE,
     KINDS,
     LAW_KINDS,
     LAYOUT,
@@ -24,6 +25,7 @@ from escort_mj.control.plan import (
 )
 from escort_mj.control.program import Op
 from escort_mj.control.reform import scratch_size
+from escort_mj.control.sensing import sensor_table
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase
 
@@ -54,7 +56,10 @@ def pack(
     ladder = [_level(setup, behavior) for phase in phases for behavior in phase.behaviors]
     starts = np.cumsum([0, *(len(phase.behaviors) for phase in phases)])
     figures = np.vstack([np.zeros((0, p)), *(setup.reforming.figures if setup.reforming else ())])
+    sensors, bias, past = sensor_table(setup.sensing, n, p)
     arrays = _functions(setup) | {
+        "sensors": sensors,
+        "bias": bias,
         "ladder": ladder,
         "phases": [phase.row(int(start)) for phase, start in zip(phases, starts, strict=False)],
         "predecessors": setup.arrangement.predecessors if setup.arrangement else np.zeros((0, n)),
@@ -85,12 +90,16 @@ def pack(
         "known": n * truth,  # robots whose truth is recorded
         "judged": n * (truth and law.has_lyapunov),
         "told": n * isinstance(law, Pd | ComputedTorque),  # robots whose law is told their model
+        "movers": len(setup.movers),
+        "seen": (n + 1) * setup.shaped,
         "differentiating": n * isinstance(law, ComputedTorque),
         "bodies": len(columns),
         "watched": watched,
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "held": p + 3,
+        "biased": len(bias),
+        "past": past,
         "scratch": scratch_size(n, p) if setup.failures and vertices else 0,
     }
     values = _scalars(setup) | arrays | {"stride": stride, "truth": truth}
@@ -127,28 +136,40 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "boundary_layer": switching.boundary_layer,
         "smoothing": SMOOTHINGS.index(switching.smoothing),
         "anti_windup": law.anti_windup,
-        "noise_position": setup.sensing.position.noise,
-        "noise_velocity": setup.sensing.velocity.noise,
         "chord_length": setup.arrangement.length if setup.arrangement else 0.0,
         "trigger_distance": trigger.distance if trigger else 0.0,
         "trigger_share": trigger.share if trigger else 0.0,
         "trigger_dwell": trigger.dwell if trigger else 0.0,
         "trigger_longest": trigger.longest if trigger else 0.0,
+        "shaped": setup.shaped,
+        "nearest_within": setup.nearest_within,
+        "sensing_robots": setup.sensing.robots,
+        "sensing_obstacles": setup.sensing.obstacles,
     }
 
 
 def _functions(setup: Setup) -> dict[str, Array]:
     """Programs of the functions of time, and where each has its instructions."""
     code, target, pieces = setup.target.programs()
-    disturbance = np.zeros((setup.axes, 2))
-    if setup.disturbance is not None:
-        more_code, spans, more_pieces = setup.disturbance.programs()
+    spans: list[Array] = [np.asarray(target, dtype=float)]
+    for function in (setup.disturbance, *(mover.path for mover in setup.movers)):
+        if function is None:
+            spans.append(np.zeros((setup.axes, 2)))
+            continue
+        more_code, more_spans, more_pieces = function.programs()
         more_code = more_code.copy()
         more_code[more_code[:, 0] == Op.PIECEWISE, 1] += len(pieces)
-        disturbance[:] = spans
-        disturbance[:, 0] += len(code)
+        spans.append(np.asarray(more_spans) + [len(code), 0])
         code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
-    return {"code": code, "pieces": pieces, "target": np.asarray(target), "disturbance": disturbance}
+    drives = [[mover.mass, mover.force_limit, mover.gain, mover.obstacle] for mover in setup.movers]
+    return {
+        "code": code,
+        "pieces": pieces,
+        "target": spans[0],
+        "disturbance": spans[1],
+        "drives": np.reshape(drives, (-1, DRIVE_SIZE)),
+        "paths": np.reshape(spans[2:], (-1, 2)),
+    }
 
 
 def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:

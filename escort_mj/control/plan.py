@@ -17,6 +17,7 @@ from escort_mj.control.failure import FAILURE_SIZE
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
+from escort_mj.control.sensing import SENSOR_SIZE
 from escort_mj.kernels import shared, vector_at
 from escort_mj.memory import FIRST, LENGTH, Layout, viewer
 from escort_mj.signals import CAUSES, EPISODE
@@ -27,6 +28,7 @@ MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and d
 LEVEL_SIZE = 8
 SIDESTEP, COLUMN = 6, 7  # places in a row of the ladder
 PHASE_SIZE = 9
+DRIVE_SIZE = 4
 AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
@@ -73,8 +75,6 @@ class Plan(NamedTuple):
     boundary_layer: float
     smoothing: int
     anti_windup: bool
-    noise_position: float
-    noise_velocity: float
     chord_length: float
     truth: bool
     lyapunov: bool
@@ -82,6 +82,12 @@ class Plan(NamedTuple):
     trigger_share: float
     trigger_dwell: float
     trigger_longest: float
+    shaped: bool  # whether some obstacle is no sphere
+    nearest_within: float  # from here on the box around a shape will do for its nearest point [m]
+    sensing_robots: float  # how far robots see each other, surface to surface [m]
+    sensing_obstacles: float
+    sensors: Annotated[Array, 4, SENSOR_SIZE]  # see `sensing`
+    bias: Annotated[Array, "biased", "p"]
     ladder: Annotated[Array, "levels", LEVEL_SIZE]  # kind, then the behavior's own numbers
     phases: Annotated[Array, "phases", PHASE_SIZE]  # see `supervisor`
     predecessors: Annotated[Array, "cycles", "n"]
@@ -93,6 +99,8 @@ class Plan(NamedTuple):
     target: Annotated[Array, "p", 2]  # first instruction and number of instructions of each axis
     columns: Annotated[Array, "bodies", 2]  # see `Bodies.columns`
     disturbance: Annotated[Array, "p", 2]
+    drives: Annotated[Array, "movers", DRIVE_SIZE]  # see `movers`
+    paths: Annotated[Array, "movers*p", 2]  # instructions of each axis of each of them
     code: Annotated[Array, "instructions", INSTRUCTION_SIZE]
     pieces: Annotated[Array, "pieces", PIECE_SIZE]
     failures: Annotated[Array, "failing", FAILURE_SIZE]  # (0, FAILURE_SIZE) where nobody fails
@@ -118,6 +126,8 @@ class State(NamedTuple):
     disturbance: Annotated[Array, "n", "p"]
     target_position: Annotated[Array, "p"]
     target_velocity: Annotated[Array, "p"]
+    target_position_measured: Annotated[Array, "p"]
+    target_velocity_measured: Annotated[Array, "p"]
     avoidance_active: Annotated[Array, "n"]
     lost: Annotated[Array, "n"]
     phase: Annotated[Array, "n"]
@@ -128,6 +138,7 @@ class State(NamedTuple):
     task_angle: Annotated[Array, "n", "behaviors"]
     outer_updates: Annotated[Array, "n"]
     force: Annotated[Array, "n", "p"]
+    obstacle_position: Annotated[Array, "m", "p"]
     obstacle_distance: Annotated[Array, "n", "m"]
     robot_distance_min: Annotated[Array, "n"]
     clearance: Annotated[Array, "n", "watched"]
@@ -168,6 +179,7 @@ class State(NamedTuple):
     held: Annotated[Array, "n", "held"]  # at the last run of the outer loop, see `trigger`
     fresh: Annotated[Array, "n"]  # 1 where the outer loop runs now
     tasks: Annotated[Array, (2 + MAX_CYCLES) * MAX_LEVELS, "p"]  # scratch of `conflicts`
+    past: Annotated[Array, "past", "p"]  # see `measure`
     clock: Annotated[Array, CLOCK_SIZE]  # see the constants below
     switching: Annotated[Array, "n*p"]  # scratch, the smoothed sign of s
     stack: Annotated[Array, 2 * STACK_DEPTH]  # scratch of `program.evaluate`
@@ -175,6 +187,10 @@ class State(NamedTuple):
     model_bias: Annotated[Array, "told", "p"]  # bias force, and (0, p) likewise
     v_d_filtered: Annotated[Array, "differentiating", "p"]  # v_d behind a filter
     v_d_rate: Annotated[Array, "differentiating", "p"]  # its derivative
+    obstacle_point: Annotated[Array, "seen*m", "p"]  # what robots and target see of each; see `movers`
+    mover_position: Annotated[Array, "movers", "p"]
+    mover_velocity: Annotated[Array, "movers", "p"]
+    mover_force: Annotated[Array, "movers", "p"]
     command: Annotated[Array, "n", "p"]  # force that the motors are told
     vertices: Annotated[Array, "vertices", "p"]  # as in the plan, and of fewer robots after a loss
     predecessors: Annotated[Array, "cycles", "n"]  # as in the plan, and past lost robots after a loss
@@ -184,6 +200,7 @@ class State(NamedTuple):
 
 # Places in State.clock
 STARTED, LAST_TIME, WATCHED_STEP = 0, 1, 2
+EVALUATED = 3  # steps evaluated before the present one
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 
 LAYOUT = Layout(MAGIC, Plan, State)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
 from escort_mj.control.failure import Failure
 from escort_mj.control.formation import Arrangement
 from escort_mj.control.laws import LawParameters
-from escort_mj.control.outer_loops import Nsb, OuterLoop
+from escort_mj.control.outer_loops import BarrierFilter, Nsb, OuterLoop
 from escort_mj.control.reform import Reforming
 from escort_mj.control.sensing import Sensors
 from escort_mj.control.supervisor import Phase
@@ -41,6 +42,24 @@ class FunctionOfTime(Protocol):
         ...
 
 
+class Mover(NamedTuple):
+    """One body that moves by itself.
+
+    Attributes:
+        path: Where it is to be [m].
+        mass: [kg].
+        force_limit: Largest force that drives it [N]; inf for none.
+        gain: How fast it comes back to where it should be [1/s].
+        obstacle: Which obstacle it is, from 0; -1 for the target.
+    """
+
+    path: FunctionOfTime
+    mass: float
+    force_limit: float
+    gain: float
+    obstacle: int
+
+
 @dataclass(frozen=True)
 class Setup:
     """The controller's knowledge, and the disturbances and noise that the plant adds around it.
@@ -55,7 +74,7 @@ class Setup:
         max_speed: Largest reference speed [m/s]; inf for none.
         arrangement: The formation that chords keeps; None without chords.
         obstacle_position: Centers, shape (m, p) [m].
-        obstacle_radius: Shape (m,) [m].
+        obstacle_radius: Shape (m,) [m]; 0 for those that are no spheres.
         robot_radius: Shape (n,) [m].
         force_limit: Largest force per axis, shape (n,) [N]; inf for none.
         target: Position and velocity of the target [m].
@@ -67,6 +86,10 @@ class Setup:
         trigger: When robots run their outer loop; None for every step.
         outer: How behaviors become one velocity.
         sensing: What sensors make of the truth.
+        movers: Obstacles that move, and a target that can be bumped.
+        shaped: Whether some obstacle is no sphere: robots then see the nearest points.
+        obstacle_points: For the twin: what each robot, and last the target, sees of each obstacle at the
+            moment, shape (n + 1, m, p) [m]; None where all see `obstacle_position`.
     """
 
     timestep: float
@@ -90,6 +113,9 @@ class Setup:
     trigger: Trigger | None = None
     outer: OuterLoop = Nsb()
     sensing: Sensors = Sensors()
+    movers: tuple[Mover, ...] = ()
+    shaped: bool = False
+    obstacle_points: Array | None = None
 
     @property
     def count(self) -> int:
@@ -106,6 +132,23 @@ class Setup:
     def axes(self) -> int:
         """Dimension of the space, p."""
         return self.obstacle_position.shape[1]
+
+    @property
+    def nearest_within(self) -> float:
+        """Gap to a shape from which on it makes no difference to anything by how much it is farther [m]."""
+        ladders = [self.behaviors, *(phase.behaviors for phase in self.phases)]
+        safe = [b.safe_distance for ladder in ladders for b in ladder if isinstance(b, AvoidObstacles)]
+        conditions = [phase.when for phase in self.phases if phase.when is not None]
+        bounds = [bound for when in conditions for bound in (when.threshold, when.release)]
+        if isinstance(self.outer, BarrierFilter):
+            return math.inf
+        return max([1.0, *safe, *(bound for bound in bounds if bound is not None)])
+
+    def obstacles_seen(self) -> Array:
+        """What each robot, and last the target, sees of each obstacle, shape (n + 1, m, p) [m]."""
+        if self.obstacle_points is not None:
+            return self.obstacle_points
+        return np.broadcast_to(self.obstacle_position, (self.count + 1, *self.obstacle_position.shape))
 
     def teammate_distance(self, avoid: AvoidObstacles) -> float:
         """Safe distance between teammates [m]; 0 where teammates do not count as obstacles."""

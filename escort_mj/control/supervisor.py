@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import BehaviorParameters
+from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.plan import Plan, State
 from escort_mj.kernels import inlined, merged
@@ -30,7 +31,7 @@ ALWAYS = -1.0  # quantity of a phase without a condition
 
 
 class Condition(Parameters):
-    """What must be so for a phase to rule, as the robots measure it (noise included)."""
+    """What must be so for a phase to rule, as the robots measure it: with all that `sensing` says."""
 
     quantity: Literal[QUANTITIES]  # type: ignore[valid-type]
     """What is compared [m]: a robot's distance to its nearest obstacle or robot, surface to surface, or to
@@ -128,7 +129,7 @@ def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
     if quantity == TARGET:
         square = 0.0
         for k in range(p):
-            square += (q[i, k] - state.target_position[k]) ** 2
+            square += (q[i, k] - state.target_position_measured[k]) ** 2
         return math.sqrt(square)
     nearest = math.inf
     if quantity == ROBOT:
@@ -138,13 +139,18 @@ def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
                 square += (q[i, k] - q[j, k]) ** 2
             if j != i:
                 nearest = min(nearest, math.sqrt(square) - plan.robot_radius[i] - plan.robot_radius[j])
-        return nearest
+        return nearest if nearest <= plan.sensing_robots else math.inf
     of_target = quantity == TARGET_OBSTACLE
+    seen, around = obstacles_seen(i, plan, state), obstacles_seen(q.shape[0], plan, state)
     for j in range(plan.obstacle_radius.shape[0]):
-        square = 0.0
+        square = of_target_square = 0.0
         for k in range(p):
-            own = state.target_position[k] if of_target else q[i, k]
-            square += (own - plan.obstacle_position[j, k]) ** 2
-        bodies = plan.obstacle_radius[j] + (0.0 if of_target else plan.robot_radius[i])
-        nearest = min(nearest, math.sqrt(square) - bodies)
+            square += (q[i, k] - seen[j, k]) ** 2
+            of_target_square += (state.target_position_measured[k] - around[j, k]) ** 2
+        gap = math.sqrt(square) - plan.robot_radius[i] - plan.obstacle_radius[j]
+        if gap > plan.sensing_obstacles:
+            continue
+        if of_target:
+            gap = math.sqrt(of_target_square) - plan.obstacle_radius[j]
+        nearest = min(nearest, gap)
     return nearest

@@ -66,7 +66,7 @@ def refresh(plan: Plan, state: State) -> bool:
         someone = someone or fires
         if fires:
             for k in range(p):
-                state.held[i, k] = state.q_measured[i, k] - state.target_position[k]
+                state.held[i, k] = state.q_measured[i, k] - state.target_position_measured[k]
             state.held[i, p + UPDATED_AT] = state.time[0]
             state.held[i, p + UPDATED_IN] = state.phase[i] + 1.0
             state.held[i, p + UPDATED_WITH] = losses
@@ -95,8 +95,8 @@ def _fires(i: int, plan: Plan, state: State) -> bool:
         return True
     moved = speed = 0.0
     for k in range(p):
-        moved += (state.q_measured[i, k] - state.target_position[k] - held[k]) ** 2
-        carried = state.target_velocity[k] if plan.target_feedforward else 0.0
+        moved += (state.q_measured[i, k] - state.target_position_measured[k] - held[k]) ** 2
+        carried = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
         speed += (state.v_d[i, k] - carried) ** 2
     way = math.sqrt(speed) / gain if gain > 0.0 else 0.0
     return math.sqrt(moved) > plan.trigger_distance + plan.trigger_share * way

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.outer import outer_loop, wish
 from escort_mj.control.outer_loops.barrier_filter import filter_velocity
@@ -54,12 +55,12 @@ def _add_up(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     part = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 2), p)
     total = state.v_d[i]
     for k in range(p):
-        total[k] = state.target_velocity[k] if plan.target_feedforward else 0.0
+        total[k] = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
     for level in range(first, first + levels):
         row = plan.ladder[level]
         if row[0] == AVOID_OBSTACLES:
             repelled = repulsion(
-                i, state.q_measured, state.lost, plan.obstacle_position, plan.obstacle_radius,
+                i, state.q_measured, state.lost, obstacles_seen(i, plan, state), plan.obstacle_radius,
                 plan.robot_radius, row, plan.outer_gain, plan.outer_distance, directions[0], total,
             )  # fmt: skip
             state.avoidance_active[i] = 1.0 if repelled else 0.0
@@ -81,8 +82,9 @@ def _filter(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
         row = plan.ladder[level]
         if row[0] == AVOID_OBSTACLES and state.lost[i] == 0.0:
             moved = filter_velocity(
-                i, state.q_measured, state.lost, plan.obstacle_position, plan.obstacle_radius,
-                plan.robot_radius, row, plan.outer_gain, state.v_d[i],
+                i, state.q_measured, state.lost, obstacles_seen(i, plan, state), plan.obstacle_radius,
+                plan.robot_radius, row, plan.sensing_robots, plan.sensing_obstacles, plan.outer_gain,
+                state.v_d[i],
             )  # fmt: skip
     state.avoidance_active[i] = 1.0 if moved else 0.0
     _slow_down(i, plan, state)

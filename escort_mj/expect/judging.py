@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.expect.sanity import sanity
-from escort_mj.record.measures import Bodies, Measure, in_words, radius_error
+from escort_mj.record.episodes import pair
+from escort_mj.record.measures import Bodies, Measure, contacts_untold, in_words, radius_error
 from escort_mj.record.metrics import measure, window
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.touches import bodies_of, least_clearance, touches
+from escort_mj.record.touches import least_clearance, touches
 from escort_mj.scenario.expectations import (
     ClearanceExpectation,
     ContactExpectation,
@@ -30,6 +31,7 @@ NEAR = 0.05  # a margin below this share of the bound is a near miss
 UNITS = {
     metric.name: metric.unit.removeprefix("1") if metric.unit == "1" else metric.unit for metric in METRICS
 }
+LEAST = {metric.name: metric.least for metric in METRICS}
 NO_SAMPLE = "the run has no sample in the window"
 
 
@@ -74,10 +76,12 @@ class Bound:
     Attributes:
         value: The bound.
         upper: Whether values must not be above it, or not below it.
+        least: No value is below this.
     """
 
     value: float
     upper: bool = True
+    least: float = 0.0
 
     def margin(self, value: float) -> float:
         """Distance of a value from the bound, negative beyond it."""
@@ -85,7 +89,7 @@ class Bound:
 
     def is_near(self, margin: float) -> bool:
         """Whether a margin is a near miss; a bound of zero has none."""
-        return 0.0 <= margin < NEAR * abs(self.value)
+        return 0.0 <= margin < NEAR * abs(self.value - self.least)
 
     def words(self, unit: str) -> str:
         """As `at most 3 m`."""
@@ -119,8 +123,9 @@ def judged(expectation: Expectation, trace: xarray.Dataset, outcome: Outcome) ->
 def _metric(expectation: MetricExpectation, trace: xarray.Dataset) -> Found:
     """A bound on a metric."""
     name, low, high = expectation.metric, expectation.at_least, expectation.at_most
-    bounds = [] if low is None else [Bound(low, upper=False)]
-    bounds += [] if high is None else [Bound(high)]
+    least = LEAST[name] if math.isfinite(LEAST[name]) else 0.0
+    bounds = [] if low is None else [Bound(low, False, least)]
+    bounds += [] if high is None else [Bound(high, True, least)]
     demanded = " and ".join(bound.words("") for bound in bounds) + (UNITS[name] and f" {UNITS[name]}")
     found = measure(name, trace, *expectation.window)
     return _held_against(name, demanded + _when(expectation.window), found, UNITS[name], bounds)
@@ -217,24 +222,21 @@ QUANTITIES = {
 
 def _contacts(expectation: ContactExpectation, trace: xarray.Dataset) -> Found:
     """Bounds on touches between two sides; of several, the one with the least room counts."""
-    pair, subject = expectation.pair, expectation.subject
-    met = touches(trace, pair, *expectation.window)
-    findings = [
-        _touch(subject, key, Bound(bound), met, trace) for key, bound in expectation.upper_bounds.items()
-    ]
+    part = window(trace, *expectation.window)
+    met = touches(trace, expectation.pair, *expectation.window)
+    bounds = [(key, Bound(bound)) for key, bound in expectation.upper_bounds.items()]
     if expectation.at_least is not None:
-        findings.append(_touch(subject, "at_most", Bound(expectation.at_least, upper=False), met, trace))
+        bounds.append(("at_most", Bound(expectation.at_least, upper=False)))
+    findings = [_touch(expectation.subject, key, bound, met) for key, bound in bounds]
     demanded = "none" if expectation.contacts == "none" else ", ".join(one.demanded for one in findings)
-    worst = min(findings, key=_room)
-    near = ""
-    if worst.held and not met.sizes["episode"] and expectation.upper_bounds:
-        near = _barely_missed(pair, window(trace, *expectation.window))
-    return replace(
-        worst,
-        demanded=demanded + _when(expectation.window),
-        words=worst.words + near,
-        near_miss=worst.near_miss or bool(near),
-    )
+    demanded += _when(expectation.window)
+    worst = replace(min(findings, key=_room), demanded=demanded)
+    if not worst.held or not part.sizes["time"]:
+        return worst
+    if untold := contacts_untold(part).value:
+        return replace(worst, held=False, words=f"the contact log had no room for {untold:g} contacts")
+    near = "" if met.sizes["episode"] else _barely_missed(expectation.pair, part)
+    return replace(worst, words=worst.words + near, near_miss=worst.near_miss or bool(near))
 
 
 def _room(found: Found) -> float:
@@ -244,7 +246,7 @@ def _room(found: Found) -> float:
     return found.margin / bound if bound else found.margin
 
 
-def _touch(subject: str, key: str, bound: Bound, met: xarray.Dataset, trace: xarray.Dataset) -> Found:
+def _touch(subject: str, key: str, bound: Bound, met: xarray.Dataset) -> Found:
     """One bound on the touches of a window."""
     name, unit = QUANTITIES[key]
     count = met.sizes["episode"]
@@ -257,9 +259,9 @@ def _touch(subject: str, key: str, bound: Bound, met: xarray.Dataset, trace: xar
     episode = met.isel(episode=worst)
     value = float(episode[name]) if name else float(count)
     at = "episode_peak_time" if key in ("peak_force", "penetration") else "episode_start"
-    found = Measure(value, float(episode[at]), bodies_of(trace, episode))
+    found = Measure(value, float(episode[at]), pair(met, worst))
     margin = bound.margin(value)
-    near = bound.is_near(margin)
+    near = bool(name) and bound.is_near(margin)  # one touch less is not nearly none
     words = f"{_number(value, unit)} ({found.who} at {found.time:.3f} s: {_story(episode)}"
     words += f"{', the first' if not name and count > 1 else ''}){', a near miss' if near else ''}"
     return Found(subject, demanded, margin >= 0.0, words, value, unit, found.time, found.bodies, margin, near)
@@ -270,14 +272,13 @@ def _story(episode: xarray.Dataset) -> str:
     time, force, impulse, depth = (
         float(episode[f"episode_{name}"]) for name in ("touch_time", "peak_force", "impulse", "depth")
     )
-    return f"{1e3 * time:.3g} ms, up to {force:.3g} N, {impulse:.3g} N s, {1e3 * depth:.2g} mm deep"
+    lasts = f"{1e3 * time:.3g} ms" if time < 1.0 else f"{time:.3g} s"
+    return f"{lasts}, up to {force:.3g} N, {impulse:.3g} N s, {1e3 * depth:.3g} mm deep"
 
 
-def _barely_missed(pair: tuple[str, str] | None, part: xarray.Dataset) -> str:
-    """Who nearly touched in a window; empty where nobody did, or where clearances were not recorded."""
-    if not part.sizes["time"] or "clearance" not in part:
-        return ""
-    found = least_clearance(part, pair)
+def _barely_missed(sides: tuple[str, str] | None, part: xarray.Dataset) -> str:
+    """Who nearly touched in a window; empty where nobody did, or where no clearance is recorded."""
+    found = least_clearance(part, sides)
     if found.value is None or found.value >= NEAR * float(part["robot_radius"].min()):
         return ""
     return f", a near miss: {1e3 * found.value:.2g} mm{_circumstances(found)}"

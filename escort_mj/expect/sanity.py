@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.record.measures import Bodies, in_words
+from escort_mj.record.measures import Bodies, tunneling
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.expectations import SanityCheck
 
@@ -80,62 +80,40 @@ def _finite(trace: xarray.Dataset, outcome: Outcome) -> Report:
 
 
 def _energy(trace: xarray.Dataset) -> Report:
-    """Motion has no more energy than was put into it: by motors, disturbance, gravity, medium and touches.
+    """Robots move with no more energy than motors, disturbance, gravity, wind and touches gave them.
 
-    Each of these is bounded from above: gravity and disturbance as if they pulled along the motion, the
-    medium as if it gave every robot the speed of the wind, and a touch as if its impulse came from a body as
-    fast as the fastest robot and the closing speed together. Twice that is allowed, and what one step adds
-    from rest.
+    Each is bounded from above: gravity and disturbance as if they pulled along the motion, wind as if it gave
+    robots its own speed, and a touch as if its impulse came from a body as fast as the fastest robot and the
+    closing speed together. Twice that is allowed, and what one step adds from rest.
     """
-    mass, speed, time = trace["robot_mass"].values, trace["speed_max"].values, trace["time"].values
-    gravity, wind = (float(trace.attrs.get(name, 0.0)) for name in ("gravity", "wind"))
-    force, pull, start = (
+    about = {name: float(trace.attrs[name]) for name in ("gravity", "wind", "robots_mass", "timestep")}
+    mass, speed, time = (trace[name].values for name in ("robot_mass", "speed_max", "time"))
+    force, disturbance, start = (
         np.linalg.norm(trace[name].values, axis=-1) for name in ("force", "disturbance", "v")
     )
-    step = (force.max(axis=0) + mass * gravity) * float(trace.attrs["timestep"])
+    weight = about["robots_mass"] * about["gravity"]
     path = speed * np.diff(time, prepend=time[0])[:, None]
-    given = 0.5 * mass * (start[0] ** 2 + wind**2) + 0.5 * step**2 / mass
-    given = given + trace["work"].values - trace["work"].values[0]
-    given = (given + np.cumsum((pull + mass * gravity) * path, axis=0)).sum(axis=1)
+    pulled = (disturbance * path).sum(axis=1) + weight * path.max(axis=1)
+    first = (mass * start[0] ** 2 + (force.max(axis=0) * about["timestep"]) ** 2 / mass).sum()
+    first += about["robots_mass"] * ((about["gravity"] * about["timestep"]) ** 2 + about["wind"] ** 2)
+    work = (trace["work"].values - trace["work"].values[0]).sum(axis=1)
     pushed = trace["episode_impulse"].values * (trace["episode_closing_speed"].values + speed.max())
-    given = 2.0 * (given + (time[:, None] >= trace["episode_start"].values) @ pushed)
-    kinetic = 0.5 * mass * speed**2
-    total = kinetic.sum(axis=1)
+    touched = (time[:, None] >= trace["episode_start"].values) @ pushed
+    given = 2.0 * (0.5 * first + work + np.cumsum(pulled) + touched)
+    total = 0.5 * (mass * speed**2).sum(axis=1)
     room = 1.0 - total / np.maximum(given, 1e-300)
     row = int(np.argmin(room))
-    robot = (f"robot_{int(np.argmax(kinetic[row])) + 1}",)
-    margin = float(given[row] - total[row])
-    words = f"kinetic energy {total[row]:.3g} J of at most {given[row]:.3g} J at {time[row]:.2f} s"
-    return Report(
-        margin >= 0.0, words, float(total[row]), "J", float(time[row]), robot, margin, float(room[row])
-    )
+    value, most, moment = float(total[row]), float(given[row]), float(time[row])
+    words = f"kinetic energy {value:.3g} J of at most {most:.3g} J at {moment:.2f} s"
+    robot = (f"robot_{int(np.argmax(mass * speed[row] ** 2)) + 1}",)
+    return Report(most >= value, words, value, "J", moment, robot, most - value, float(room[row]))
 
 
 def _tunneling(trace: xarray.Dataset) -> Report:
-    """No two bodies come nearer in one step than the thinnest body is thick: none can pass through another.
-
-    The closing speed is bounded by the sum of the two largest speeds of all bodies.
-    """
-    speed = trace["speed_max"].values
-    target = np.linalg.norm(trace["target_velocity"].values, axis=-1)
-    names = [f"robot_{robot + 1}" for robot in range(speed.shape[1])] + ["target"]
-    every = np.column_stack([speed, target])
-    two = np.partition(np.column_stack([every, np.zeros(len(every))]), -2, axis=1)[:, -2:].sum(axis=1)
-    row = int(np.argmax(two))
-    step = float(two[row]) * float(trace.attrs["timestep"])
-    thickness = np.concatenate(
-        [
-            2.0 * trace["robot_radius"].values,
-            [2.0 * float(trace.attrs["target_radius"])],
-            2.0 * trace["obstacle_radius"].values,
-        ]
-    )
-    thinnest = float(thickness.min())
-    bodies = (names[int(np.argmax(every[row]))], str(trace["body"].values[int(np.argmin(thickness))]))
-    time = float(trace["time"][row])
-    words = (
-        f"bodies come nearer by up to {1e3 * step:.3g} mm a step at {time:.2f} s, {in_words(bodies[:1])} "
-        f"the fastest; the thinnest, {in_words(bodies[1:])}, is {1e3 * thinnest:.3g} mm"
-    )
-    margin = thinnest - step
-    return Report(margin >= 0.0, words, step, "m", time, bodies, margin, margin / thinnest)
+    """No two bodies come nearer in one step than the thinnest is thick: none can pass through another."""
+    found = tunneling(trace)
+    assert found.value is not None
+    words = f"bodies come nearer by up to {found.value:.3g} of the thinnest's thickness a step"
+    words += f" ({found.who} at {found.time:.2f} s)"
+    margin = 1.0 - found.value
+    return Report(margin >= 0.0, words, found.value, "", found.time, found.bodies, margin, margin)

@@ -111,12 +111,17 @@ class RunFolder:
             header = {"sizes": dict(sizes), "record_size": record_size(sizes), "labels": dict(labels)}
             self._journal = Journal(self.path / JOURNAL, header)
 
-    def append(self, block: NDArray[np.float64], episodes: NDArray[np.float64] = NONE) -> None:
-        """Puts samples, shape (k, record_size), and contact episodes that ended into the journal."""
+    def append(
+        self,
+        block: NDArray[np.float64],
+        episodes: NDArray[np.float64] = NONE,
+        under_way: NDArray[np.float64] = NONE,
+    ) -> None:
+        """Puts samples and contact episodes, those that ended and those that go on, into the journal."""
         if self._journal is None:
             raise RunFolderError(f"{self.path}: the run has not begun")
         with _writing(self.path):
-            self._journal.append(block, episodes)
+            self._journal.append(block, episodes, under_way)
 
     def finish(
         self,

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.episodes import COLUMNS, NONE
-from escort_mj.record.files import read_json, write_json
+from escort_mj.record.files import read_json, replaced, write_json
+from escort_mj.signals import START
 
 Array = NDArray[np.float64]
 
 SAMPLES, EPISODES, HEADER = "samples.f64", "episodes.f64", "header.json"
+UNDER_WAY = "under_way.f64"  # episodes that have not ended, each time anew
 
 
 class Journal:
@@ -38,17 +40,20 @@ class Journal:
         self._file = (folder / SAMPLES).open("wb", buffering=0)
         self._episodes = (folder / EPISODES).open("wb", buffering=0)
 
-    def append(self, block: Array, episodes: Array = NONE) -> None:
+    def append(self, block: Array, episodes: Array = NONE, under_way: Array = NONE) -> None:
         """Writes through to the operating system.
 
         Args:
             block: Samples, shape (k, record_size).
             episodes: Contact episodes that ended since the last call, shape (k, len(COLUMNS)).
+            under_way: Those that go on, as far as they have come; they replace those of the last call.
         """
         for file, rows in ((self._file, block), (self._episodes, episodes)):
             rest = memoryview(np.ascontiguousarray(rows, dtype="<f8").tobytes())
             while rest:  # a raw write may take less than it is given
                 rest = rest[file.write(rest) :]
+        with replaced(self.folder / UNDER_WAY) as temporary:
+            np.ascontiguousarray(under_way, dtype="<f8").tofile(temporary)
 
     def close(self) -> None:
         """Ends writing; the files stay."""
@@ -70,9 +75,17 @@ def read_journal(folder: Path) -> tuple[Array, Array, dict[str, Any]]:
         width = int(header["record_size"])
         samples = _whole_rows(folder / SAMPLES, width)
         episodes = _whole_rows(folder / EPISODES, len(COLUMNS))
+        if (folder / UNDER_WAY).is_file():
+            episodes = _with_unended(episodes, _whole_rows(folder / UNDER_WAY, len(COLUMNS)))
     except (OSError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
         raise RunFolderError(f"{folder}: the journal cannot be read: {error!r}") from None
     return samples, episodes, header
+
+
+def _with_unended(ended: Array, under_way: Array) -> Array:
+    """Episodes with those that had not ended, but for any that did while the process died."""
+    known = {tuple(row) for row in ended[:, : START + 1]}
+    return np.vstack([ended, *(row for row in under_way if tuple(row[: START + 1]) not in known)])
 
 
 def _whole_rows(path: Path, width: int) -> Array:

@@ -57,6 +57,7 @@ class Measure(NamedTuple):
 
 def in_words(bodies: Bodies) -> str:
     """Names of bodies in a sentence: `robots 1 and 2`, `robot 1 and gate`."""
+    bodies = tuple(dict.fromkeys(bodies))  # the same one in two parts: once
     numbers = [name.removeprefix("robot_") for name in bodies]
     if len(bodies) > 1 and all(number.isdigit() for number in numbers):
         return f"robots {' and '.join(numbers)}"
@@ -295,15 +296,26 @@ def contacts_untold(trace: xarray.Dataset) -> Measure:
 
 
 def tunneling(trace: xarray.Dataset) -> Measure:
-    """Most that two bodies can close in a step, over the thickness of the smallest.
+    """Most that two bodies can close in a step, over the thickness of the thinnest body.
 
-    At most the sum of the two largest speeds among robots and target.
+    At most the sum of the two largest speeds among robots, target and obstacles (these from sample to
+    sample). It is of the fastest and the thinnest.
     """
     target = np.linalg.norm(trace["target_velocity"].values, axis=1)
-    speeds = np.sort(np.column_stack([trace["speed_max"].values, target]), axis=1)
-    steps = speeds[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
-    fastest = int(np.argmax(trace["speed_max"].values[int(np.argmax(steps))]))
-    return _largest(trace, steps / float(trace["body_thickness"].min()), lambda index: _robot(fastest))
+    speeds = np.column_stack([trace["speed_max"].values, target, _obstacle_speeds(trace)])
+    steps = np.sort(speeds, axis=1)[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
+    thickness, names = trace["body_thickness"].values, trace["body"].values
+    fastest = int(np.argmax(speeds[int(np.argmax(steps))]))
+    bodies = str(names[fastest]), str(names[int(np.argmin(thickness))])
+    return _largest(trace, steps / float(thickness.min()), lambda index: bodies)
+
+
+def _obstacle_speeds(trace: xarray.Dataset) -> np.ndarray:
+    """Mean speed of each obstacle since the previous sample, shape (time, obstacle) [m/s]."""
+    moved = np.diff(trace["obstacle_position"].values, axis=0)
+    lasts = np.diff(trace["time"].values)[:, None]
+    speed = np.linalg.norm(moved, axis=2) / lasts
+    return np.vstack([np.zeros((1, speed.shape[1])), speed])
 
 
 def kinetic_energy_max(trace: xarray.Dataset) -> Measure:

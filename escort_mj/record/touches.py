@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.record.episodes import during
-from escort_mj.record.measures import Bodies, Measure
+from escort_mj.record.measures import Measure
 
 if TYPE_CHECKING:
     import xarray
@@ -52,12 +52,6 @@ def touches(
     return found
 
 
-def bodies_of(trace: xarray.Dataset, episode: xarray.Dataset) -> Bodies:
-    """Names of the two bodies of one episode."""
-    names = trace["body"].values
-    return str(names[int(episode["episode_first"])]), str(names[int(episode["episode_second"])])
-
-
 def least_clearance(trace: xarray.Dataset, sides: Sides | None) -> Measure:
     """Least distance between two sides over a trace or a window of one, surface to surface.
 
@@ -88,20 +82,17 @@ def _nearest(trace: xarray.Dataset, side: str, other: str, column: int) -> Measu
         rows = np.flatnonzero(members[:robots])
         values = trace["clearance"].values[:, rows, column]
         nearest = trace["clearance_body"].values[:, rows, column]
-    elif side == "target" and "target_clearance" in trace and other not in ("robots", "target"):
+    elif side == "target" and other not in ("robots", "target"):
         rows = np.flatnonzero(trace["body"].values == "target")
         values = trace["target_clearance"].values[:, column][:, None]
-        nearest = np.full(values.shape, -1)
-        if "target_clearance_body" in trace:
-            nearest = trace["target_clearance_body"].values[:, column][:, None]
+        nearest = trace["target_clearance_body"].values[:, column][:, None]
     else:
         return None
     row, place = divmod(int(np.argmin(values)), len(rows))
     if not math.isfinite(values[row, place]):
         return Measure(math.inf)
     names = trace["body"].values
-    met = int(nearest[row, place])
-    bodies = (str(names[rows[place]]), str(names[met]) if met >= 0 else other)
+    bodies = str(names[rows[place]]), str(names[int(nearest[row, place])])
     return Measure(float(values[row, place]), float(trace["time"][row]), bodies)
 
 

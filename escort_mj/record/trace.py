@@ -40,7 +40,7 @@ def build_trace(
         samples: Shape (k, record_size); no NaN.
         sizes: Size of each dimension and channel, see `signals.record_size`.
         labels: `obstacles` and `behaviors` (names), `robot_mass`, `robot_radius` and `force_limit` (n,),
-            `obstacle_radius` (m,), `obstacle_position` (m, p), `neighbors` (edges, 2) as robot numbers,
+            `obstacle_radius` (m,), `obstacle_outline` (m, points, p), `neighbors` (edges, 2) as robots,
             `spacing` (edges,), `bodies` and `body_groups` (names), `body_thickness` (bodies,), `groups`
             (watched groups of bodies), and `attributes` of the dataset (texts and numbers; None is left out).
         episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
@@ -88,12 +88,7 @@ def build_trace(
         "obstacle_radius": (
             "obstacle",
             np.asarray(labels["obstacle_radius"], float).reshape(-1),
-            _said("m", "radius of each obstacle"),
-        ),
-        "obstacle_position": (
-            ("obstacle", "axis"),
-            np.asarray(labels["obstacle_position"], float).reshape(-1, sizes["axis"]),
-            _said("m", "center of each obstacle"),
+            _said("m", "radius of each obstacle, 0 for those that are no spheres"),
         ),
         "body_thickness": (
             "body",
@@ -116,6 +111,12 @@ def build_trace(
             _said("m", "distance that the robots at the ends of each edge are to keep"),
         ),
     }
+    if labels.get("obstacle_outline"):
+        variables["obstacle_outline"] = (
+            ("obstacle", "point", "axis"),
+            np.asarray(labels["obstacle_outline"], float),
+            _said("m", "points around each obstacle, relative to its center"),
+        )
     return xarray.Dataset(
         variables,
         coords={

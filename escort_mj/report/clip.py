@@ -94,7 +94,8 @@ class Marks:
         azimuth, seen = 90.0, []
         if self._meets:
             pose(self.clip.moment)
-            seen = [_around(self._meeting(), VIEW * min(self._radius))]
+            small, large = min(self._radius), min(max(self._radius), LARGE * min(self._radius))
+            seen = [_around(self._meeting(), max(VIEW * small, 3.0 * large))]
             apart = self._data.xpos[self._bodies[-1]] - self._data.xpos[self._bodies[0]]
             if np.linalg.norm(apart[:2]) > 0.1 * self._radius[0]:  # none of the two in front of the other
                 azimuth = (math.degrees(math.atan2(apart[1], apart[0])) + 90.0) % 180.0

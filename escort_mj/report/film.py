@@ -86,6 +86,7 @@ def film(
         times, held = frame_times(clip.start, clip.end, video), 0
         shots[0] = marks.shot(replay, pose, panels[0].width / panels[0].height)
     total = len(times) + held
+    nobody = np.zeros(replay.count, dtype=bool)
     frame = np.full((video.height, video.width, 3), 255, dtype=np.uint8)
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(VideoFile(path, size, video.rate))
@@ -105,9 +106,10 @@ def film(
                 renderer = renderers[panel.height, panel.width]
                 renderer.update_scene(data, _camera(view), _only(panel.number))
                 if panel.number == 0:
-                    halos = touching if marks is None else np.zeros_like(touching)  # rings instead of halos
-                    scenery.draw(renderer.scene, moment, avoiding, halos)
-                    if marks is not None:
+                    if marks is None:
+                        scenery.draw(renderer.scene, moment, avoiding, touching)
+                    else:  # rings instead of halos
+                        scenery.draw(renderer.scene, moment, nobody, nobody)
                         marks.draw(renderer.scene, moment.time, replay.planar, panel.width)
                 panel.cut(frame)[:] = renderer.render()
             said = ending if clip is not None or done == len(times) else None
@@ -139,7 +141,9 @@ def _pose(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, target: dict[
     data.qpos[:] = qpos
     mujoco.mj_normalizeQuat(model, data.qpos)
     for suffix, place in target.items():
-        data.mocap_pos[model.body(f"target{suffix}").mocapid[0]] = place
+        mocap = model.body(f"target{suffix}").mocapid[0]
+        if mocap >= 0:  # one that can be bumped has coordinates
+            data.mocap_pos[mocap] = place
     mujoco.mj_kinematics(model, data)
     mujoco.mj_camlight(model, data)
 

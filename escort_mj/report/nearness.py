@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.record.episodes import apart_from
+from escort_mj.record.episodes import apart_from, pair
 from escort_mj.record.evenness import lost
 from escort_mj.report.curves import BOUND, draw_curves, limit_line, timeline
 from escort_mj.report.losses import lost_keys
@@ -45,7 +45,8 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
             axes.set_ylim(0.0, top)
             axes.axhspan(0.0, float(touch[:, j].min()), color=palette.OBSTACLE, alpha=0.45, linewidth=0)
             limit_line(axes, float(safe[:, j].max()), f"{safe[:, j].max():.3g} m", palette.CONTACT)
-            axes.set_ylabel("centers apart [m]")
+            point = trace["obstacle_radius"].values[j] == 0.0  # a shape: distances are to its nearest point
+            axes.set_ylabel("center to its surface [m]" if point else "centers apart [m]")
         others.append(("would touch", Patch(color=palette.OBSTACLE, alpha=0.45, linewidth=0)))
     else:
         beyond = (distance - safe).min(axis=2)
@@ -75,11 +76,14 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
         axes.set_ylabel("surfaces apart [m]")
     if pushed:
         axes, touches = grid[len(free)], _touches(trace)
-        axes.set_title("Contacts: how long, and their peak force")
-        start, force = touches["episode_start"].values, touches["episode_peak_force"].values
-        lasts = touches["episode_end"].values - start
-        axes.bar(start, force, lasts, align="edge", color=palette.CONTACT, alpha=0.35, linewidth=0)
-        axes.plot(touches["episode_peak_time"].values, force, ".", color=palette.CONTACT, ms=5)
+        axes.set_title("Contacts: mean force (the area is the impulse) and peaks")
+        start, lasts, impulse, when, force = (
+            touches[f"episode_{name}"].values
+            for name in ("start", "touch_time", "impulse", "peak_time", "peak_force")
+        )
+        axes.bar(start, impulse / lasts, lasts, align="edge", color=palette.CONTACT, alpha=0.35, linewidth=0)
+        axes.vlines(when, 0.0, force, color=palette.CONTACT, linewidth=0.8)
+        axes.plot(when, force, ".", color=palette.CONTACT, ms=5)
         axes.set_ylim(0.0, 1.1 * max(float(force.max()), 1e-3))
         axes.set_ylabel("N")
     _lanes(grid[-1], trace)
@@ -106,7 +110,7 @@ def _height(trace: xarray.Dataset, rows: int) -> float:
 def spaces(trace: xarray.Dataset) -> dict[str, Array]:
     """Free space around each robot, surface to surface, by what is around it, shape (T, n) each [m]."""
     names = {"other robots": "robots", "obstacles": "obstacles", "walls": "walls"}
-    if _touches(trace).sizes["episode"]:
+    if any("target" in pair(trace, episode) for episode in range(trace.sizes["episode"])):
         names["the target"] = "target"
     found = {whom: trace["clearance"].sel(group=name).values for whom, name in names.items()}
     return {whom: space for whom, space in found.items() if np.isfinite(space).any()}

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch
+from matplotlib.patches import Circle, Patch, Polygon
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
@@ -19,8 +19,9 @@ from escort_mj.palette import MOST_DISTINCT
 from escort_mj.record.evenness import lost
 from escort_mj.report.curves import BOUND
 from escort_mj.report.losses import LOST, links, links_at, lost_keys
-from escort_mj.report.replay import safe_radius
+from escort_mj.report.replay import outlines, safe_radius
 from escort_mj.report.style import WIDTH, Key, name_robots
+from escort_mj.scenario.geometry import OUTLINE_POINTS, outward
 
 if TYPE_CHECKING:
     import xarray
@@ -41,7 +42,9 @@ def bounds(trace: xarray.Dataset) -> tuple[Array, Array]:
     parts = [target - radius, target + radius, trace["q"].values[~lost(trace)]]
     if trace.sizes["obstacle"]:
         reach = np.maximum(safe_radius(trace).max(axis=0), trace["obstacle_radius"].values)[:, None]
-        parts += [trace["obstacle_position"].values - reach, trace["obstacle_position"].values + reach]
+        for center in trace["obstacle_position"].values[[0, -1]]:
+            around = (center[:, None] + outlines(trace)[..., : center.shape[1]]).reshape(-1, center.shape[1])
+            parts += [center - reach, center + reach, around]
     every = np.clip(np.concatenate(parts), -RANGE, RANGE)
     return every.min(axis=0), every.max(axis=0)
 
@@ -102,19 +105,14 @@ def _plan(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: For
     axes.set_ylabel(f"{up} [m]")
 
     safe = safe_radius(trace).max(axis=0, initial=0.0)
-    for center, radius, clear in zip(
-        trace["obstacle_position"].values, trace["obstacle_radius"].values, safe, strict=True
+    for way, radius, clear, points in zip(
+        trace["obstacle_position"].values.swapaxes(0, 1),
+        trace["obstacle_radius"].values,
+        safe,
+        outlines(trace)[..., :2],
+        strict=True,
     ):
-        axes.add_patch(Circle(center, radius, color=palette.OBSTACLE, linewidth=0, zorder=2))
-        if clear > 0:
-            axes.add_patch(Circle(center, clear, color=palette.CONTACT, alpha=0.06, linewidth=0, zorder=0.9))
-            rim: dict[str, Any] = {
-                "fill": False,
-                "color": palette.CONTACT,
-                "linestyle": BOUND,
-                "linewidth": 0.9,
-            }
-            axes.add_patch(Circle(center, clear, **rim, zorder=1.0))
+        _obstacle(axes, way, radius, clear, points)
 
     q, target = trace["q"].values, trace["target_position"].values
     for moment in moments:
@@ -125,6 +123,34 @@ def _plan(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: For
     axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
     _ways(axes, trace, rows)
     _ends(axes, trace)
+
+
+def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array) -> None:
+    """An obstacle of a plan where it ends, with what keeps robots off it; where it moved also its way.
+
+    Args:
+        axes: Where to draw.
+        way: Its center at the samples, shape (T, 2) [m].
+        radius: Of a circle, 0 for another outline [m].
+        clear: How near avoidance lets a robot's center come to a circle's center, or to the outline [m].
+        points: Its outline relative to its center, shape (k, 2) [m]; not looked at where it is a circle.
+    """
+
+    def around(center: Array, beyond: float, **look: Any) -> None:
+        if radius > 0.0:
+            axes.add_patch(Circle((center[0], center[1]), beyond or radius, **look))
+        else:
+            axes.add_patch(Polygon(center + points + beyond * outward(2), closed=True, **look))
+
+    start, end = way[0], way[-1]
+    if (way != start).any():
+        axes.plot(*way[_rows(len(way))].T, color=palette.OBSTACLE, linewidth=1.0, linestyle=BOUND, zorder=1.9)
+        around(start, 0.0, color=palette.OBSTACLE, alpha=0.3, linewidth=0, zorder=1.8)
+    around(end, 0.0, color=palette.OBSTACLE, linewidth=0, zorder=2)
+    if clear > 0:
+        around(end, clear, color=palette.CONTACT, alpha=0.06, linewidth=0, zorder=0.9)
+        rim = {"fill": False, "color": palette.CONTACT, "linestyle": BOUND, "linewidth": 0.9}
+        around(end, clear, **rim, zorder=1.0)
 
 
 def space_view(figure: Figure, trace: xarray.Dataset) -> None:
@@ -149,9 +175,21 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
         x, y, _ = np.clip(q[rows, index][~lost(trace)[rows, index]], -RANGE, RANGE).T
         axes.plot(x, y, floor, color=color, linewidth=0.5, alpha=0.25, zorder=1)
     safe = safe_radius(trace).max(axis=0, initial=0.0)
-    for center, radius, clear in zip(
-        trace["obstacle_position"].values, trace["obstacle_radius"].values, safe, strict=True
+    for way, radius, clear, points in zip(
+        trace["obstacle_position"].values.swapaxes(0, 1),
+        trace["obstacle_radius"].values,
+        safe,
+        outlines(trace),
+        strict=True,
     ):
+        center = way[-1]
+        if (way != center).any():
+            axes.plot(*way[rows].T, color=palette.OBSTACLE, linewidth=1.0, linestyle=BOUND, zorder=1.9)
+        if radius == 0.0:
+            _solid(axes, center + points, palette.OBSTACLE, 1.0, 2.1)
+            if clear > 0:
+                _solid(axes, center + points + clear * outward(3), palette.CONTACT, 0.08, 2.0)
+            continue
         if clear > 0:
             _ball(axes, center, clear, palette.CONTACT, 0.08, 2.0)
         _ball(axes, center, radius, palette.OBSTACLE, 1.0, 2.1)
@@ -284,6 +322,13 @@ def _ball(
 ) -> None:
     looks: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0, "zorder": zorder, "shade": False}
     axes.plot_surface(*_sphere(center, radius, 16), **looks, rstride=1, cstride=1)
+
+
+def _solid(axes: Axes3D, points: Array, color: palette.Color, alpha: float, zorder: float) -> None:
+    """A shape by the points around it, lit from the side, or an even halo of it."""
+    grid = points.reshape(*OUTLINE_POINTS[3], 3)
+    looks: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0, "zorder": zorder}
+    axes.plot_surface(*np.moveaxis(grid, -1, 0), **looks, shade=alpha == 1.0)
 
 
 def _globe(axes: Axes3D, center: Array, radius: float) -> None:

@@ -31,6 +31,7 @@ class Moment:
         qpos: MuJoCo's generalized positions.
         robots: Positions, shape (n, 3) [m].
         target: Position, shape (3,) [m].
+        obstacles: Centers, shape (m, 3) [m].
     """
 
     time: float
@@ -39,14 +40,15 @@ class Moment:
     qpos: Array
     robots: Array
     target: Array
+    obstacles: Array
 
 
 @dataclass(frozen=True)
 class Replay:
     """What a video needs of a run.
 
-    Planar missions happen at the height of their robots' centers; of missions in more than three axes this is
-    what happens along x, y, z (see `stages.py` for the rest).
+    Planar missions happen at one height, that of their robots' centers; of missions in more than three axes
+    this is what happens along x, y, z (see `stages.py` for the rest).
 
     Attributes:
         time: Times of the samples, shape (T,) [s].
@@ -58,8 +60,10 @@ class Replay:
         touching: Whether a robot touched something since the previous sample, shape (T, n).
         robot_radius: Shape (n,) [m].
         target_radius: [m].
-        obstacles: Centers, shape (m, 3) [m].
+        obstacles: Centers, shape (T, m, 3) [m].
         obstacle_radius: Shape (m,) [m].
+        outlines: Points around each, relative to its center, shape (m, k, 3) [m]; (m, 0, 3) where all are
+            spheres.
         safe_radius: How near to each obstacle's center a robot's center may come, shape (m,) [m].
         radius: Distance to keep from the target [m].
         lost: Whether the team has lost a robot, shape (T, n).
@@ -80,6 +84,7 @@ class Replay:
     robot_radius: Array
     target_radius: float
     obstacles: Array
+    outlines: Array
     obstacle_radius: Array
     safe_radius: Array
     radius: float
@@ -112,7 +117,8 @@ class Replay:
             return (1.0 - share) * values[sample] + share * values[after]
 
         qpos = between(self.qpos)
-        return Moment(time, sample, share, qpos, between(self.robots), between(self.target))
+        obstacles = between(self.obstacles)
+        return Moment(time, sample, share, qpos, between(self.robots), between(self.target), obstacles)
 
     def past(self, values: Array, moment: Moment, duration: float, pieces: int) -> Array:
         """Where something was lately, at evenly spaced times that stay put as time goes on.
@@ -158,7 +164,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
         raise RenderError("the trace holds no sample, so there is nothing to draw")
     planar = trace.sizes["axis"] == 2
     robot_radius = trace["robot_radius"].values
-    height = float(robot_radius.max())
+    height = float(trace.attrs.get("height", robot_radius.max()))
 
     def in_space(name: str) -> Array:
         values = trace[name].values[..., :3]
@@ -177,6 +183,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
         robot_radius=robot_radius,
         target_radius=float(trace.attrs["target_radius"]),
         obstacles=in_space("obstacle_position"),
+        outlines=outlines(trace),
         obstacle_radius=trace["obstacle_radius"].values,
         safe_radius=safe_radius(trace).max(axis=0, initial=0.0),
         radius=float(trace.attrs["mission_radius"]),
@@ -187,8 +194,19 @@ def replay_of(trace: xarray.Dataset) -> Replay:
     )
 
 
+def outlines(trace: xarray.Dataset) -> Array:
+    """Points around each obstacle, relative to its center, shape (m, k, 3) [m]; k is 0 for spheres only."""
+    if "obstacle_outline" not in trace:
+        return np.zeros((trace.sizes["obstacle"], 0, 3))
+    points = trace["obstacle_outline"].values
+    return np.asarray(np.pad(points, ((0, 0), (0, 0), (0, 3 - points.shape[2]))))
+
+
 def safe_radius(trace: xarray.Dataset) -> Array:
-    """How near avoidance lets a robot's center come to an obstacle's, shape (n, m) [m]; 0 without it."""
+    """How near avoidance lets a robot's center come to an obstacle's, shape (n, m) [m]; 0 without it.
+
+    To one that is no sphere: to its nearest point.
+    """
     shape = trace.sizes["robot"], trace.sizes["obstacle"]
     safe = float(trace.attrs["safe_distance"])
     if safe > 0.0 and trace.attrs["safe_distance_measure"] == "surface":

@@ -10,6 +10,7 @@ from escort_mj import palette
 from escort_mj.report.losses import LOST, links_at
 from escort_mj.report.pen import Pen, circle
 from escort_mj.report.replay import Flags, Moment, Replay
+from escort_mj.scenario.geometry import in_space, outward
 
 Array = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ class Scenery:
         if not self.replay.planar:
             self._grid(pen)
         self._shadows(pen, moment)
-        self._obstacles(pen)
+        self._obstacles(pen, moment)
         self._escort(pen, moment)
         self._links(pen, moment)
         self._trails(pen, moment)
@@ -89,22 +90,34 @@ class Scenery:
         """Soft discs below everything: what a vertical sun would cast, at no cost."""
         replay = self.replay
         bodies = [*zip(moment.robots, replay.robot_radius, strict=True)]
-        bodies += [*zip(replay.obstacles, replay.obstacle_radius, strict=True)]
+        bodies += [*zip(moment.obstacles, replay.obstacle_radius, strict=True)]
         bodies.append((moment.target, 1.5 * float(replay.robot_radius.mean())))
         for center, radius in bodies:
             spot = center * _FLAT + (self.ground + 0.003) * _Z
             for size, alpha in ((1.25, 0.10), (1.0, 0.14)):
                 pen.disc(spot, size * radius, palette.TARGET, alpha)
 
-    def _obstacles(self, pen: Pen) -> None:
-        """The safe circle or sphere of every obstacle; a sphere has its outline, as seen, for a rim."""
+    def _obstacles(self, pen: Pen, moment: Moment) -> None:
+        """The safe circle or sphere of every obstacle; a sphere has its outline, as seen, for a rim.
+
+        What keeps robots off an obstacle of another shape is drawn in the plane only.
+        """
         camera = pen.scene.camera[0]
         up = np.array(camera.up, dtype=float)
         across = np.cross(np.array(camera.forward, dtype=float), up)
-        for center, safe in zip(self.replay.obstacles, self._safe, strict=True):
+        around = self.replay.outlines
+        for center, safe, radius, points in zip(
+            moment.obstacles, self._safe, self.replay.obstacle_radius, around, strict=True
+        ):
             if safe <= 0.0:
                 continue
             spot = self._down(center, _LINKS)
+            if radius == 0.0:
+                if self.replay.planar:
+                    pen.path(
+                        spot + points + safe * in_space(outward(2)), palette.CONTACT, 1.5 * self._pixel, 0.55
+                    )
+                continue
             if self.replay.planar:
                 pen.disc(spot, safe, palette.CONTACT, 0.07)
                 pen.path(circle(spot, safe, 72, _X, _Y), palette.CONTACT, 1.5 * self._pixel, 0.55)

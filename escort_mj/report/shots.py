@@ -142,9 +142,9 @@ def _everything(replay: Replay) -> Array:
     parts = [_circles(replay, target[:: max(1, len(rows) // 40)], replay.radius), replay.robots[rows][near]]
     parts.append(_circles(replay, target[-1:], replay.radius))
     if len(replay.obstacles):
-        parts.append(
-            _circles(replay, replay.obstacles, np.maximum(replay.safe_radius, replay.obstacle_radius))
-        )
+        radius = np.maximum(replay.safe_radius, replay.obstacle_radius)
+        for centers in (replay.obstacles[0], replay.obstacles[-1]):
+            parts += [_circles(replay, centers, radius), (centers[:, None] + replay.outlines).reshape(-1, 3)]
     return np.concatenate(parts)
 
 

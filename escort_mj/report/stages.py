@@ -79,7 +79,9 @@ def stage_replays(replay: Replay, model: mujoco.MjModel) -> Iterator[Replay]:
             replay,
             robots=np.stack(robots, axis=1),
             target=target,
-            obstacles=np.array([model.body(name).pos for name in others]).reshape(-1, 3),
+            obstacles=np.tile(
+                np.array([model.body(name).pos for name in others]).reshape(-1, 3), (len(replay.time), 1, 1)
+            ),
             axes=tuple(axes[own]),
             suffix=suffix,
             facing=moved.shape[1] < IN_SPACE,

@@ -55,15 +55,15 @@ def bodies_of(scenario: Scenario) -> Bodies:
 
 
 def _expected(scenario: Scenario) -> list[str]:
-    """Single bodies whose clearances are expected and are not those of a robot or the target to a group."""
+    """Single bodies that clearances have to be watched to, for the expectations to be judged.
+
+    Those of a robot or of the target to a group are watched anyway.
+    """
     pairs = [e.clearance for e in scenario.expect if isinstance(e, ClearanceExpectation)]
-    single = [pair[0] if pair[1] in (ROBOTS, TARGET) else pair[1] for pair in pairs if not _by_group(pair)]
-    return list(dict.fromkeys(single))
+    by_name = [pair for pair in pairs if not any(_moves(a) and b in GROUPS for a, b in (pair, pair[::-1]))]
+    return list(dict.fromkeys(other if _moves(one) else one for one, other in by_name))
 
 
-def _by_group(pair: tuple[str, str]) -> bool:
-    """Whether one side is a group, and the other are robots, one of them, or the target."""
-    return any(
-        group in GROUPS and (side in (ROBOTS, TARGET) or re.fullmatch(r"robot_\d+", side))
-        for side, group in (pair, pair[::-1])
-    )
+def _moves(side: str) -> bool:
+    """Whether clearances are watched from a side: from robots and the target."""
+    return side in (ROBOTS, TARGET) or re.fullmatch(r"robot_\d+", side) is not None

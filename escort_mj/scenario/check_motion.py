@@ -7,8 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from escort_mj.scenario.expressions import Expression
+from escort_mj.scenario.fields import Component
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.schema import Component, Scenario
+from escort_mj.scenario.obstacle_tables import Motion
+from escort_mj.scenario.schema import Scenario
 
 SAMPLES = 20_001
 LARGEST = 1e6  # m, N: far beyond any mission, far below where MuJoCo gives up
@@ -16,18 +18,24 @@ LARGEST = 1e6  # m, N: far beyond any mission, far below where MuJoCo gives up
 
 def check_motion(scenario: Scenario) -> Iterator[Finding]:
     """Waypoints in order, and every expression defined, with its derivative, through the whole run."""
-    target = scenario.target
-    if target.position is not None and target.waypoints is not None:
-        yield Finding(("target",), "found both position and waypoints; give one of them")
-    if target.waypoints is not None:
-        times = [waypoint.time for waypoint in target.waypoints]
+    motions: list[tuple[Path, Motion]] = [(("target",), scenario.target)]
+    for index, obstacle in enumerate(scenario.obstacles):
+        if obstacle.motion is not None:
+            path: Path = ("obstacles", index, "motion")
+            motions.append((path, obstacle.motion))
+            if obstacle.motion.position is None and obstacle.motion.waypoints is None:
+                yield Finding(path, "says nothing; give position or waypoints")
+    for path, motion in motions:
+        if motion.position is not None and motion.waypoints is not None:
+            yield Finding(path, "found both position and waypoints; give one of them")
+        times = [waypoint.time for waypoint in motion.waypoints or ()]
         for index in range(1, len(times)):
             if times[index] <= times[index - 1]:
                 yield Finding(
-                    ("target", "waypoints", index, "time"),
+                    (*path, "waypoints", index, "time"),
                     f"found {times[index]:g} s after {times[index - 1]:g} s; waypoints are in order of time",
                 )
-    yield from _defined(scenario, ("target", "position"), target.position or ())
+        yield from _defined(scenario, (*path, "position"), motion.position or ())
     yield from _defined(scenario, ("uncertainty", "disturbance"), scenario.uncertainty.disturbance or ())
 
 

@@ -20,6 +20,11 @@ def check_team(scenario: Scenario) -> Iterator[Finding]:
             ("robots", "positions"),
             f"found {len(robots.positions)} positions; expected {count}, as robots.count says",
         )
+    if robots.velocities is not None and len(robots.velocities) != count:
+        yield Finding(
+            ("robots", "velocities"),
+            f"found {len(robots.velocities)} velocities; expected {count}, one per robot",
+        )
     if robots.positions is not None and robots.placement is not None:
         yield Finding(("robots", "placement"), "found both positions and placement; give one of them")
     first: dict[int, int] = {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import ScenarioError
+from escort_mj.scenario.check_obstacles import check_drive, vectors_of_obstacles
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, team
@@ -28,9 +28,10 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
         (("target", "position"), target.position),
         *((("target", "waypoints", i, "position"), w.position) for i, w in enumerate(target.waypoints or ())),
         *((("robots", "positions", i), position) for i, position in enumerate(robots.positions or ())),
+        *((("robots", "velocities", i), velocity) for i, velocity in enumerate(robots.velocities or ())),
         *((("robots", "overrides", i, "position"), o.position) for i, o in enumerate(robots.overrides)),
         (("robots", "placement", "center"), robots.placement.center if robots.placement else None),
-        *((("obstacles", i, "position"), obstacle.position) for i, obstacle in enumerate(scenario.obstacles)),
+        *vectors_of_obstacles(scenario),
         (("uncertainty", "disturbance"), scenario.uncertainty.disturbance),
     ]
     for path, vector in vectors:
@@ -45,25 +46,24 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
-def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
-    """No two obstacles of one name, and none with a name that the world has for something else."""
-    seen: dict[str, int] = {}
-    for index, body in enumerate(obstacles_of(scenario)):
-        name = body.name
-        if name in ("target", "world") or re.fullmatch(r"robot_\d+|.*_shadow_\d+", name):
-            yield Finding(("obstacles", index, "name"), f"found {name}; robots, target and world have theirs")
-        if name in seen:
-            yield Finding(("obstacles", index, "name"), f"found {name} again; obstacles[{seen[name]}] has it")
-        seen.setdefault(name, index)
+def check_body(scenario: Scenario) -> Iterator[Finding]:
+    """A target that can be bumped has axes to be bumped along, and a drive that the timestep can follow."""
+    if scenario.target.body is None:
+        return
+    if scenario.axes > 3:
+        yield Finding(("target", "body"), f"found in {scenario.axes} axes; there the target moves as told")
+    yield from check_drive(scenario, scenario.target.body, ("target", "body"))
 
 
 def check_clearance(scenario: Scenario) -> Iterator[Finding]:
     """Nothing overlaps at the start, and there is room for robots that are placed at random."""
     target = target_trajectory(scenario).position(0.0)
     for body in obstacles_of(scenario):
-        gap = float(np.linalg.norm(body.position - target)) - body.bounding_radius - scenario.target.radius
+        gap = float(body.gaps(target[np.newaxis])[0]) - scenario.target.radius
         if gap < 0.0:
-            yield Finding((*body.path, "position"), f"overlaps the target by {-gap:.3g} m at the start")
+            yield Finding(
+                (*body.path, "position"), f"{_the(body)}overlaps the target by {-gap:.3g} m at the start"
+            )
     try:
         robots = team(scenario)
     except ScenarioError as error:
@@ -74,23 +74,25 @@ def check_clearance(scenario: Scenario) -> Iterator[Finding]:
 
 def _overlaps(scenario: Scenario, robots: Team, target: Array) -> Iterator[Finding]:
     """Pairs of which one is a robot and which overlap at the start."""
-    obstacles = obstacles_of(scenario)
-    position = np.vstack([robots.position, *(body.position for body in obstacles), target])
-    radius = np.array([*robots.radius, *(body.bounding_radius for body in obstacles), scenario.target.radius])
+    obstacles, count = obstacles_of(scenario), len(robots.radius)
+    to_target = np.linalg.norm(robots.position - target, axis=1) - scenario.target.radius
+    others = np.array([*(body.gaps(robots.position) for body in obstacles), to_target]).T
     reported = 0
-    for robot in range(len(robots.radius)):
-        distance = np.linalg.norm(position[robot + 1 :] - position[robot], axis=1)
-        gap = distance - radius[robot + 1 :] - radius[robot]
-        for other in np.flatnonzero(gap < 0.0) + robot + 1:
+    for robot in range(count):
+        distance = np.linalg.norm(robots.position[robot + 1 :] - robots.position[robot], axis=1)
+        gap = np.concatenate([distance - robots.radius[robot + 1 :], others[robot]]) - robots.radius[robot]
+        for place in np.flatnonzero(gap < 0.0):
             reported += 1
             if reported > MOST_OVERLAPS:
                 return
-            mover, fixed = (other, robot) if other < len(robots.radius) else (robot, other)
+            other = robot + 1 + int(place)
+            mover, fixed = (other, robot) if other < count else (robot, other)
+            bodies = (*(body.path for body in obstacles), ("target",))
             yield Finding(
-                _position_path(scenario, int(mover)),
-                f"robot {mover + 1} overlaps {_body(obstacles, int(fixed), len(robots.radius))} "
-                f"by {-gap[other - robot - 1]:.3g} m at the start",
-                related=(("obstacles", int(fixed) - len(robots.radius), "position"),),
+                _position_path(scenario, mover),
+                f"robot {mover + 1} overlaps {_body(obstacles, fixed, count)} "
+                f"by {-gap[place]:.3g} m at the start",
+                related=((*bodies[fixed - count], "position"),) if fixed >= count else (),
             )
 
 
@@ -100,6 +102,11 @@ def _body(obstacles: Sequence[Body], index: int, count: int) -> str:
     if index - count < len(obstacles):
         return obstacles[index - count].name
     return "the target"
+
+
+def _the(body: Body) -> str:
+    """Which part of a wall, or which of the clutter; what stands alone in the file needs no name."""
+    return "" if body.path[0] == "obstacles" else f"{body.name} "
 
 
 def _position_path(scenario: Scenario, robot: int) -> Path:

@@ -11,6 +11,13 @@ from escort_mj.scenario.check_expectations import check_bounds, check_sides, che
 from escort_mj.scenario.check_failures import check_failures
 from escort_mj.scenario.check_mission import check_behaviors, check_formation, check_supervisor, check_trigger
 from escort_mj.scenario.check_motion import check_motion
+from escort_mj.scenario.check_obstacles import (
+    check_clutter,
+    check_environment,
+    check_obstacle_names,
+    check_obstacles,
+    check_walls,
+)
 from escort_mj.scenario.check_robots import (
     check_heights,
     check_kinds,
@@ -18,7 +25,8 @@ from escort_mj.scenario.check_robots import (
     check_team,
     check_weights,
 )
-from escort_mj.scenario.check_space import check_clearance, check_dimensions, check_obstacle_names
+from escort_mj.scenario.check_sensing import check_biases, check_delays, check_sight
+from escort_mj.scenario.check_space import check_body, check_clearance, check_dimensions
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import coordinates_of, kinds_of, robot_count
@@ -51,12 +59,14 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
             related=(("physics", "timestep"),),
         )
     count, axes = robot_count(scenario), scenario.axes
-    coordinates = coordinates_of(kinds_of(scenario), axes)
+    bodies = obstacles_of(scenario)
+    moving = sum(body.motion is not None for body in bodies) + (scenario.target.body is not None)
+    coordinates = coordinates_of(kinds_of(scenario), axes) + moving * axes
     ladders = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     sizes = {
         "robot": count,
         "axis": axes,
-        "obstacle": len(obstacles_of(scenario)),
+        "obstacle": len(bodies),
         "behavior": len({behavior.behavior for ladder in ladders for behavior in ladder}),
         "coordinate": coordinates,
         "group": len(bodies_of(scenario).watched),
@@ -72,30 +82,41 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
         )
 
 
+AROUND = ("obstacles", "walls", "clutter", "environment")
 Check = Callable[[Scenario], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_dimensions, ("axes", "physics", "target", "robots", "obstacles", "uncertainty")),
+    (check_dimensions, ("axes", "physics", "target", "robots", "uncertainty", *AROUND)),
+    (check_biases, ("axes", "sensing")),
     (check_team, ("axes", "robots")),
     (check_kinds, ("axes", "robots")),
-    (check_motion, ("axes", "duration", "target", "uncertainty")),
+    (check_motion, ("axes", "duration", "target", "uncertainty", "obstacles")),
+    (check_obstacles, ("axes", "physics", "obstacles")),
+    (check_walls, ("axes", "walls")),
+    (check_environment, ("axes", "environment")),
+    (check_body, ("axes", "physics", "target")),
+)
+ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = (
+    (check_clutter, ("axes", "seed", "duration", "target", "robots", *AROUND)),
 )
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission")),
+    (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission", *AROUND)),
     (check_bounds, ("expect",)),
     (check_windows, ("expect", "duration")),
-    (check_sides, ("expect", "axes", "robots", "obstacles")),
-    (check_obstacle_names, ("obstacles",)),
+    (check_sides, ("expect", "axes", "robots", *AROUND)),
+    (check_obstacle_names, AROUND),
     (check_behaviors, ("mission",)),
     (check_trigger, ("mission",)),
-    (check_supervisor, ("duration", "obstacles", "robots", "mission")),
+    (check_supervisor, ("duration", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_motors, ("axes", "robots")),
     (check_heights, ("axes", "physics", "robots")),
     (check_weights, ("axes", "physics", "robots")),
+    (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
+    (check_sight, ("mission", "robots", "sensing")),
     (check_failures, ("axes", "duration", "robots", "mission")),
-    (check_clearance, ("axes", "seed", "target", "robots", "obstacles", "mission")),
+    (check_clearance, ("axes", "seed", "target", "robots", "mission", *AROUND)),
 )
 
 
@@ -107,7 +128,7 @@ def findings(scenario: Scenario, wrong: Collection[str] = ()) -> list[Finding]:
         wrong: Top-level keys that are known to be wrong and hold defaults; checks of them are left out.
     """
     found: list[Finding] = []
-    for checks in (SHAPES, RELATIONS):
+    for checks in (SHAPES, ROOM, RELATIONS):
         parts = {*wrong, *(str(finding.path[0]) for finding in found)}
         found += [
             finding for check, needs in checks if parts.isdisjoint(needs) for finding in check(scenario)

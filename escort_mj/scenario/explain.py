@@ -106,6 +106,7 @@ _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {
     "finite_number": lambda _: "a finite number",
     "float_type": lambda _: "a number",
     "component_type": lambda _: "a number or an expression in t",
+    "bias_type": lambda _: "a radius from 0 to 1e6, or a list with one number per axis",
     "int_type": lambda _: "a whole number",
     "int_from_float": lambda _: "a whole number",
     "bool_type": lambda _: "true or false",

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.environment import tilted
 from escort_mj.scenario.kinds import MOST_MOTORS, Kind
-from escort_mj.scenario.obstacles import obstacles_of
+from escort_mj.scenario.obstacles import Body, least_gaps, obstacles_of
 from escort_mj.scenario.robots import Actuators, RandomPlacement
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.trajectory import target_trajectory
@@ -29,6 +30,7 @@ class Team(NamedTuple):
 
     Attributes:
         position: Where they start, shape (n, p) [m].
+        velocity: At the start, shape (n, p) [m/s].
         mass: Shape (n,) [kg].
         radius: Shape (n,) [m].
         force_limit: Largest force per axis, shape (n,) [N]; inf for none.
@@ -38,6 +40,7 @@ class Team(NamedTuple):
     """
 
     position: Array
+    velocity: Array
     mass: Array
     radius: Array
     force_limit: Array
@@ -70,10 +73,15 @@ def kinds_of(scenario: Scenario) -> tuple[Kind, ...]:
 
 
 def gravity_of(scenario: Scenario) -> tuple[float, ...]:
-    """Gravity, world frame, shape (3,) [m/s^2]: as told, or downward where the kind of a robot needs it."""
-    if scenario.physics.gravity is not None:
-        return scenario.physics.gravity
-    return (0.0, 0.0, -STANDARD_GRAVITY if any(kind.needs_gravity for kind in kinds_of(scenario)) else 0.0)
+    """Gravity, world frame, shape (3,) [m/s^2]: as told, or downward where kind of robot or slope need it.
+
+    On a slope the world's frame is that of the floor: gravity is tilted.
+    """
+    slope, gravity = scenario.environment.slope, scenario.physics.gravity
+    if gravity is None:
+        heavy = slope.angle > 0.0 or any(kind.needs_gravity for kind in kinds_of(scenario))
+        gravity = (0.0, 0.0, -STANDARD_GRAVITY if heavy else 0.0)
+    return tuple(map(float, tilted(gravity, slope)))
 
 
 def _gains(seed: int, kinds: Sequence[Kind], actuators: Sequence[Actuators], axes: int) -> tuple[Array, ...]:
@@ -122,7 +130,10 @@ def team(scenario: Scenario) -> Team:
         _place(scenario, position, radius)
     kinds = kinds_of(scenario)
     gains = _gains(scenario.seed, kinds, actuators, scenario.axes)
-    return Team(position, mass, radius, force_limit, kinds, tuple(actuators), gains)
+    velocity = np.zeros((count, scenario.axes))
+    if robots.velocities is not None:
+        velocity[:] = robots.velocities
+    return Team(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
 
 
 def _place(scenario: Scenario, position: Array, radius: Array) -> None:
@@ -133,19 +144,27 @@ def _place(scenario: Scenario, position: Array, radius: Array) -> None:
     random = np.random.Generator(np.random.Philox(scenario.seed))
     free = np.isnan(position).any(axis=1)
     obstacles = obstacles_of(scenario)
+    spheres = [body for body in obstacles if body.is_sphere]
     taken = np.concatenate(
         [
             target[np.newaxis],
-            np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
+            np.array([body.position for body in spheres]).reshape(-1, scenario.axes),
             position[~free],
         ]
     )
     taken_radius = np.concatenate(
-        [[scenario.target.radius], [body.bounding_radius for body in obstacles], radius[~free]]
+        [
+            [scenario.target.radius],
+            [body.bounding_radius for body in spheres],
+            radius[~free],
+        ]
     )
+    others = [body for body in obstacles if not body.is_sphere]
     for robot in np.flatnonzero(free):
         reach = taken_radius + radius[robot] + placement.least_gap
-        drawn = _draw(random, center, placement.within, taken, reach)
+        drawn = _draw(
+            random, center, placement.within, taken, reach, others, radius[robot] + placement.least_gap
+        )
         if drawn is None:
             raise ScenarioError([Fault(_no_room(placement, int(robot), len(radius)), "robots.placement")])
         position[robot] = drawn
@@ -154,19 +173,28 @@ def _place(scenario: Scenario, position: Array, radius: Array) -> None:
 
 
 def _draw(
-    random: np.random.Generator, center: Array, within: float, taken: Array, reach: Array
+    random: np.random.Generator,
+    center: Array,
+    within: float,
+    taken: Array,
+    reach: Array,
+    others: Sequence[Body],
+    apart: float,
 ) -> Array | None:
-    """A point uniform in the ball and at least `reach` from what is taken; None after many tries.
+    """A point uniform in the ball, at least `reach` from points that are taken and `apart` from other bodies.
 
-    Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits everywhere.
+    None after many tries. Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits
+    everywhere.
     """
     tried = 0
     while tried < TRIES_PER_ROBOT:
         offsets = 2.0 * random.random((TRIES_AT_ONCE, len(center))) - 1.0
         points = center + within * offsets[(offsets * offsets).sum(axis=1) <= 1.0]
         tried += len(points)
-        apart = points[:, np.newaxis] - taken
-        clear = ((apart * apart).sum(axis=2) >= reach * reach).all(axis=1)
+        difference = points[:, np.newaxis] - taken
+        clear = ((difference * difference).sum(axis=2) >= reach * reach).all(axis=1)
+        if others and len(points):
+            clear &= least_gaps(others, points) >= apart
         if clear.any():
             return np.asarray(points[np.argmax(clear)])
     return None

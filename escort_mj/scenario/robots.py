@@ -82,9 +82,22 @@ class Robots(Parameters):
     """What motors do to commands."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial positions, one row per robot [m]; null: drawn as `placement` says."""
+    velocities: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
+    """Initial velocities, one row per robot [m/s]; balls roll at once; null: all are at rest."""
     placement: RandomPlacement | None = None
     """How to draw initial positions; null: within twice the mission's radius of the target."""
     overrides: tuple[RobotOverride, ...] = ()
     """Robots that differ from the team."""
     failures: tuple[Failure, ...] = ()
     """Robots whose motors fail during the mission."""
+
+    @property
+    def height(self) -> float:
+        """Height of the plane of a planar mission above its floor, at which distances are measured [m]."""
+        each = [(each.kind or self.kind, each.radius or self.radius) for each in self.overrides]
+        return max(kind.height(radius) for kind, radius in [(self.kind, self.radius), *each])
+
+    @property
+    def largest_radius(self) -> float:
+        """Radius of the largest body [m]."""
+        return max([self.radius, *(override.radius or 0.0 for override in self.overrides)])

@@ -15,6 +15,7 @@ from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
+from escort_mj.scenario.environment import Environment
 from escort_mj.scenario.expectations import Expectation
 from escort_mj.scenario.fields import (
     BODY_NAME,
@@ -26,10 +27,12 @@ from escort_mj.scenario.fields import (
     Radius,
     Vector,
 )
+from escort_mj.scenario.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
 from escort_mj.scenario.robots import Robots
 from escort_mj.scenario.sensing import Sensing
 
 MAX_AXES = 9
+MAX_OBSTACLES = 5000
 
 
 class Physics(Parameters):
@@ -45,39 +48,13 @@ class Physics(Parameters):
     """Gravity, world frame [m/s^2]; null: 9.81 downward where a robot's kind needs it, else none."""
 
 
-class Waypoint(Parameters):
-    """Where the target is at one moment."""
+class Target(Motion):
+    """The escorted target. Give `position` or `waypoints`; without either it rests at 0."""
 
-    time: NonNegativeFloat
-    """Time [s]."""
-    position: Vector
-    """Position, one number per axis [m]."""
-
-
-class Target(Parameters):
-    """The escorted target; it moves as told. Give `position` or `waypoints`; without either it rests at 0."""
-
-    position: tuple[Component, ...] | None = None
-    """Position per axis [m]: numbers, or expressions in t."""
-    waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
-    """Timed waypoints; before the first and after the last the target rests."""
-    interpolation: Literal["linear", "smooth"] = "linear"
-    """Between waypoints: straight at constant speed, or a cubic spline that starts and ends at rest."""
     radius: Radius = 0.3
     """Radius of its body [m]."""
-
-
-class Obstacle(Parameters):
-    """One fixed obstacle that robots can collide with."""
-
-    shape: Literal["sphere"] = "sphere"
-    """Shape of its body."""
-    position: Vector
-    """Center, one number per axis [m]."""
-    radius: Radius = 0.5
-    """Radius [m]."""
-    name: Annotated[str, Field(pattern=BODY_NAME)] | None = None
-    """Name in pictures and verdicts; null: obstacle_1, obstacle_2 ..."""
+    body: Drive | None = None
+    """Mass and drive of a target that can be bumped; null: it moves as told, whatever it meets."""
 
 
 class Phase(Parameters):
@@ -171,8 +148,14 @@ class Scenario(Parameters):
     """What is escorted."""
     robots: Robots = Robots()
     """The team that escorts it."""
-    obstacles: tuple[Obstacle, ...] = ()
-    """What stands in the way."""
+    obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
+    """What stands or moves in the way."""
+    walls: Annotated[tuple[Wall, ...], Field(max_length=100)] = ()
+    """Walls and corridors, with doors."""
+    clutter: Clutter | None = None
+    """Obstacles drawn at random; null: none."""
+    environment: Environment = Environment()
+    """Floor, slope and medium."""
     mission: Mission = Mission()
     """What the robots are to do: the outer loop."""
     controller: Law = ApdSmc()

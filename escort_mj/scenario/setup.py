@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from escort_mj.control.behaviors import BehaviorParameters, Chords, Vertices
 from escort_mj.control.formation import Arrangement, arrange
 from escort_mj.control.reform import Reforming, reforming
-from escort_mj.control.setup import Setup
+from escort_mj.control.setup import Mover, Setup
 from escort_mj.control.supervisor import Phase
 from escort_mj.control.thomson import Figure, figure
-from escort_mj.scenario.obstacles import obstacles_of
+from escort_mj.scenario.obstacle_tables import Drive, Motion
+from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.sensing import sensors
-from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory
+from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory, trajectory
 
 
 def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
@@ -41,16 +43,37 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         arrangement=_arrangement(scenario, robots, target.position(0.0)),
         figure=_figure(scenario, robots, target.position(0.0)),
         obstacle_position=np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
-        obstacle_radius=np.array([body.bounding_radius for body in obstacles], dtype=float),
+        obstacle_radius=np.array(
+            [body.bounding_radius if body.is_sphere else 0.0 for body in obstacles], dtype=float
+        ),
         robot_radius=robots.radius,
         force_limit=robots.force_limit,
-        sensing=sensors(scenario.sensing),
+        sensing=sensors(
+            scenario.sensing, scenario.physics.timestep, scenario.seed, len(robots.mass), scenario.axes
+        ),
         target=target,
         disturbance=disturbance_trajectory(scenario),
         failures=scenario.robots.failures,
         reforming=_reforming(scenario, robots),
         phases=_phases(scenario),
         trigger=scenario.mission.trigger,
+        movers=_movers(scenario, obstacles),
+        shaped=any(not body.is_sphere for body in obstacles),
+    )
+
+
+def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
+    """Obstacles that move, and a target that can be bumped, in this order."""
+    driven: list[tuple[Motion, Drive, int]] = [
+        (body.motion, body.drive, index)
+        for index, body in enumerate(obstacles)
+        if body.motion is not None and body.drive is not None
+    ]
+    if scenario.target.body is not None:
+        driven.append((scenario.target, scenario.target.body, -1))
+    return tuple(
+        Mover(trajectory(motion, scenario.axes), drive.mass, drive.force_limit or math.inf, drive.gain, index)
+        for motion, drive, index in driven
     )
 
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, Op
 from escort_mj.scenario.expressions import Expression
 from escort_mj.scenario.nodes import Array, Dual
-from escort_mj.scenario.schema import Scenario, Waypoint
+from escort_mj.scenario.obstacle_tables import Motion, Waypoint
+from escort_mj.scenario.schema import Scenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +79,16 @@ class Trajectory:
         )
 
 
+def trajectory(motion: Motion, axes: int) -> Trajectory:
+    """Where a body is to be [m]; its velocity is the exact derivative [m/s]."""
+    if motion.waypoints is not None:
+        return Trajectory(_through(motion.waypoints, smooth=motion.interpolation == "smooth"))
+    return Trajectory(tuple(map(Expression, motion.position or (0.0,) * axes)))
+
+
 def target_trajectory(scenario: Scenario) -> Trajectory:
-    """Position of the target [m]; its velocity is the exact derivative [m/s]."""
-    target = scenario.target
-    if target.waypoints is not None:
-        return Trajectory(_through(target.waypoints, smooth=target.interpolation == "smooth"))
-    return Trajectory(tuple(map(Expression, target.position or (0.0,) * scenario.axes)))
+    """Where the target is to be [m]; its velocity is the exact derivative [m/s]."""
+    return trajectory(scenario.target, scenario.axes)
 
 
 def disturbance_trajectory(scenario: Scenario) -> Trajectory | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,20 +10,21 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj import palette
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.bodies import Bodies, bodies_of
-from escort_mj.scenario.obstacles import obstacles_of
+from escort_mj.scenario.geometry import extent
+from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, gravity_of, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.signals import truth_sizes
 from escort_mj.world.cameras import add_cameras
-from escort_mj.world.parts import graft, load_part, new_root
-from escort_mj.world.robots import add_robots
-from escort_mj.world.stages import IN_SPACE, THIN, Stage, corners, stages_of
+from escort_mj.world.parts import new_root
+from escort_mj.world.robots import add_robots, add_start
+from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
+from escort_mj.world.surroundings import add_obstacles, add_target, set_floor, set_medium
 from escort_mj.world.wiring import thickness, wire
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
@@ -64,44 +66,47 @@ def build(scenario: Scenario) -> World:
     """
     robots = team(scenario)
     setup = controller_setup(scenario, robots)
+    coordinates = robots.coordinates + len(setup.movers) * scenario.axes
     stride = round(1.0 / (scenario.recording.rate * scenario.physics.timestep))
 
     root = new_root("arena", "mission")
     _set_physics(root, scenario)
     if scenario.axes == 2:
-        floor = load_part("floor").find("geom", "floor")
-        graft(floor, root.worldbody, "floor")
-    stages = _stages(scenario, setup, robots)
+        set_floor(root, scenario.environment)
+    obstacles = obstacles_of(scenario)
+    stages = _stages(scenario, setup, robots, obstacles)
     add_robots(root, robots, gravity_of(scenario), stages, scenario.mission.radius)
-    _add_obstacles(root, scenario, stages, len(robots.mass))
-    target = _add_target(root, scenario, setup.target.position(0.0), stages, len(robots.mass))
+    add_obstacles(root, obstacles, stages, len(robots.mass), scenario.mission.radius)
+    target = add_target(root, scenario, setup.target.position(0.0), stages, len(robots.mass))
     low, high = corners(stages)
     if scenario.axes == 2:
         low[2], high[2] = (
             0.0,
-            high[2] + max(robots.radius.max(), scenario.target.radius, *setup.obstacle_radius),
+            high[2] + max(robots.radius.max(), scenario.target.radius, *(_above(body) for body in obstacles)),
         )
     add_cameras(root, target, scenario, low, high)
     if scenario.axes > IN_SPACE:  # a body's parts may lie on another's while the two are far apart
         for geom in root.find_all("geom"):
             geom.contype = geom.conaffinity = 0
+    set_medium(root, scenario.environment)
 
     bodies = bodies_of(scenario)
     watched = len(bodies.watched)
-    plan = pack(setup, stride, robots.coordinates, scenario.recording.truth, watched, bodies.columns)
+    plan = pack(setup, stride, coordinates, scenario.recording.truth, watched, bodies.columns)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
     _add_numbers(root, "escort_plan", plan)
     model = mujoco.MjModel.from_xml_string(root.to_xml_string())
     wiring = wire(model, robots, gravity_of(scenario), stages, bodies.names)
     _add_numbers(root, "escort_wiring", wiring)
+    add_start(root, model, robots, gravity_of(scenario))
     xml = root.to_xml_string()
     sizes = {
         "robot": len(robots.mass),
         "axis": scenario.axes,
         "obstacle": len(setup.obstacle_radius),
         "behavior": len(setup.kinds),
-        "coordinate": robots.coordinates,
+        "coordinate": coordinates,
         "group": watched,
     } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
     return World(
@@ -136,54 +141,24 @@ def _set_physics(root: Any, scenario: Scenario) -> None:
     root.option.flag.autoreset = "disable"
 
 
-def _stages(scenario: Scenario, setup: Setup, robots: Team) -> list[Stage]:
+def _above(body: Body) -> float:
+    """How far an obstacle of a planar mission reaches above the robots' centers at the start [m]."""
+    return float(extent(body.solid)[1][2])
+
+
+def _stages(scenario: Scenario, setup: Setup, robots: Team, bodies: Sequence[Body]) -> list[Stage]:
     """Where the axes of the mission are in the world; planar missions happen at one height."""
     path = setup.target.position(np.linspace(0.0, scenario.duration, PATH_SAMPLES))
     reach = max(scenario.mission.radius + robots.radius.max(), scenario.target.radius)
-    centers = np.vstack([path, robots.position, setup.obstacle_position])
-    around = np.concatenate([np.full(len(path), reach), robots.radius, setup.obstacle_radius])[:, None]
-    low, high = (centers - around).min(axis=0), (centers + around).max(axis=0)
+    centers = np.vstack([path, robots.position])
+    around = np.concatenate([np.full(len(path), reach), robots.radius])[:, None]
+    corners = [corner for body in bodies for corner in body.corners(scenario.axes)]
+    moments = np.linspace(0.0, scenario.duration, PATH_SAMPLES)
+    corners += [mover.path.position(moments) for mover in setup.movers if mover.obstacle >= 0]
+    every = np.vstack([centers - around, centers + around, *corners])
+    low, high = every.min(axis=0), every.max(axis=0)
     height = robots.height if scenario.axes == 2 else 0.0
     return stages_of(low, high, height, scenario.mission.radius, robots.radius.max(), len(robots.mass))
-
-
-def _add_obstacles(root: Any, scenario: Scenario, stages: list[Stage], count: int) -> None:
-    """The fixed bodies of each obstacle, one for each stage."""
-    part = load_part("obstacle").find("body", "obstacle")
-    for obstacle in obstacles_of(scenario):
-        name = obstacle.name
-        for stage in stages:
-            body = graft(part, root.worldbody, name + stage.suffix)
-            body.pos = stage.place(obstacle.position)
-            geom = body.find("geom", f"{name}{stage.suffix}_body")
-            geom.set_attributes(size=obstacle.size, rgba=[*palette.OBSTACLE, 1.0], group=stage.number)
-            if stage.is_abacus:  # a band across all columns: this far the obstacle reaches along the axis
-                size = [stage.width(count) / 2, THIN * scenario.mission.radius, obstacle.bounding_radius]
-                geom.set_attributes(type="box", size=size, rgba=[*palette.OBSTACLE, 0.3])
-
-
-def _add_target(root: Any, scenario: Scenario, start: NDArray[Any], stages: list[Stage], count: int) -> Any:
-    """The bodies of the target, one for each stage, moved along its trajectory; the first is returned."""
-    part = load_part("target").find("body", "target")
-    radius = scenario.mission.radius
-    for stage in stages:
-        name = f"target{stage.suffix}"
-        body = graft(part, root.worldbody, name, skip=("follow",) if stage.suffix else ())
-        body.pos = stage.place(start)
-        geom = body.find("geom", f"{name}_body")
-        geom.set_attributes(size=[scenario.target.radius], rgba=[*palette.TARGET, 1.0], group=stage.number)
-        if stage.is_abacus:  # bars across all columns: at the target, and as far from it as robots can be
-            half = stage.width(count) / 2
-            geom.set_attributes(type="box", size=[half, THIN * radius, THIN * radius])
-            for side in (-1.0, 1.0):
-                body.add(
-                    "geom", type="box", pos=[0.0, 0.0, side * radius], rgba=[*palette.LIMIT, 0.6],
-                    size=[half, THIN * radius / 2, THIN * radius / 2], group=stage.number,
-                )  # fmt: skip
-        elif stage.suffix:
-            rgba = [*palette.LIMIT, 0.08]
-            body.add("geom", type="sphere", size=[radius], rgba=rgba, group=stage.number)
-    return root.find("body", "target")
 
 
 __all__ = ["World", "build"]

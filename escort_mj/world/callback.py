@@ -16,7 +16,6 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -29,6 +28,7 @@ from numba.extending import intrinsic
 from escort_mj.control.plan import axes_of
 from escort_mj.kernels import DOUBLE, OPTIONS, pointer_at
 from escort_mj.world.build import World
+from escort_mj.world.library import library
 from escort_mj.world.step import MODEL_NUMERIC, control, is_ours, look
 
 MANY = 4  # the class of all numbers of axes from here on
@@ -134,16 +134,6 @@ def _dispatcher() -> Callbacks:
 
 
 @cache
-def _library() -> ctypes.CDLL:
-    """The MuJoCo library that the bindings have loaded."""
-    folder = Path(mujoco.__file__).parent
-    (path,) = [*folder.glob("libmujoco.so*"), *folder.glob("libmujoco*.dylib"), *folder.glob("mujoco.dll")][
-        :1
-    ]
-    return ctypes.CDLL(str(path))
-
-
-@cache
 def _silence() -> Any:
     """A warning handler that prints and writes nothing; MuJoCo still counts warnings in `MjData`."""
     return ctypes.CFUNCTYPE(None, ctypes.c_char_p)(lambda message: None)
@@ -171,8 +161,8 @@ def native_loop(world: World, *others: World) -> Iterator[None]:
         _table[2 * axes : 2 * axes + 2] = [
             ctypes.cast(callback.ctypes, ctypes.c_void_p).value for callback in callbacks(axes)
         ]
-    timer = ctypes.c_void_p.in_dll(_library(), "mjcb_time")
-    warning = ctypes.c_void_p.in_dll(_library(), "mju_user_warning")
+    timer = ctypes.c_void_p.in_dll(library(), "mjcb_time")
+    warning = ctypes.c_void_p.in_dll(library(), "mju_user_warning")
     with _lock:
         if not _needed:
             _before = (mujoco.get_mjcb_control(), mujoco.get_mjcb_sensor(), timer.value, warning.value)

@@ -38,11 +38,13 @@ DATA_ARRAYS = (
     "qfrc_applied",
     "actuator_force",
     "mocap_pos",
+    "geom_xpos",
+    "geom_xmat",
     "M",
     "qfrc_bias",
     "qacc",
 )
-MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind")
+MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind", "geom_aabb")
 
 
 @cache
@@ -84,6 +86,8 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         RuntimeError: If this MuJoCo's memory is not laid out as its introspection data says.
     """
     for field in DATA_ARRAYS:
+        if field == "mocap_pos" and not model.nmocap:  # NumPy's view of nothing is anywhere
+            continue
         _compare("mjData", field, data._address, ctypes.c_void_p, getattr(data, field).ctypes.data)
     for field in MODEL_ARRAYS:
         _compare("mjModel", field, model._address, ctypes.c_void_p, getattr(model, field).ctypes.data)

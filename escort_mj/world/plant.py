@@ -31,6 +31,7 @@ class Plant:
         self.world = world
         self.data = mujoco.MjData(world.model)
         layout.check(world.model, self.data)
+        self._start()
         self.record: Array = self.data.userdata[: record_size(world.sizes)]
         plan, memory = world.model.numeric_data, self.data.userdata
         self.state: State = unpack_state(plan.ctypes.data, memory.ctypes.data, world.setup.axes)
@@ -53,6 +54,12 @@ class Plant:
     def reset(self) -> None:
         """Back to the start; the controller seeds its own state at its first evaluation."""
         mujoco.mj_resetData(self.world.model, self.data)
+        self._start()
+
+    def _start(self) -> None:
+        """Sets what moves at the start moving."""
+        if self.world.model.nkey:
+            mujoco.mj_resetDataKeyframe(self.world.model, self.data, 0)
 
     @property
     def has_ended(self) -> bool:
@@ -85,3 +92,15 @@ class Plant:
 def mujoco_version() -> str:
     """Version of the MuJoCo that simulates."""
     return str(mujoco.__version__)
+
+
+def surroundings(world: World) -> dict[str, float]:
+    """How strong gravity [m/s^2] and wind [m/s] are, and the mass of all robots with what they carry [kg]."""
+    model = world.model
+    roots = [model.body(root).name for root in model.body_rootid]
+    ours = [name.startswith("robot_") for name in roots]
+    return {
+        "gravity": float(np.linalg.norm(model.opt.gravity)),
+        "wind": float(np.linalg.norm(model.opt.wind)),
+        "robots_mass": float(model.body_mass[ours].sum()),
+    }

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.scenario.kinds import Loaded, Quadrotor, Slung
+from escort_mj.scenario.kinds import ROTORS, Loaded, Quadrotor, Slung
 from escort_mj.scenario.placement import Team
 from escort_mj.signals import axis_names
 from escort_mj.world.parts import graft, load_part
@@ -39,6 +40,30 @@ def add_robots(root: Any, robots: Team, gravity: Sequence[float], stages: list[S
             _add_body(root, robots, i, stage, stage.place(position, steps), gravity)
             if stage.is_abacus:
                 _add_rail(root, f"robot_{i + 1}_rail", stage, steps, radius)
+
+
+def add_start(root: Any, model: mujoco.MjModel, robots: Team, gravity: Sequence[float]) -> None:
+    """A keyframe with what does not start at rest: robots that move, and rotors that lag and already turn.
+
+    Args:
+        root: MJCF tree that receives it.
+        model: Compiled from it.
+        robots: What they are.
+        gravity: World frame, shape (3,) [m/s^2].
+    """
+    speeds, activations = np.zeros(model.nv), np.zeros(model.na)
+    for i, (kind, velocity) in enumerate(zip(robots.kind, robots.velocity, strict=True)):
+        dof = model.jnt_dofadr[model.body(f"robot_{i + 1}").jntadr[0]]
+        speeds[dof : dof + len(velocity)] = velocity
+        if kind.rolls:
+            speeds[dof + 3 : dof + 5] = np.array([-velocity[1], velocity[0]]) / robots.radius[i]
+        if isinstance(kind, Quadrotor) and robots.actuators[i].lag > 0.0:
+            rotors = [
+                model.actuator(f"robot_{i + 1}_rotor_{number}").actadr[0] for number in range(1, ROTORS + 1)
+            ]
+            activations[rotors] = kind.lift(robots.mass[i], gravity)[2] / ROTORS
+    if speeds.any() or activations.any():
+        root.keyframe.add("key", name="start", qpos=model.qpos0, qvel=speeds, act=activations)
 
 
 def _add_body(root: Any, robots: Team, i: int, stage: Stage, place: Array, gravity: Sequence[float]) -> None:
@@ -119,7 +144,7 @@ def _add_rotors(
     hull.rgba = [*hull.rgba[:3], GLASS / 2]
     part = load_part("quadrotor")
     most = kind.craft(robots.mass[i], radius, gravity, 0.0).rotor_limit
-    for number in range(1, 5):
+    for number in range(1, ROTORS + 1):
         rotor = f"rotor_{number}"
         site, disc = body.find("site", f"{name}_{rotor}"), body.find("geom", f"{name}_{rotor}")
         site.pos = disc.pos = np.sign(disc.pos) * arm / np.sqrt(2.0)

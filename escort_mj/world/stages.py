@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 SHADOW = "_shadow_"  # in the names of bodies that carry a robot's further axes
 IN_SPACE = 3  # axes that one body can move along
 DIRECTIONS = {1: "z", 2: "xz", 3: "xyz"}  # of a stage, by the number of its axes
+THIN = 0.012  # of the mission's radius: rails and bars of an abacus
 SPREAD = {1: "x", 2: "y"}  # where robots are set apart
 THIN = 0.012  # of the mission's radius: rails and bars of an abacus
 APART = 3.0  # radii of a robot from one column to the next, at least

@@ -17,6 +17,7 @@ from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_over
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.mass import INT, kinetic_energy, mass_block
 from escort_mj.world.motors import command_motors
+from escort_mj.world.nearest import find_nearest
 from escort_mj.world.stages import IN_SPACE
 from escort_mj.world.truth import observe
 from escort_mj.world.watch import again, watch
@@ -81,16 +82,27 @@ def control(m: int, d: int, axes: int) -> None:
         for k in range(p):
             state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
             state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
+    for b in range(state.mover_position.shape[0]):
+        here = vector_at(pointer_at(d + DATA_QPOS) + DOUBLE * int(wiring.mover_qpos[b]), p)
+        speed = vector_at(pointer_at(d + DATA_QVEL) + DOUBLE * int(wiring.mover_dof[b]), p)
+        for k in range(p):
+            state.mover_position[b, k], state.mover_velocity[b, k] = here[k], speed[k]
     if state.model_bias.shape[0] > 0:
         tell_model(m, d, wiring, state)
+    if plan.shaped:
+        find_nearest(m, d, plan, state, wiring)
     evaluate(plan, state)
+    for b in range(state.mover_force.shape[0]):
+        force = vector_at(pointer_at(d + DATA_APPLIED) + DOUBLE * int(wiring.mover_dof[b]), p)
+        for k in range(p):
+            force[k] = state.mover_force[b, k]
     command_motors(pointer_at(d + DATA_CTRL), qpos, qvel, plan, state, wiring)
     applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
     for i in range(n):
         for k in range(p):
             applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
     mocap = pointer_at(d + DATA_MOCAP)
-    for k in range(p):  # where it will be when MuJoCo next looks
+    for k in range(p if wiring.target_address[0] >= 0.0 else 0):  # where it will be when MuJoCo next looks
         target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
         ahead = state.target_position[k] + plan.timestep * state.target_velocity[k]
         target[0] = wiring.target_offset[k] + ahead
@@ -142,10 +154,11 @@ def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
     """Notes MuJoCo's contacts of the solved step, each with its pair of bodies.
 
     The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
-    its normal velocity (their mean: in a pyramid's rows what is tangential cancels). The target moves without
-    a velocity of MuJoCo's: its own is added.
+    its normal velocity (their mean: in a pyramid's rows what is tangential cancels). A target that is
+    led moves without a velocity of MuJoCo's: its own is added.
     """
     target, p = state.q.shape[0], state.q.shape[1]
+    led = wiring.target_address[0] >= 0.0
     body = wiring.geom_body
     first = pointer_at(d + DATA_CONTACT)
     forces, velocities = pointer_at(d + DATA_EFC_FORCE), pointer_at(d + DATA_EFC_VELOCITY)
@@ -165,7 +178,7 @@ def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
         for row in range(efc, efc + rows):
             force += double_at(forces + DOUBLE * row)
             opening += double_at(velocities + DOUBLE * row) / rows
-        if body1 == target or body2 == target:
+        if led and (body1 == target or body2 == target):
             for k in range(p):
                 moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL + DOUBLE * k)
                 opening += moved if body2 == target else -moved

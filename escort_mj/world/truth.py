@@ -52,7 +52,7 @@ def observe(
         end = int(wiring.tree_end[i])
         state.mass_coupling[i] = _coupling(dof, p, end, mass, row_sizes, row_starts, columns)
         for a in range(p):
-            state.bias_force[i, a] = double_at(bias + DOUBLE * (dof + a))
+            state.bias_force[i, a] = double_at(bias + DOUBLE * (dof + a)) - wiring.lift[i, a]
             external = state.bias_force[i, a] - state.force[i, a]
             for b in range(p):
                 external += state.mass_matrix[i, a * p + b] * double_at(acceleration + DOUBLE * (dof + b))

@@ -7,12 +7,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.plan import WATCHED_STEP, Plan, State
 from escort_mj.kernels import inlined, merged
+from escort_mj.scenario.bodies import GROUPS
 
 Array = NDArray[np.float64]
 
 NOBODY = -1.0
+GROUP, SINGLE = 0, 1  # places in a row of `plan.columns`
+MANY = len(GROUPS)  # what is watched beyond these are single bodies
 
 
 @inlined
@@ -41,6 +45,8 @@ def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float)
     _watch_speeds(state)
     _watch_obstacles(plan, state, target_radius, (int(step) - 1) % plan.stride == 0)
     _watch_robots(plan, state, (int(step) - 1) % plan.stride == 0)
+    if state.target_clearance.shape[0] > MANY:
+        _watch_single_bodies(plan, state, target_radius)
     _watch_effort(plan, state, first)
 
 
@@ -68,27 +74,24 @@ def _watch_speeds(state: State) -> None:
 
 
 @inlined
-def _note(least: Array, nearest: Array, columns: Array, square: float, bodies: float, body: int) -> None:
-    """Notes a distance where it is the least so far: that of a body to one of its group, or to it alone.
+def _note(least: Array, nearest: Array, g: int, square: float, bodies: float, body: int) -> None:
+    """Notes a distance where it is the least so far.
 
     A root is taken only of a distance that may be a new least one: few are.
 
     Args:
         least: Clearances by watched group [m].
         nearest: Bodies that were so near.
-        columns: The body's group among those watched, and its own place among them.
+        g: Which of the groups.
         square: Squared distance, center to center [m^2].
         bodies: Sum of the two radii [m].
         body: Which body.
     """
-    for which in range(2):
-        g = int(columns[which])
-        if g >= 0:
-            reach = least[g] + bodies
-            if square < reach * reach:
-                clearance = math.sqrt(square) - bodies
-                if clearance < least[g]:
-                    least[g], nearest[g] = clearance, body
+    reach = least[g] + bodies
+    if square < reach * reach:
+        clearance = math.sqrt(square) - bodies
+        if clearance < least[g]:
+            least[g], nearest[g] = clearance, body
 
 
 @merged
@@ -96,43 +99,69 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     """Clearances to target and obstacles; in a step that is sampled also distances center to center."""
     q, radius = state.q, plan.robot_radius
     n, p = q.shape
+    robots, target = int(plan.columns[0, GROUP]), int(plan.columns[n, GROUP])
     for i in range(n):
         square = 0.0
         for k in range(p):
             x = q[i, k] - state.target_position[k]
             square += x * x
         bodies = radius[i] + target_radius
-        _note(state.clearance[i], state.clearance_body[i], plan.columns[n], square, bodies, n)
-        _note(state.target_clearance, state.target_clearance_body, plan.columns[i], square, bodies, i)
-    for j in range(plan.obstacle_radius.shape[0]):
-        body = n + 1 + j
-        for i in range(n + 1):
+        _note(state.clearance[i], state.clearance_body[i], target, square, bodies, n)
+        _note(state.target_clearance, state.target_clearance_body, robots, square, bodies, i)
+    for i in range(n + 1):  # the target last
+        seen = obstacles_seen(i, plan, state)
+        for j in range(plan.obstacle_radius.shape[0]):
+            body = n + 1 + j
+            g = int(plan.columns[body, GROUP])
             square = 0.0
             for k in range(p):
-                x = (q[i, k] if i < n else state.target_position[k]) - plan.obstacle_position[j, k]
+                x = (q[i, k] if i < n else state.target_position[k]) - seen[j, k]
                 square += x * x
-            if i == n:
-                bodies = target_radius + plan.obstacle_radius[j]
-                _note(
-                    state.target_clearance,
-                    state.target_clearance_body,
-                    plan.columns[body],
-                    square,
-                    bodies,
-                    body,
-                )
+            bodies = plan.obstacle_radius[j] + (radius[i] if i < n else target_radius)
+            if i < n:
+                _note(state.clearance[i], state.clearance_body[i], g, square, bodies, body)
+                if sampled:
+                    state.obstacle_distance[i, j] = math.sqrt(square)
+            else:
+                _note(state.target_clearance, state.target_clearance_body, g, square, bodies, body)
+
+
+@merged
+def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None:
+    """Clearances to bodies that are watched by themselves."""
+    n, p = state.q.shape
+    for body in range(n + 1 + plan.obstacle_radius.shape[0]):
+        g = int(plan.columns[body, SINGLE])
+        if g < 0:
+            continue
+        for i in range(n + 1):  # the target last
+            if i == body:
                 continue
-            bodies = radius[i] + plan.obstacle_radius[j]
-            _note(state.clearance[i], state.clearance_body[i], plan.columns[body], square, bodies, body)
-            if sampled:
-                state.obstacle_distance[i, j] = math.sqrt(square)
+            square, bodies = 0.0, plan.robot_radius[i] if i < n else target_radius
+            seen = obstacles_seen(i, plan, state)
+            if body > n:
+                bodies += plan.obstacle_radius[body - n - 1]
+            else:
+                bodies += plan.robot_radius[body] if body < n else target_radius
+            for k in range(p):
+                x = state.q[i, k] if i < n else state.target_position[k]
+                if body > n:
+                    x -= seen[body - n - 1, k]
+                else:
+                    x -= state.q[body, k] if body < n else state.target_position[k]
+                square += x * x
+            if i < n:
+                _note(state.clearance[i], state.clearance_body[i], g, square, bodies, body)
+            else:
+                _note(state.target_clearance, state.target_clearance_body, g, square, bodies, body)
 
 
 @merged
 def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     """Clearances between robots; in a step that is sampled also distances center to center."""
-    q, radius = state.q, plan.robot_radius
+    q, radius, least, who = state.q, plan.robot_radius, state.clearance, state.clearance_body
     n, p = q.shape
+    g = int(plan.columns[0, GROUP])
     for i in range(n):
         for j in range(i):
             square = 0.0
@@ -140,8 +169,13 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
                 x = q[i, k] - q[j, k]
                 square += x * x
             bodies = radius[i] + radius[j]
-            _note(state.clearance[i], state.clearance_body[i], plan.columns[j], square, bodies, j)
-            _note(state.clearance[j], state.clearance_body[j], plan.columns[i], square, bodies, i)
+            reach = max(least[i, g], least[j, g]) + bodies
+            if square < reach * reach:
+                clearance = math.sqrt(square) - bodies
+                if clearance < least[i, g]:
+                    least[i, g], who[i, g] = clearance, j
+                if clearance < least[j, g]:
+                    least[j, g], who[j, g] = clearance, i
     if sampled:
         for i in range(n):
             nearest = math.inf

@@ -37,6 +37,10 @@ class Wiring(NamedTuple):
     pilot: Annotated[Array, "n"]  # row in `crafts` of each robot that flies, else -1
     crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `attitude`
     geom_body: Annotated[Array, "geoms"]  # which of the mission's bodies each geom belongs to, -1 for none
+    robot_geom: Annotated[Array, "seers"]  # geom of each robot, and last of the target
+    obstacle_geom: Annotated[Array, "m"]  # geom of each obstacle
+    mover_qpos: Annotated[Array, "movers"]  # first position coordinate of what moves by itself
+    mover_dof: Annotated[Array, "movers"]  # and its first velocity coordinate
 
 
 LAYOUT = Layout(MAGIC, Wiring)
@@ -56,18 +60,21 @@ def wire(
         team: Its robots.
         gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
-        names: Of the bodies that can touch, in their order.
+        names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
     """
     robots = len(team.mass)
     joints = [model.body(f"robot_{i + 1}").jntadr[0] for i in range(robots)]
     dofs = model.jnt_dofadr[joints]
     trees = model.dof_treeid[dofs]
     ends = model.tree_dofadr[trees] + model.tree_dofnum[trees]
+    mocap = [int(model.body(f"target{stage.suffix}").mocapid[0]) for stage in stages]
     places = [
-        3 * model.body(f"target{stage.suffix}").mocapid[0] + place
-        for stage in stages
+        3 * place_of + place if place_of >= 0 else -1  # a target with mass is not told where to be
+        for place_of, stage in zip(mocap, stages, strict=True)
         for place in stage.places
     ]
+    obstacles = names[robots + 1 : -1]
+    slides = [model.body(name).jntadr[0] for name in (*obstacles, "target") if model.body(name).jntnum[0]]
     offsets = [stage.origin[place] for stage in stages for place in stage.places]
     lift, pilot = np.zeros((robots, 3)), np.full(robots, -1)
     crafts: list[Craft] = []
@@ -77,7 +84,15 @@ def wire(
             crafts.append(kind.craft(mass, radius, gravity, team.height))
     motors = [kind.motors(len(places)) for kind in team.kind]
     return LAYOUT.pack(
-        {"n": robots, "p": len(places), "flying": len(crafts), "geoms": model.ngeom},
+        {
+            "n": robots,
+            "seers": robots + 1,
+            "m": len(obstacles),
+            "p": len(places),
+            "movers": len(slides),
+            "flying": len(crafts),
+            "geoms": model.ngeom,
+        },
         {
             "qpos_address": model.jnt_qposadr[joints],
             "dof_address": dofs,
@@ -91,6 +106,10 @@ def wire(
             "pilot": pilot,
             "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),
             "geom_body": geom_bodies(model, names),
+            "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
+            "obstacle_geom": [model.geom(f"{name}_body").id for name in obstacles],
+            "mover_qpos": model.jnt_qposadr[slides],
+            "mover_dof": model.jnt_dofadr[slides],
         },
     )
 

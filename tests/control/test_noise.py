@@ -8,7 +8,7 @@ from scipy import stats
 
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import ApdSmc
-from escort_mj.control.noise import measure_with_noise
+from escort_mj.control.noise import OF_ROBOT, draw_points
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.noise import NOISE_KEY, ball_noise
 from escort_mj.control.sensing import Channel, Sensors
@@ -81,21 +81,18 @@ def test_ball_noise_follows_its_definition(seed: int, axes: int) -> None:
 
 
 @kernel
-def draw(zero: np.ndarray, q: np.ndarray, v: np.ndarray, seed: int) -> None:
-    """Fills q and v with noise from unit balls, four robots a step."""
-    for row in range(q.shape[0]):
-        team = row - row % 4
-        measure_with_noise(
-            row % 4, zero, zero, q[team : team + 4], v[team : team + 4], 1.0, 1.0, seed, row // 4
-        )
+def draw(points: np.ndarray, seed: int) -> None:
+    """Fills rows with points from unit balls, a position's and a velocity's in turn, four robots a step."""
+    for row in range(points.shape[0] // 2):
+        draw_points(points[2 * row : 2 * row + 2], 1.0, 1.0, seed, OF_ROBOT, row % 4, row // 4)
 
 
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize("channel", [0, 1])
 def test_noise_is_uniform_in_the_ball(axes: int, channel: int) -> None:
-    drawn = np.zeros((2, DRAWS, axes))
-    draw(np.zeros((4, axes)), drawn[0], drawn[1], 1)
-    x = drawn[channel]
+    drawn = np.zeros((2 * DRAWS, axes))
+    draw(drawn, 1)
+    x = drawn[channel::2]
     radius = np.linalg.norm(x, axis=1)
     assert radius.max() <= 1.0
     np.testing.assert_allclose(x.mean(axis=0), 0.0, atol=4.0 / np.sqrt(DRAWS * (axes + 2)))

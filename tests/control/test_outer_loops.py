@@ -68,7 +68,9 @@ def row_of(setup: Setup, avoid: AvoidObstacles) -> np.ndarray:
 def filter_all(q, lost, position, radius, robot_radius, row, rate, v, moved):
     if q.shape[1] == 2 or q.shape[1] == 3:
         for i in range(q.shape[0]):
-            moved[i] = filter_velocity(i, q, lost, position, radius, robot_radius, row, rate, v[i])
+            moved[i] = filter_velocity(
+                i, q, lost, position, radius, robot_radius, row, np.inf, np.inf, rate, v[i]
+            )
 
 
 @kernel

@@ -83,9 +83,8 @@ class TestEnergy:
         if what == "disturbance":
             trace["disturbance"][:] = 5.0
         elif what == "touch":
-            trace = watched(
-                episode("robot_1", "rock", 4.5, force=30.0, closing=3.0), speed_max=trace["speed_max"].values
-            )
+            touch = episode("robot_1", "rock", 4.5, force=30.0, closing=3.0)
+            trace = watched(touch, speed_max=trace["speed_max"].values)
         else:
             trace.attrs[what] = 9.81
         assert sanity(trace, "energy").held
@@ -93,7 +92,8 @@ class TestEnergy:
     def test_a_touch_explains_nothing_that_came_before_it(self):
         speed = np.where(TIME > 4.5, 3.0, 0.0)
         touch = episode("robot_1", "rock", 7.0, force=30.0, closing=3.0)
-        trace = watched(touch, speed_max=np.stack([speed, 0.0 * speed], axis=1))
+        speeds = np.stack([speed, 0.0 * speed], axis=1)
+        trace = watched(touch, speed_max=speeds)
         assert (sanity(trace, "energy").held, sanity(trace, "energy").time) == (False, 5.0)
 
 
@@ -104,22 +104,36 @@ class TestTunneling:
         speeds[3] = [speed, speed]  # 2 x 100 m/s x 2 ms = 0.4 m, a robot's diameter
         found = sanity(watched(speed_max=speeds), "tunneling")
         assert found.held != possible
-        assert (found.value, found.time) == (pytest.approx(0.004 * speed), 3.0)
-        assert found.margin == pytest.approx(0.4 - 0.004 * speed)
-        assert "bodies come nearer by up to" in found.found
+        assert (found.value, found.time) == (pytest.approx(0.01 * speed), 3.0)
+        assert found.margin == pytest.approx(1.0 - 0.01 * speed)
 
     def test_the_target_can_be_the_fastest(self):
         trace = watched(target_velocity=[180.0, 0.0])
-        assert sanity(trace, "tunneling").held and sanity(trace, "tunneling").bodies[0] == "target"
+        assert sanity(trace, "tunneling").held
+        assert sanity(trace, "tunneling").bodies == ("target", "robot_1")
         assert not sanity(watched(target_velocity=[210.0, 0.0]), "tunneling").held
 
+    def test_a_fast_rock(self):
+        trace = watched(rows=101)
+        trace["obstacle_position"][50:, 0, 0] = 9.0 + 0.1 * 190.0
+        assert sanity(trace, "tunneling").held
+        trace["obstacle_position"][50:, 0, 0] = 9.0 + 0.1 * 210.0
+        found = sanity(trace, "tunneling")
+        assert (found.held, found.bodies, found.time) == (False, ("rock", "robot_1"), pytest.approx(5.0))
+
     def test_a_thin_rock(self):
-        assert sanity(watched(obstacle_radius=0.01, target_velocity=[9.0, 0.0]), "tunneling").held
-        found = sanity(watched(obstacle_radius=0.01, target_velocity=[11.0, 0.0]), "tunneling")
+        trace = watched(target_velocity=[9.0, 0.0])
+        trace["body_thickness"][3] = 0.02
+        assert sanity(trace, "tunneling").held
+        trace["target_velocity"][:] = [11.0, 0.0]
+        found = sanity(trace, "tunneling")
         assert not found.held and found.bodies == ("target", "rock")
 
 
 def test_the_worst_of_several_checks_speaks():
     found = sanity(watched(target_velocity=[210.0, 0.0]))
-    assert (found.held, found.unit) == (False, "m")
-    assert found.found.startswith("bodies come nearer by up to 420 mm a step at 0.00 s, target the fastest")
+    assert (found.held, found.value) == (False, pytest.approx(1.05))
+    words = (
+        "bodies come nearer by up to 1.05 of the thinnest's thickness a step (target and robot 1 at 0.00 s)"
+    )
+    assert found.found == words

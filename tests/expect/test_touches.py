@@ -147,7 +147,7 @@ class TestClearance:
             (("robots", "robots"), 0.2, 7.0, ("robot_1", "robot_2")),
             (("robot_2", "robots"), 0.2, 7.0, ("robot_2", "robot_1")),
             (("target", "robots"), 0.5, 2.0, ("robot_1", "target")),
-            (("target", "obstacles"), 0.7, 9.0, ("target", "obstacles")),
+            (("target", "obstacles"), 0.7, 9.0, ("target", "rock")),
             (("rock", "target"), 0.7, 9.0, ("target", "rock")),
         ],
     )
@@ -175,6 +175,13 @@ class TestClearance:
         assert not contacts(("robots", "walls"), trace, after=5.0).near_miss
         assert contacts("none", trace).near_miss
         assert not contacts(("robots", "obstacles"), trace).near_miss
+
+
+def test_a_log_that_was_too_small_proves_nothing():
+    trace = watched(contacts_untold=[0, 0, 0, 0, 0, 0, 7, 7, 7, 7, 7])
+    found = contacts("none", trace)
+    assert not found.held and found.found == "the contact log had no room for 7 contacts"
+    assert contacts("none", trace, after=6.0).held
 
 
 class TestKnownToFail:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from escort_mj.expect.verdicts import judge, verdict_lines
 from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import write_json
+from escort_mj.record.measures import Measure
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.expectations import MetricExpectation as Expectation
 from escort_mj.signals import METRIC_NAMES
@@ -76,6 +77,12 @@ class TestBounds:
     def test_a_bound_of_zero_has_no_near_miss(self):
         found = verdict(escort([0.0, 0.0]), expect("contacts", at_most=0))
         assert (found.value, found.margin, found.passed, found.near_miss) == (0.0, 0.0, True, False)
+
+    def test_a_ratio_that_is_never_below_one_is_near_by_what_is_above_one(self, monkeypatch):
+        monkeypatch.setattr("escort_mj.expect.judging.measure", lambda *args: Measure(1.0004))
+        trace = escort([0.0, 0.0])
+        assert not verdict(trace, expect("energy_ratio", at_most=1.001)).near_miss
+        assert verdict(trace, expect("energy_ratio", at_most=1.00041)).near_miss
 
     @settings(max_examples=60, deadline=None)
     @given(value=st.floats(0.0, 4.0), bound=st.floats(-4.0, 4.0))

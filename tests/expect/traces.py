@@ -50,8 +50,10 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
         near[row, robot, GROUPS.index(group)] = distance
         body[row, robot, GROUPS.index(group)] = NAMES.index(name)
     about_target = np.full((rows, len(GROUPS)), 3.0)
-    for row, group, distance, _ in target_clearance:
+    body_at_target = np.full(about_target.shape, NAMES.index("rock"))
+    for row, group, distance, name in target_clearance:
         about_target[row, GROUPS.index(group)] = distance
+        body_at_target[row, GROUPS.index(group)] = NAMES.index(name)
     q = np.zeros((rows, 2, 2))
     q[:, :, 0] = [RADIUS, -RADIUS]
     still = np.zeros((rows, 2, 2))
@@ -68,9 +70,12 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
         "clearance": (("time", "robot", "group"), near),
         "clearance_body": (("time", "robot", "group"), body),
         "target_clearance": (("time", "group"), about_target),
+        "target_clearance_body": (("time", "group"), body_at_target),
+        "obstacle_position": (("time", "obstacle", "axis"), np.full((rows, 2, 2), 9.0)),
+        "contacts_untold": ("time", np.zeros(rows, int)),
+        "body_thickness": ("body", np.array([0.4, 0.4, 0.6, 1.0, 0.8, np.inf])),
         "robot_radius": ("robot", np.array([0.2, 0.2])),
         "robot_mass": ("robot", np.array([1.0, 2.0])),
-        "obstacle_radius": ("obstacle", np.array([0.5])),
         "neighbors": (("edge", "end"), np.zeros((0, 2), int)),
         "spacing": ("edge", np.zeros(0)),
     }
@@ -85,10 +90,10 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
             "robot": [1, 2],
             "group": list(GROUPS),
             "body": NAMES,
+            "obstacle": ["rock", "wall_1"],
             "body_group": ("body", list(BODIES.values())),
-            "obstacle": ["rock"],
         },
-        attrs={"mission_radius": RADIUS, "timestep": 0.002, "target_radius": 0.3},
+        attrs={"mission_radius": RADIUS, "timestep": 0.002, "gravity": 0.0, "wind": 0.0, "robots_mass": 3.0},
     )
     for name, value in given.items():
         if name in trace:

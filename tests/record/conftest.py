@@ -58,7 +58,6 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "robot_mass": [1.0] * n,
         "robot_radius": [0.2] * n,
         "obstacle_radius": [0.5] * m,
-        "obstacle_position": [[float(j)] * sizes["axis"] for j in range(m)],
         "force_limit": [10.0] * n,
         "neighbors": [[i, i + 1] for i in range(1, n)],
         "spacing": 1.0,

@@ -33,6 +33,23 @@ def test_blocks_need_not_be_contiguous_or_double(tmp_path):
     np.testing.assert_array_equal(read_journal(tmp_path / "journal")[0], [[0, 2], [8, 10], [7, 8]])
 
 
+def test_a_touch_that_has_not_ended_is_not_lost(tmp_path):
+    """Its row is written anew each time; once it has ended it counts once, even if nothing came after."""
+    journal = Journal(tmp_path / "journal", {"record_size": 1})
+    touch = np.arange(float(len(COLUMNS)))
+    longer, other = touch.copy(), touch + 1.0
+    longer[4:] *= 2.0
+    journal.append(np.zeros((1, 1)), under_way=np.array([touch]))
+    np.testing.assert_array_equal(read_journal(tmp_path / "journal")[1], [touch])
+    journal.append(np.zeros((1, 1)), under_way=np.array([longer, other]))
+    np.testing.assert_array_equal(read_journal(tmp_path / "journal")[1], [longer, other])
+    journal.append(np.zeros((1, 1)), np.array([longer]), np.array([longer, other]))
+    np.testing.assert_array_equal(read_journal(tmp_path / "journal")[1], [longer, other])
+    journal.append(np.zeros((1, 1)), np.array([other]))
+    np.testing.assert_array_equal(read_journal(tmp_path / "journal")[1], [longer, other])
+    journal.close()
+
+
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(width=st.integers(1, 5), rows=st.integers(0, 6), lost=st.integers(0, 60))
 def test_a_torn_end_costs_the_last_row_only(tmp_path, width, rows, lost):

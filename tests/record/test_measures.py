@@ -239,7 +239,13 @@ class TestPhysics:
         speed[40] = 60.0, 100.0
         target[40, 0] = 80.0
         found = measure("tunneling", make_trace(TIME, robots=2, speed_max=speed, target_velocity=target))
-        assert found[:3] == (pytest.approx(0.9), TIME[40], ("robot_2",))
+        assert found[:3] == (pytest.approx(0.9), TIME[40], ("robot_2", "robot_1"))
+
+    def test_a_moving_obstacle_can_be_the_fastest(self, make_trace):
+        place = np.zeros((501, 1, 2))
+        place[41:, 0, 0] = 2.0  # within a sample of 20 ms
+        found = measure("tunneling", make_trace(TIME, robots=1, obstacles=1, obstacle_position=place))
+        assert found[:3] == (pytest.approx(100.0 * 0.002 / 0.4), TIME[41], ("rock 1", "robot_1"))
 
     def test_the_largest_kinetic_energy(self, make_trace):
         found = measure("kinetic_energy_max", make_trace(TIME, kinetic_energy=steps(TIME, 3.0)))

@@ -107,7 +107,6 @@ def make_run(tmp_path_factory):
             "robot_mass": [1.0] * count,
             "robot_radius": [ROBOT] * count,
             "obstacle_radius": [0.5] * obstacles,
-            "obstacle_position": places.tolist(),
             "force_limit": [10.0] * count,
             "neighbors": [[i + 1, (i + 1) % count + 1] for i in range(count)] if count > 2 else [],
             "spacing": [2 * RADIUS * math.sin(math.pi / count)] * count if count > 2 else [],
@@ -130,6 +129,7 @@ def make_run(tmp_path_factory):
         clearance[..., 2] = distance.min(axis=2, initial=np.inf) - ROBOT - 0.5
         known = {
             "time": time,
+            "obstacle_position": np.tile(places, (samples, 1, 1)),
             "q": q,
             "target_position": target,
             "qpos": q.reshape(samples, count * axes),

@@ -39,7 +39,7 @@ def test_everyone_is_in_the_picture_at_every_time(make_run, axes, camera):
     shot = plan_shot(replay, camera, FIELD, 16 / 9, 4.0)
     for time in np.linspace(0, replay.end, 9):
         moment = replay.at(time)
-        everything = np.vstack([moment.robots, moment.target, replay.obstacles])
+        everything = np.vstack([moment.robots, moment.target, moment.obstacles])
         column, row = shot.view(time).project(everything, SIZE, FIELD).T
         assert column.min() > 0 and column.max() < SIZE[0] and row.min() > 0 and row.max() < SIZE[1]
 

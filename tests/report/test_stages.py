@@ -57,7 +57,9 @@ def test_stages_show_the_shadows_where_mujoco_has_them(folder):
         for number, stage in enumerate(stages, 1):
             places = [data.body(f"robot_{i}_shadow_{number}").xpos for i in (1, 2, 3, 4)]
             np.testing.assert_allclose(stage.robots[sample], places, atol=1e-12)
-            assert data.body(f"obstacle_1_shadow_{number}").xpos.tolist() == stage.obstacles[0].tolist()
+            assert (
+                data.body(f"obstacle_1_shadow_{number}").xpos.tolist() == stage.obstacles[sample, 0].tolist()
+            )
             moved = np.zeros(3)
             directions = {1: [2], 2: [0, 2], 3: [0, 1, 2]}[len(stage.axes)]
             moved[directions] = [replay.time[sample] * (3 * number + k) for k in range(len(stage.axes))]

@@ -119,6 +119,18 @@ WRONG = [
         "1:52: robots.overrides[0].actuators.gains: ",
         "found 1 gains; expected 2, one for each motor of a point_mass",
     ),
+    (
+        "velocities of two robots",
+        "robots: {count: 3, velocities: [[0, 1], [1, 0]]}",
+        "1:32: robots.velocities: ",
+        "found 2 velocities; expected 3",
+    ),
+    (
+        "a velocity in space",
+        "robots: {count: 1, velocities: [[0, 1, 2]]}",
+        "1:33: robots.velocities[0]: ",
+        "found 3 numbers; expected 2",
+    ),
     ("no gain", "robots: {actuators: {gain_error: 1}}", "1:34: robots.actuators.gain_error: ", "less than 1"),
     ("lag", "robots: {actuators: {lag: -0.1}}", "1:27: robots.actuators.lag: ", "at least 0"),
     ("dead zone", "robots: {actuators: {dead_zone: x}}", "1:33: robots.actuators.dead_zone: ", "a number"),

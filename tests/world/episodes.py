@@ -31,8 +31,9 @@ class Log:
         """Of a body's center in the step that was solved [m/s]; a turning sphere adds nothing."""
         state, model, velocity = self.plant.state, self.plant.world.model, np.zeros(3)
         n, p = state.q.shape
-        if body < n:
-            joint = model.body(self.names[body]).jntadr[0]
+        thing = model.body(self.names[body]) if self.names[body] != "floor" else None
+        if thing is not None and thing.jntnum[0]:
+            joint = thing.jntadr[0]
             free = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
             first, count = model.jnt_dofadr[joint], 3 if free else p
             velocity[:count] = self.before[first : first + count]

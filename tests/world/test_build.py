@@ -77,7 +77,7 @@ def test_numbers_of_the_scenario(keys: dict) -> None:
         assert m.geom(f"robot_{i + 1}_body").size[0] == scenario.robots.radius
     assert m.geom("target_body").size[0] == scenario.target.radius
     for name, obstacle in zip(obstacle_names(scenario), scenario.obstacles, strict=True):
-        assert m.geom(f"{name}_body").size[0] == obstacle.radius
+        assert m.geom(f"{name}_body").size[0] == (obstacle.radius or 0.5)
         assert m.body(name).pos[:p].tolist() == list(obstacle.position)
     limit = scenario.robots.force_limit
     assert np.array_equal(m.actuator_forcerange, np.tile([-limit, limit], (n * p, 1)))

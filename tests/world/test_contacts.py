@@ -43,6 +43,25 @@ ROLLING = {
     "obstacles": [{"position": [1.5, 0.0], "radius": 0.3}],
     "mission": {"radius": 0.5, "behaviors": ["surface"]},
 }
+INTO_WALL = {
+    "robots": {"positions": [[4.0, 0.2], [0.0, 9.0]], "radius": 0.3},
+    "walls": [{"points": [[2.0, -1.0], [2.0, 1.0]]}],
+    "target": {"position": [0.0, 0.0]},
+    "mission": {"radius": 1.0, "behaviors": ["surface"]},
+}
+PUSHED = {  # a box that comes along, and a target with mass of its own
+    "axes": 3,
+    "robots": {"positions": [[3.0, 0.0, 0.0], [-3.0, 0.0, 0.0]]},
+    "obstacles": [
+        {
+            "shape": "box",
+            "size": [0.3, 0.3, 0.3],
+            "motion": {"position": ["5-2*t", 0.05, 0.0]},
+        }
+    ],
+    "target": {"position": [0.0, 0.0, 0.0], "body": {"mass": 5.0}},
+    "mission": {"radius": 0.45, "behaviors": ["surface"]},
+}
 
 
 @pytest.mark.parametrize(
@@ -53,8 +72,10 @@ ROLLING = {
         (INTO_TARGET, 1500, 2),
         (CROWD, 1500, 20),
         (ROLLING, 2500, 3),
+        (INTO_WALL, 1500, 1),
+        (PUSHED, 1500, 2),
     ],
-    ids=["head_on", "into_obstacle", "into_target", "crowd", "rolling"],
+    ids=["head_on", "into_obstacle", "into_target", "crowd", "rolling", "into_wall", "pushed"],
 )
 @pytest.mark.parametrize("cone", ["pyramidal", "elliptic"])
 def test_episodes_are_those_of_mujoco(keys, steps, least, cone, make_world, drifting) -> None:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from mujoco import batch
 
-from escort_mj.world import callback
 from escort_mj.world.build import World
 from escort_mj.world.callback import native_loop
+from escort_mj.world.library import library
 from escort_mj.world.plant import Plant
 
 MISSION = {
@@ -124,12 +124,12 @@ def test_a_model_compiles_while_the_callbacks_are_installed(world) -> None:
 
 
 def installed() -> tuple:
-    library = callback._library()
+    loaded = library()
     return (
         mujoco.get_mjcb_control(),
         mujoco.get_mjcb_sensor(),
-        ctypes.c_void_p.in_dll(library, "mjcb_time").value,
-        ctypes.c_void_p.in_dll(library, "mju_user_warning").value,
+        ctypes.c_void_p.in_dll(loaded, "mjcb_time").value,
+        ctypes.c_void_p.in_dll(loaded, "mju_user_warning").value,
     )
 
 

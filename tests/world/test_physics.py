@@ -246,3 +246,28 @@ def test_the_sampled_run_is_the_same_run(busy, make_world, record_steps) -> None
             np.testing.assert_array_equal(sampled[name][1:].reshape(249, -1), blocks, err_msg=name)
         elif not name.endswith("_body"):
             np.testing.assert_array_equal(sampled[name], record[name][:2491:10], err_msg=name)
+
+
+def test_single_bodies_that_are_expected_have_clearances_of_their_own(make_world, record_steps) -> None:
+    """One robot, one obstacle, the target: in columns behind those of the groups."""
+    expect = [
+        {"clearance": ["robot_1", "robot_2"], "at_least": 0.1},
+        {"clearance": ["robots", "rock"], "at_least": 0.1},
+    ]
+    keys = BUSY | {"obstacles": [*BUSY["obstacles"], {"position": [0.0, 6.0], "name": "rock"}]}
+    world = make_world(**keys, recording={"rate": 500}, expect=expect)
+    watched = world.bodies.watched
+    assert set(watched[4:]) == {"robot_2", "rock"}
+    record = record_steps(world, 300)
+    q, radius = record["q"], world.team.radius
+    to_second = np.linalg.norm(q - q[:, 1:2], axis=2) - radius - radius[1]
+    to_second[:, 1] = np.inf
+    to_rock = np.linalg.norm(q - [0.0, 6.0], axis=2) - radius - 0.5
+    for name, gaps, body in (("robot_2", to_second, 1), ("rock", to_rock, 6)):
+        column = watched.index(name)
+        np.testing.assert_allclose(record["clearance"][..., column], gaps, rtol=0, atol=1e-13)
+        near = np.where(np.isfinite(gaps), body, -1)
+        np.testing.assert_array_equal(record["clearance_body"][..., column], near)
+    target = record["target_clearance"][:, watched.index("rock")]
+    away = np.linalg.norm(record["target_position"] - [0.0, 6.0], axis=1) - 0.8
+    np.testing.assert_allclose(target, away, rtol=0, atol=1e-13)

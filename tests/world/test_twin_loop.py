@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.reference.attitude import thrusts_for
+from escort_mj.scenario.kinds import Quadrotor
 from escort_mj.world.build import World
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
@@ -49,6 +51,51 @@ FOUR = {
     "sensing": SENSING,
     "uncertainty": {"disturbance": ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", 0.2, "0.5*cos(0.5*t)"]},
 }
+SENSORS = {"noise": 0.02, "bias": 0.05, "delay": 0.02, "dropout": 0.05, "resolution": 0.001}
+SEEING = PLANAR | {
+    "mission": {"radius": 3.0, "max_speed": 2.0, "behaviors": ["avoid_obstacles", "repulsion", "surface"]},
+    "sensing": {
+        "position": SENSORS,
+        "velocity": SENSORS | {"bias": [0.01, -0.02], "delay": 0.004},
+        "target_position": SENSORS | {"delay": 0.1},
+        "target_velocity": SENSORS | {"bias": 0.0},
+        "radius": {"robots": 4.0, "obstacles": 3.0},
+    },
+}
+
+SOFT = {"law": "apd_smc", "proportional_gain": 12, "derivative_gain": 12, "adaptation_rate": 6, "slope": 10}
+ACTUATORS = {"lag": 0.02, "dead_zone": 0.05, "gain_error": 0.1}
+MIXED = {
+    "axes": 3,
+    "seed": 15,
+    "robots": {
+        "positions": [[6, 1, 0], [-5, 6, 1], [-6, -5, 0], [0, 0, 7]],
+        "force_limit": 25,
+        "actuators": ACTUATORS,
+        "overrides": [
+            {"robot": 1, "kind": "quadrotor", "force_limit": 5},
+            {"robot": 2, "kind": {"kind": "slung", "payload": 0.4}},
+            {"robot": 3, "kind": {"kind": "quadrotor", "nominal_mass": 1.1}, "mass": 1.3, "force_limit": 6},
+        ],
+    },
+    "obstacles": [{"position": [4.0, 0.7, 0.2]}],
+    "mission": {"radius": 3.0, "max_speed": 2.0},
+    "controller": SOFT,
+    "uncertainty": {"disturbance": [0.2, "0.3*sin(t)", 0.1]},
+}
+FLYING = {
+    "seed": 16,
+    "robots": {
+        "kind": "quadrotor",
+        "force_limit": 5,
+        "positions": [[6, 1], [-2, 6], [-3, -5]],
+        "actuators": {"dead_zone": 0.02},
+    },
+    "obstacles": [{"position": [4.5, 0.6]}],
+    "mission": {"radius": 3.0, "max_speed": 1.0},
+    "controller": SOFT,
+}
+GRAVITY = (0.0, 0.0, -9.81)
 
 
 class Driver:
@@ -63,12 +110,33 @@ class Driver:
         self.target, self.timestep = world.setup.target, world.setup.timestep
         self.twin = ReferenceController(world.setup, world.stride)
         self.twin.reset(world.team.position)
+        self.team = world.team
         self.avoided = np.zeros(count, dtype=bool)
+
+    def controls(self, robot: int, data: mujoco.MjData) -> np.ndarray:
+        """What the law's force means for the motors of one robot."""
+        tau, kind = self.signals.tau[robot], self.team.kind[robot]
+        zone = self.team.actuators[robot].dead_zone
+        if not isinstance(kind, Quadrotor):
+            return np.sign(tau) * np.maximum(np.abs(tau) - zone, 0.0)
+        mass, radius = self.team.mass[robot], self.team.radius[robot]
+        force = np.array(kind.lift(mass, GRAVITY))
+        limit = self.team.force_limit[robot]
+        force[: self.axes] += np.clip(tau, -limit, limit)
+        (place, *_), (dof, *_) = self.qpos[robot], self.dof[robot]
+        craft = kind.craft(mass, radius, GRAVITY, self.team.height)
+        if self.axes == 2:
+            omega, nominal = kind.height_frequency, kind.nominal_mass or mass
+            lag = self.team.height - data.qpos[place + 2]
+            force[2] += nominal * (omega**2 * lag - 2.0 * omega * data.qvel[dof + 2])
+        orientation, rate = data.qpos[place + 3 : place + 7], data.qvel[dof + 3 : dof + 6]
+        thrusts = thrusts_for(force, orientation, rate, craft)
+        return np.sign(thrusts) * np.maximum(np.abs(thrusts) - zone, 0.0)
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> ReferenceSignals:
         self.signals = self.twin.evaluate(data.time, data.qpos[self.qpos], data.qvel[self.dof])
         self.avoided |= self.signals.avoidance_active
-        data.ctrl[:] = self.signals.tau.ravel()
+        data.ctrl[:] = np.concatenate([self.controls(i, data) for i in range(len(self.qpos))])
         data.qfrc_applied[self.dof] = self.signals.disturbance
         ahead = self.target.position(data.time + self.timestep)[:3]
         data.mocap_pos[0, : len(ahead)] = ahead
@@ -98,8 +166,20 @@ def by_callback(world: World, data: mujoco.MjData, driver: Driver) -> None:
         (SPATIAL, by_callback),
         (ROLLING, by_halves),
         (FOUR, by_halves),
+        (MIXED, by_halves),
+        (FLYING, by_halves),
+        (SEEING, by_halves),
     ],
-    ids=["planar_halves", "planar_callback", "spatial_callback", "rolling_halves", "four_halves"],
+    ids=[
+        "planar_halves",
+        "planar_callback",
+        "spatial_callback",
+        "rolling_halves",
+        "four_halves",
+        "mixed_halves",
+        "flying_halves",
+        "sensors_halves",
+    ],
 )
 def test_five_thousand_steps_agree(keys: dict, drive, make_world) -> None:
     world = make_world(**keys)
@@ -107,6 +187,8 @@ def test_five_thousand_steps_agree(keys: dict, drive, make_world) -> None:
         plant = Plant(world)
         plant.step(STEPS)
     data, driver = mujoco.MjData(world.model), Driver(world)
+    if world.model.nkey:
+        mujoco.mj_resetDataKeyframe(world.model, data, 0)
     drive(world, data, driver)
     assert data.time == plant.data.time == pytest.approx(10.0)
     assert driver.avoided.any() and not driver.avoided.all()

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
+from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.parameters import Parameters
 from escort_mj.kernels import inlined, stack_memory, vector_at
 
@@ -31,6 +32,8 @@ def repel(
     q: Array,
     center: Array,
     lost: Array,
+    robot_radius: Array,
+    sensing_radius: float,
     radius: float,
     gain: float,
     direction: Array,
@@ -43,6 +46,8 @@ def repel(
         q: Measured positions, shape (n, p) [m].
         center: Position of the target, shape (p,) [m].
         lost: 1 for robots that do not count, shape (n,).
+        robot_radius: Shape (n,) [m].
+        sensing_radius: How far the robot sees the others, surface to surface [m]; beyond they do not count.
         radius: Distance to keep from the target [m].
         gain: Gain [1/s].
         direction: Result, shape (p,): x = q_i - c, which the task leaves to lower priorities.
@@ -65,6 +70,12 @@ def repel(
     for j in range(n):
         if lost[j] != 0.0:
             continue
+        if sensing_radius < UNLIMITED and j != robot:
+            apart = 0.0
+            for k in range(p):
+                apart += (q[robot, k] - q[j, k]) ** 2
+            if math.sqrt(apart) - robot_radius[robot] - robot_radius[j] > sensing_radius:
+                continue
         team += 1.0
         away = 0.0
         for k in range(p):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.control.outer_loops.nearby import bearing, reach_of
+from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of
 from escort_mj.control.parameters import Parameters
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 
@@ -43,6 +43,8 @@ def filter_velocity(
     obstacle_radius: Array,
     robot_radius: Array,
     row: Array,
+    sensing_robots: float,
+    sensing_obstacles: float,
     rate: float,
     v: Array,
 ) -> bool:
@@ -61,6 +63,8 @@ def filter_velocity(
         obstacle_radius: Shape (m,) [m].
         robot_radius: Shape (n,) [m].
         row: The row of avoid_obstacles in the ladder.
+        sensing_robots: How far robots see each other, surface to surface [m].
+        sensing_obstacles: How far robots see obstacles, likewise [m].
         rate: See `BarrierFilter` [1/s].
         v: The nominal velocity, shape (p,) [m/s]; changed in place.
 
@@ -82,7 +86,8 @@ def filter_velocity(
     moved = False
     for _ in range(MOST_STEPS):
         cost, violated = _cost(
-            robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row, rate,
+            robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row,
+            sensing_robots, sensing_obstacles, rate,
             nominal, v, direction, gradient, hessian, True,
         )  # fmt: skip
         if not moved and violated == 0:
@@ -101,7 +106,8 @@ def filter_velocity(
             for k in range(p):
                 trial[k] = v[k] - share * step[k]
             better, violated = _cost(
-                robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row, rate,
+                robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row,
+            sensing_robots, sensing_obstacles, rate,
                 nominal, trial, direction, gradient, hessian, False,
             )  # fmt: skip
             if better <= cost + 1e-4 * share * slope + 1e-14 * cost:
@@ -121,6 +127,8 @@ def _cost(
     obstacle_radius: Array,
     robot_radius: Array,
     row: Array,
+    sensing_robots: float,
+    sensing_obstacles: float,
     rate: float,
     nominal: Array,
     v: Array,
@@ -144,7 +152,12 @@ def _cost(
         if reach == 0.0:
             continue
         shared = other >= obstacles and lost[other - obstacles] == 0.0
-        missing = rate * (reach - bearing(robot, other, q, obstacle_position, direction))
+        apart = bearing(robot, other, q, obstacle_position, direction)
+        if not in_sight(
+            robot, other, apart, obstacle_radius, robot_radius, sensing_robots, sensing_obstacles
+        ):
+            continue
+        missing = rate * (reach - apart)
         missing *= 0.5 if shared else 1.0
         for k in range(p):
             missing -= direction[k] * v[k]

@@ -45,6 +45,27 @@ def reach_of(
 
 
 @inlined
+def in_sight(
+    robot: int, other: int, apart: float, obstacle_radius: Array, robot_radius: Array,
+    sensing_robots: float, sensing_obstacles: float,
+) -> bool:  # fmt: skip
+    """Whether a robot sees another body.
+
+    Args:
+        robot: Which robot, from 0.
+        other: Which body: obstacles first, then robots.
+        apart: Distance of their centers [m].
+        obstacle_radius: Shape (m,) [m].
+        robot_radius: Shape (n,) [m].
+        sensing_robots: How far robots see each other, surface to surface [m].
+        sensing_obstacles: How far robots see obstacles, likewise [m].
+    """
+    mate = other - obstacle_radius.shape[0]
+    radius = obstacle_radius[other] if mate < 0 else robot_radius[mate]
+    return apart - robot_radius[robot] - radius <= (sensing_obstacles if mate < 0 else sensing_robots)
+
+
+@inlined
 def bearing(robot: int, other: int, q: Array, obstacle_position: Array, direction: Array) -> float:
     """Distance of a robot from another body's center [m], and the unit vector that leads away from it.
 

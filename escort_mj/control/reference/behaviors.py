@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
 from escort_mj.control.reference.failure import Team
+from escort_mj.control.reference.measure import in_range
 from escort_mj.control.reference.tasks import (
     block_diagonal,
     directions,
@@ -68,9 +69,11 @@ def spread(
         with np.errstate(divide="ignore"):
             weight = np.where(apart > 1e-12, apart**-3.0, 0.0)
         weight[:, (np.linalg.norm(x, axis=1) == 0.0) | team.lost] = 0.0
-        push = (tangential @ np.einsum("ij,ijk->ik", weight, offset).ravel()).reshape(q.shape) / max(
-            team.left, 1
-        )
+        gaps = np.linalg.norm(q[:, None] - q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
+        np.fill_diagonal(gaps, 0.0)
+        known = np.isfinite(in_range(gaps, setup.sensing.robots)) & ~team.lost
+        push = (tangential @ np.einsum("ij,ijk->ik", weight * known, offset).ravel()).reshape(q.shape)
+        push /= np.maximum(known.sum(axis=1, keepdims=True), 1)
         push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
         speed = np.linalg.norm(push, axis=1, keepdims=True)
         wish = behavior.gain * setup.radius * push / np.maximum(speed, 1.0)
@@ -100,7 +103,8 @@ def intrusion(
     Returns:
         sigma~, not positive where nobody intrudes, shape (n,) [m], and positions, shape (n, p) [m].
     """
-    centers = np.concatenate([setup.obstacle_position, q])
+    teammates = np.broadcast_to(q, (len(q), *q.shape))
+    centers = np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)  # by each robot
     gaps = np.linalg.norm(q[:, None] - centers, axis=2)
     if avoid.measure == "surface":
         radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
@@ -112,7 +116,7 @@ def intrusion(
     depth = reach - gaps
     depth[robots, obstacles + robots] = -np.inf  # nobody avoids itself
     worst = np.argmax(depth, axis=1)
-    return depth[robots, worst], centers[worst]
+    return depth[robots, worst], centers[robots, worst]
 
 
 def escape_gain(avoid: AvoidObstacles, depth: Array, speed: Array, error: Array, slope: float) -> Array:

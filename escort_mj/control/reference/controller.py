@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +13,7 @@ from escort_mj.control.reference.behaviors import turned
 from escort_mj.control.reference.conflicts import Tasks, weigh
 from escort_mj.control.reference.failure import Team, motors
 from escort_mj.control.reference.laws import demand
-from escort_mj.control.reference.noise import ball_noise
+from escort_mj.control.reference.measure import Instruments
 from escort_mj.control.reference.outer_loops import reference_velocity
 from escort_mj.control.reference.supervisor import Holder, Supervisor
 from escort_mj.control.setup import Setup
@@ -36,6 +37,8 @@ class ReferenceSignals(NamedTuple):
     disturbance: Array  # (n, p)
     target_position: Array  # (p,)
     target_velocity: Array  # (p,)
+    target_position_measured: Array  # (p,)
+    target_velocity_measured: Array  # (p,)
     avoidance_active: Mask  # (n,)
     lost: Mask  # (n,)
     command: Array  # (n, p)
@@ -64,6 +67,7 @@ class ReferenceController:
         self.q_d = np.array(q0, dtype=np.float64)
         self.rho_hat = np.full_like(self.q_d, self.setup.law.gains().rho_hat_0)
         self._time: float | None = None
+        self._instruments = Instruments(self.setup)
         self._team = Team.whole(self.setup)
         self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
@@ -77,7 +81,14 @@ class ReferenceController:
         self._v_d_before, self._a_d = self._v_d, np.zeros_like(self.q_d)
 
     def evaluate(
-        self, t: float, q: Array, v: Array, mass: Array | None = None, bias: Array | None = None
+        self,
+        t: float,
+        q: Array,
+        v: Array,
+        mass: Array | None = None,
+        bias: Array | None = None,
+        obstacle_points: Array | None = None,
+        target_state: tuple[Array, Array] | None = None,
     ) -> ReferenceSignals:
         """Advances the state if time has advanced, then evaluates the law.
 
@@ -87,7 +98,14 @@ class ReferenceController:
             v: True velocities, shape (n, p) [m/s].
             mass: Mass matrix of each robot, for laws that are told it, shape (n, p, p) [kg]; None for 1 kg.
             bias: Bias force, likewise, shape (n, p) [N]; None for none.
+            obstacle_points: What each robot, and last the target, sees of each obstacle, shape
+                (n + 1, m, p) [m]; None for centers that rest.
+            target_state: Position [m] and velocity [m/s] of a target that can be bumped, shape (p,) each;
+                None for one that moves as told.
         """
+        if obstacle_points is not None:
+            self.setup = replace(self.setup, obstacle_points=obstacle_points)
+            self._supervisor.setup = self._holder.setup = self.setup
         setup, law = self.setup, self.setup.law
         first, before = self._time is None, self._v_d
         moved = self._time is None or t > self._time
@@ -97,9 +115,8 @@ class ReferenceController:
             self._applied_before = self._applied
         self._time = t
 
-        noise_q, noise_v = self._noise(t)
-        q_m, v_m = q + noise_q, v + noise_v
-        target, target_velocity = setup.target.position(t), setup.target.velocity(t)
+        true_target = target_state or (setup.target.position(t), setup.target.velocity(t))
+        q_m, v_m, target, target_velocity = self._instruments.read(t, moved, q, v, *true_target)
         push = np.zeros(q.shape)
         if setup.disturbance is not None:
             push += setup.disturbance.position(t)
@@ -133,8 +150,8 @@ class ReferenceController:
         command = motors(t, tau, self._applied_before, setup)
         self._applied = np.clip(command, -setup.force_limit[:, None], setup.force_limit[:, None])
         return ReferenceSignals(
-            q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, target, target_velocity, active,
-            lost, command, phase.astype(float), *tasks, self._updates,
+            q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, *true_target, target,
+            target_velocity, active, lost, command, phase.astype(float), *tasks, self._updates,
         )  # fmt: skip
 
     def _compose(
@@ -167,19 +184,3 @@ class ReferenceController:
         rows = [[signal[i] for signal in chosen[int(number)]] for i, number in enumerate(phase)]
         self._tasks = Tasks(*(np.array(signal) for signal in zip(*rows, strict=True)))
         return self._tasks
-
-    def _noise(self, t: float) -> tuple[Array, Array]:
-        """Measurement noise of all robots at t, of positions [m] and velocities [m/s], shape (n, p) each.
-
-        A ball of radius 0 draws nothing, so that the other ball's points come first in the stream.
-        """
-        setup = self.setup
-        step = round(t / setup.timestep)
-        radii = [setup.sensing.position.noise, setup.sensing.velocity.noise]
-        noise = np.zeros((2, setup.count, setup.axes))
-        drawn = [channel for channel, radius in enumerate(radii) if radius > 0.0]
-        for robot in range(setup.count if drawn else 0):
-            points = ball_noise(setup.seed, robot, step, setup.axes, len(drawn))
-            for channel, point in zip(drawn, points, strict=True):
-                noise[channel, robot] = radii[channel] * point
-        return noise[0], noise[1]

@@ -10,15 +10,15 @@ Array = NDArray[np.float64]
 NOISE_KEY = 0x6573636F72745F6D  # "escort_m": the second word of the generator's key
 
 
-def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2) -> Array:
+def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2, use: int = 0) -> Array:
     """Draws points from the unit ball, uniformly, by rejection; shape (balls, axes).
 
-    Each (robot from 0, physics step) has a stream of its own: Philox4x64-10, counted from block 1, each of
-    its words giving two coordinates, the lower half first. The points follow each other in the stream.
+    Each (use, robot from 0, physics step) has a stream of its own: Philox4x64-10, counted from block 1, each
+    of its words giving two coordinates, the lower half first. The points follow each other in the stream.
     """
     generator = np.random.Philox(
         key=np.array([seed, NOISE_KEY], dtype=np.uint64),
-        counter=np.array([0, 0, robot, step], dtype=np.uint64),
+        counter=np.array([0, use, robot, step], dtype=np.uint64),
     )
     points: list[Array] = []
     waiting = np.zeros(0)

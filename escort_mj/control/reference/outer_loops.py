@@ -11,6 +11,7 @@ from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import STIFFNESS
 from escort_mj.control.reference.behaviors import escort, spread
 from escort_mj.control.reference.failure import Team
+from escort_mj.control.reference.measure import in_range
 from escort_mj.control.reference.outer import outer_loop
 from escort_mj.control.setup import Setup
 
@@ -64,7 +65,8 @@ def surroundings(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> t
         Unit vectors away from them, shape (n, m + n, p); distances as the behavior measures them, and the
         least ones [m], shape (n, m + n), the latter 0 where nothing is avoided.
     """
-    offsets = q[:, None] - np.concatenate([setup.obstacle_position, q])
+    teammates = np.broadcast_to(q, (len(q), *q.shape))
+    offsets = q[:, None] - np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)
     distance = np.linalg.norm(offsets, axis=2)
     away = np.where(distance[..., None] > 0.0, offsets, np.eye(q.shape[1])[0])
     away = away / np.linalg.norm(away, axis=2, keepdims=True)
@@ -96,9 +98,18 @@ def filtered(
     """Each robot's velocity behind the filter, shape (n, p) [m/s], and whose it changed, shape (n,)."""
     away, distance, safe = surroundings(avoid, q, setup, lost)
     share = np.where(lost, 1.0, 0.5)
+    radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+    gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii
+    obstacles = len(setup.obstacle_radius)
+    known = np.hstack(
+        [
+            in_range(gaps[:, :obstacles], setup.sensing.obstacles),
+            in_range(gaps[:, obstacles:], setup.sensing.robots),
+        ]
+    )
     bound = -barrier.rate * (distance - safe) * np.concatenate([np.ones(len(setup.obstacle_radius)), share])
     velocities, changed = nominal.copy(), np.zeros(len(q), dtype=bool)
-    for i, own in enumerate(safe > 0.0):
+    for i, own in enumerate((safe > 0.0) & np.isfinite(known)):
         missing = bound[i, own] - away[i, own] @ nominal[i]
         if np.any(missing > 0.0):
             velocities[i] += least_change(away[i, own], missing)

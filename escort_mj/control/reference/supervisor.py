@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
 from escort_mj.control.reference.behaviors import intrusion
+from escort_mj.control.reference.measure import in_range
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Condition
 
@@ -23,12 +24,13 @@ def quantity(name: str, q: Array, c: Array, setup: Setup, lost: Mask) -> Array:
     if name == "robot_distance":
         gaps = np.linalg.norm(q[:, None] - q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
         np.fill_diagonal(gaps, np.inf)
-    elif name == "obstacle_distance":
-        gaps = np.linalg.norm(q[:, None] - setup.obstacle_position, axis=2) - setup.obstacle_radius
-        gaps -= setup.robot_radius[:, None]
+        gaps = in_range(gaps, setup.sensing.robots)
     else:
-        gaps = np.linalg.norm(c - setup.obstacle_position, axis=1) - setup.obstacle_radius
-        gaps = np.tile(gaps, (len(q), 1))
+        gaps = np.linalg.norm(q[:, None] - setup.obstacles_seen()[:-1], axis=2) - setup.obstacle_radius
+        gaps = in_range(gaps - setup.robot_radius[:, None], setup.sensing.obstacles)
+        if name == "target_obstacle_distance":
+            around = np.linalg.norm(c - setup.obstacles_seen()[-1], axis=1) - setup.obstacle_radius
+            gaps = np.where(np.isfinite(gaps), around, np.inf)
     return np.asarray(gaps.min(axis=1, initial=np.inf))
 
 

@@ -1,0 +1,106 @@
+"""What it costs to watch every physics step: the native loop with and without its sensor callback.
+
+Both loops take turns, round by round, from the same state, so that a machine whose speed drifts treats them
+alike, and what counts is the time of this thread alone. Without the callback nobody looks at contacts,
+clearances, speeds, energy and effort.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from benchmarks.loop import STATE, WARM_UP
+from escort_mj.api import load_scenario
+from escort_mj.world.build import build
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+QUIET = ["expect=[]"]
+CASES: dict[str, tuple[str, list[str], int]] = {
+    "n = 5, plane": ("paper/case1_2d", QUIET, 1000),
+    "n = 5, plane, 4 obstacles": ("main", QUIET, 1000),
+    "n = 6, space": ("paper/case1_3d", QUIET, 1000),
+    "n = 6, space, 1 obstacle": ("paper/case3_3d_obstacle", QUIET, 1000),
+    "100 in a crowd, space": (
+        "paper/case1_3d",
+        [
+            *QUIET,
+            "robots={count: 100, radius: 0.25, placement: {within: 3, least_gap: 0.01}}",
+            "mission={radius: 0.6, behaviors: [surface]}",
+        ],
+        50,
+    ),
+    "100 balls on the floor": (
+        "paper/case1_2d",
+        [
+            *QUIET,
+            "robots={count: 100, kind: rolling_sphere, placement: {within: 30, least_gap: 0.1}}",
+            "mission={radius: 30, behaviors: [surface]}",
+        ],
+        20,
+    ),
+}
+
+
+def measure(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -> dict[str, Any]:
+    """Times the loop with and without the watch.
+
+    Args:
+        scenario: Name or path.
+        overrides: As `--set` takes them.
+        steps: In a round.
+        rounds: Pairs of loops.
+
+    Returns:
+        Medians over rounds: time a step [us] with (`watched`) and without (`blind`), their paired difference
+        as a share of the loop, contacts in the last step, and contacts that the log had no room for.
+    """
+    world = build(load_scenario(scenario, overrides))
+    plant = Plant(world)
+    state = np.empty(mujoco.mj_stateSize(world.model, STATE))
+    times: dict[str, list[float]] = {"watched": [], "blind": []}
+    with native_loop(world):
+        plant.step(min(WARM_UP, 40 * steps))
+        callback = mujoco.get_mjcb_sensor()
+        for turn in range(rounds):
+            mujoco.mj_getState(world.model, plant.data, state, STATE)
+            memory = plant.data.userdata.copy()
+            for name in ("watched", "blind") if turn % 2 else ("blind", "watched"):
+                mujoco.mj_setState(world.model, plant.data, state, STATE)
+                plant.data.userdata[:] = memory
+                mujoco.set_mjcb_sensor(callback if name == "watched" else None)
+                start = time.thread_time()
+                plant.step(steps)
+                times[name].append(1e6 * (time.thread_time() - start) / steps)
+            mujoco.set_mjcb_sensor(callback)
+            plant.step(1)
+            plant.ended()
+    watched, blind = (np.array(times[name]) for name in ("watched", "blind"))
+    return {
+        "watched": float(np.median(watched)),
+        "blind": float(np.median(blind)),
+        "share": float(np.median(1.0 - blind / watched)),
+        "contacts": int(plant.data.ncon),
+        "untold": float(plant.state.contacts_untold[0]),
+    }
+
+
+def main() -> dict[str, Any]:
+    """Measures every case and prints a table."""
+    print(f"{'watch':38s} {'blind':>11s} {'watched':>11s} {'share':>8s} {'contacts':>9s}")
+    found = {}
+    for name, (scenario, overrides, steps) in CASES.items():
+        row = found[name] = measure(scenario, overrides, steps)
+        print(
+            f"{name:38s} {row['blind']:8.2f} us {row['watched']:8.2f} us {100 * row['share']:6.1f} %"
+            f" {row['contacts']:9d}"
+        )
+    return found
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,78 @@
+"""The nearest points of obstacles that are no spheres, by MuJoCo's geometry, at every physics step.
+
+Most are far away: the distance to the box around a shape, in the shape's own axes, is never more than that
+to the shape. Only where it is less than what the mission could care for is MuJoCo asked for the exact one;
+farther away the box stands for the shape. A box is its own box.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.plan import Plan, State
+from escort_mj.kernels import DOUBLE, inlined, kernel, pointer_at, stack_memory, vector_at
+from escort_mj.world.layout import offset
+from escort_mj.world.library import geom_distance
+from escort_mj.world.wiring import Wiring
+
+Array = NDArray[np.float64]
+
+MODEL_BOUNDS = offset("mjModel", "geom_aabb")
+FARTHEST = 1e7  # of any two geoms [m]
+DATA_PLACE, DATA_TURN = offset("mjData", "geom_xpos"), offset("mjData", "geom_xmat")
+
+
+@kernel
+def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> None:
+    """Writes `obstacle_point`: what each robot and the target find of each obstacle.
+
+    Args:
+        m: Address of MuJoCo's model.
+        d: Address of its data, in which geoms are where they are now.
+        plan: Gives the distance from which on the box will do.
+        state: `obstacle_point` is written, n + 1 rows for each obstacle.
+        wiring: Which geoms they are.
+    """
+    n, p = state.q.shape
+    obstacles = plan.obstacle_radius.shape[0]
+    segment = stack_memory()
+    for i in range(n + 1):
+        geom = int(wiring.robot_geom[i])
+        body = vector_at(pointer_at(d + DATA_PLACE) + 3 * DOUBLE * geom, 3)
+        radius = plan.robot_radius[i] if i < n else wiring.target_radius
+        for j in range(obstacles):
+            point = state.obstacle_point[i * obstacles + j]
+            other = int(wiring.obstacle_geom[j])
+            if plan.obstacle_radius[j] > 0.0:  # a sphere: its center
+                center = vector_at(pointer_at(d + DATA_PLACE) + 3 * DOUBLE * other, 3)
+                for k in range(p):
+                    point[k] = center[k]
+                continue
+            nearest = vector_at(segment + 3 * DOUBLE, 3)
+            if _to_box(m, d, other, body, nearest) - radius < plan.nearest_within:
+                geom_distance(m, d, geom, other, FARTHEST, segment)
+            for k in range(p):
+                point[k] = nearest[k]
+
+
+@inlined
+def _to_box(m: int, d: int, geom: int, body: Array, nearest: Array) -> float:
+    """Distance from a point to the box around a geom, in the geom's axes [m], and its nearest point."""
+    bounds = vector_at(pointer_at(m + MODEL_BOUNDS) + 6 * DOUBLE * geom, 6)
+    place = vector_at(pointer_at(d + DATA_PLACE) + 3 * DOUBLE * geom, 3)
+    turn = vector_at(pointer_at(d + DATA_TURN) + 9 * DOUBLE * geom, 9)
+    for k in range(3):
+        nearest[k] = place[k]
+    square = 0.0
+    for axis in range(3):
+        x = 0.0
+        for k in range(3):
+            x += turn[3 * k + axis] * (body[k] - place[k])
+        inside = min(max(x, bounds[axis] - bounds[3 + axis]), bounds[axis] + bounds[3 + axis])
+        square += (x - inside) * (x - inside)
+        for k in range(3):
+            nearest[k] += turn[3 * k + axis] * inside
+    return math.sqrt(square)

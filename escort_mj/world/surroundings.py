@@ -1,0 +1,122 @@
+"""What surrounds the robots in MuJoCo: obstacles and walls, the target, the floor and the medium."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj import palette
+from escort_mj.scenario.environment import Environment
+from escort_mj.scenario.obstacle_body import Body
+from escort_mj.scenario.obstacle_tables import Drive
+from escort_mj.scenario.schema import Scenario
+from escort_mj.world.parts import graft, load_part
+from escort_mj.world.stages import THIN, Stage
+
+Array = NDArray[np.float64]
+
+AXIS = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
+
+
+def add_obstacles(
+    root: Any, bodies: Sequence[Body], stages: Sequence[Stage], count: int, radius: float
+) -> None:
+    """The bodies of obstacles and walls, one of each for each stage.
+
+    Args:
+        root: MJCF tree.
+        bodies: What stands in the way.
+        stages: Where the axes of the mission are.
+        count: Number of robots.
+        radius: Distance to keep from the target [m].
+    """
+    part = load_part("obstacle").find("body", "obstacle")
+    for body in bodies:
+        rgba = [*(palette.NAMED[body.color] if body.color else palette.OBSTACLE), 1.0]
+        for stage in stages:
+            name = body.name + stage.suffix
+            copy = graft(part, root.worldbody, name)
+            copy.pos = stage.place(body.position) + [0.0, 0.0, body.lift]
+            geom = copy.find("geom", f"{name}_body")
+            geom.set_attributes(rgba=rgba, group=stage.number)
+            if stage.is_abacus:  # a band across all columns: this far the obstacle reaches along the axis
+                size = [stage.width(count) / 2, THIN * radius, body.bounding_radius]
+                geom.set_attributes(type="box", size=size, rgba=[*rgba[:3], 0.3])
+            elif body.shape == "mesh":
+                vertices = body.vertices.ravel()
+                mesh = root.asset.add("mesh", name=name, vertex=vertices, inertia="exact")
+                del geom.size
+                geom.set_attributes(type="mesh", mesh=mesh.name, quat=body.orientation)
+            else:
+                geom.set_attributes(type=body.shape, size=body.size, quat=body.orientation)
+            if body.drive is not None:
+                _set_free(copy, geom, name, body.drive, stage, body.position)
+
+
+def add_target(root: Any, scenario: Scenario, start: Array, stages: Sequence[Stage], count: int) -> Any:
+    """The bodies of the target, one for each stage; the first is returned.
+
+    Args:
+        root: MJCF tree.
+        scenario: Gives its size and drive, and the mission's radius.
+        start: Its position at the start, shape (p,) [m].
+        stages: Where the axes of the mission are.
+        count: Number of robots.
+    """
+    part = load_part("target").find("body", "target")
+    radius = scenario.mission.radius
+    for stage in stages:
+        name = f"target{stage.suffix}"
+        body = graft(part, root.worldbody, name, skip=("follow",) if stage.suffix else ())
+        body.pos = stage.place(start)
+        geom = body.find("geom", f"{name}_body")
+        geom.set_attributes(size=[scenario.target.radius], rgba=[*palette.TARGET, 1.0], group=stage.number)
+        if scenario.target.body is not None:
+            del body.mocap
+            _set_free(body, geom, name, scenario.target.body, stage, start)
+        if stage.is_abacus:  # bars across all columns: at the target, and as far from it as robots can be
+            half = stage.width(count) / 2
+            geom.set_attributes(type="box", size=[half, THIN * radius, THIN * radius])
+            for side in (-1.0, 1.0):
+                body.add(
+                    "geom", type="box", pos=[0.0, 0.0, side * radius], rgba=[*palette.LIMIT, 0.6],
+                    size=[half, THIN * radius / 2, THIN * radius / 2], group=stage.number,
+                )  # fmt: skip
+        elif stage.suffix:
+            rgba = [*palette.LIMIT, 0.08]
+            body.add("geom", type="sphere", size=[radius], rgba=rgba, group=stage.number)
+    return root.find("body", "target")
+
+
+def _set_free(body: Any, geom: Any, name: str, drive: Drive, stage: Stage, start: Array) -> None:
+    """Lets a body slide along the mission's axes, with its mass; its weight is borne."""
+    geom.mass, body.gravcomp = drive.mass, 1.0
+    for axis, value in zip(stage.directions, start[stage.axes], strict=True):
+        body.add("joint", name=f"{name}_{axis}", type="slide", axis=AXIS[axis], ref=float(value))
+
+
+def set_floor(root: Any, environment: Environment) -> None:
+    """The floor and its friction, which rules whatever touches it."""
+    floor = environment.floor
+    geom = graft(load_part("floor").find("geom", "floor"), root.worldbody, "floor")
+    geom.friction = [floor.friction, 0.005, floor.rolling_friction]
+    geom.priority = 1
+    if floor.rolling_friction > 0.0:
+        geom.condim = 6
+
+
+def set_medium(root: Any, environment: Environment) -> None:
+    """The medium, whose drag acts on every geom as on the ellipsoid that is as large."""
+    medium = environment.medium
+    if medium.density == 0.0 and medium.viscosity == 0.0:
+        return
+    root.option.density, root.option.viscosity = medium.density, medium.viscosity
+    wind = np.zeros(3)
+    wind[: len(medium.wind or ())] = medium.wind or ()
+    root.option.wind = wind
+    for geom in root.find_all("geom"):
+        if geom.parent.tag == "body":
+            geom.fluidshape = "ellipsoid"
