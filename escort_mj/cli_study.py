@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from escort_mj.cli import BROKEN, GOOD, VERDICT_FAILED, _draw_video, _progress, _shown, app
+from escort_mj.cli import BROKEN, GOOD, VERDICT_FAILED, _progress, _shown, app
 
 if TYPE_CHECKING:
     from escort_mj.study.design import Design
@@ -120,7 +120,9 @@ def falsify(
     study: Annotated[Path, typer.Argument(help="A study file with a section falsify.")],
     out: OutOption = None,
     workers: WorkersOption = None,
-    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to draw what was found.")] = True,
+    video: Annotated[
+        bool, typer.Option("--video/--no-video", help="Whether to draw a clip of what was found.")
+    ] = True,
 ) -> None:
     """Search the bounds of a study for a mission that breaks a verdict, and shrink what is found.
 
@@ -128,6 +130,8 @@ def falsify(
 
     Example: escort-mj falsify scenarios/studies/falsify_main.yaml
     """
+    from escort_mj.errors import RenderError
+    from escort_mj.report.video import render_clip
     from escort_mj.study import backends
     from escort_mj.study.falsify import falsify as search
     from escort_mj.study.falsify import lines
@@ -137,9 +141,11 @@ def falsify(
         found = search(design, folder, backends.local(count), progress)
     for line in lines(found):
         typer.echo(line)
-    for one in found.counterexamples:
-        if video:
-            _draw_video(one.folder)
+    for one in found.counterexamples if video else ():
+        try:
+            typer.echo(f"clip: {_shown(render_clip(one.folder))}")
+        except RenderError as error:
+            typer.echo(f"no clip: {error}", err=True)
     typer.echo(f"wrote {_shown(folder)}: results.sqlite falsify.json counterexamples/")
     raise typer.Exit(VERDICT_FAILED if found.counterexamples else GOOD)
 

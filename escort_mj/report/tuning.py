@@ -38,7 +38,7 @@ def draw_tuning(out: Path, search: Tune, found: Tuned) -> list[Path]:
 def _history(path: Path, search: Tune, found: Tuned) -> Path:
     """Each objective, trial by trial."""
     count = len(search.objectives)
-    with figure(path, 0.6 + 2.2 * count, f"{len(found.trials)} trials by {search.method}") as canvas:
+    with figure(path, 1.0 + 2.2 * count, f"{len(found.trials)} trials by {search.method}") as canvas:
         rows = canvas.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
         for place, (axes, objective) in enumerate(zip(rows, search.objectives, strict=True)):
             for kept, color, words in ((False, BROKEN, "breaks a constraint"), (True, KEPT, "keeps them")):

@@ -10,10 +10,13 @@ from __future__ import annotations
 import contextlib
 import logging
 import multiprocessing
+import os
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
+from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeVar
 
 from escort_mj.errors import UsageError
@@ -33,6 +36,24 @@ def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Iterator[tup
         yield job, function(job)
 
 
+def _pool(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(
+        workers, multiprocessing.get_context("forkserver"), initializer=_die_with_parent
+    )
+
+
+def _die_with_parent() -> None:
+    """Ends this worker when the process that wants its results is gone, however that ended."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None, "a worker has a parent"
+
+    def follow() -> None:
+        wait_for([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
 def local(workers: int) -> Backend[Any, Any]:
     """Processes of this machine.
 
@@ -50,11 +71,7 @@ def local(workers: int) -> Backend[Any, Any]:
         again: list[tuple[Job, int]] = []  # with the tries that they have had
         while True:
             # Not forked from this process, whose threads and native callbacks would not survive it.
-            pool = (
-                idle.pop()
-                if idle
-                else ProcessPoolExecutor(workers, multiprocessing.get_context("forkserver"))
-            )
+            pool = idle.pop() if idle else _pool(workers)
             flying: dict[Future[Result], tuple[Job, int]] = {}
             try:
                 # Suspects first and one at a time, so that it is seen which of them kills its worker.

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,3 +24,10 @@ def work(job: Job) -> int:
 
 def stumble(job: Job) -> int:
     raise ValueError(f"job {job.number}")
+
+
+def sleep(job: Job) -> int:
+    """Says who works, and does nothing for long."""
+    (job.folder / str(os.getpid())).touch()
+    time.sleep(300.0)
+    return 0

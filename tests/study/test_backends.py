@@ -1,6 +1,10 @@
 """Backends: every job once, whoever dies."""
 
-from collections.abc import Iterator
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -65,3 +69,37 @@ def test_jobs_are_taken_as_they_are_wanted(tmp_path: Path) -> None:
         next(results)
     assert taken <= 10 + 2 * 3 + 2
     results.close()
+
+
+MAIN = """
+import sys
+from pathlib import Path
+from escort_mj.study.backends import local
+from tests.study.jobs import Job, sleep
+
+if __name__ == "__main__":
+    list(local(2)(sleep, [Job(k, Path(sys.argv[1])) for k in range(4)]))
+"""
+
+
+def test_workers_go_when_the_process_that_wants_them_is_killed(tmp_path: Path) -> None:
+    (tmp_path / "main.py").write_text(MAIN)
+    (tmp_path / "workers").mkdir()
+    root = str(Path(__file__).parents[2])
+    process = subprocess.Popen(
+        [sys.executable, str(tmp_path / "main.py"), str(tmp_path / "workers")],
+        env=os.environ | {"PYTHONPATH": root},
+    )
+    assert until(lambda: len(list((tmp_path / "workers").iterdir())) == 2)
+    process.kill()
+    process.wait()
+    workers = [Path("/proc") / path.name for path in (tmp_path / "workers").iterdir()]
+    assert until(lambda: not any(worker.exists() for worker in workers))
+
+
+def until(there: Callable[[], bool], patience: float = 60.0) -> bool:
+    """Waits for something."""
+    end = time.monotonic() + patience
+    while not there() and time.monotonic() < end:
+        time.sleep(0.05)
+    return there()

@@ -1,0 +1,55 @@
+"""`python -m benchmarks.tuning`: the paper's gains tuned, as the tables and the figure of docs/tuning.md."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
+from escort_mj.api import scenarios_folder  # noqa: E402
+from escort_mj.report.tuning import draw_tuning  # noqa: E402
+from escort_mj.study import backends  # noqa: E402
+from escort_mj.study.definition import load_study  # noqa: E402
+from escort_mj.study.design import Design  # noqa: E402
+from escort_mj.study.evaluate import base_of  # noqa: E402
+from escort_mj.study.parallel import cores  # noqa: E402
+from escort_mj.study.tune import tune  # noqa: E402
+from escort_mj.study.tune_table import rows_of_gains  # noqa: E402
+
+PAGE, STUDY = "tuning.md", "tune_apd_smc"
+
+
+def main(arguments: Any = None) -> None:
+    """Tunes, or finds the runs of an earlier time; writes tables and figure into the docs if asked."""
+    write = wants_docs(__doc__, PAGE, arguments)
+    design = Design(load_study(scenarios_folder() / "studies" / f"{STUDY}.yaml"), scenarios_folder())
+    out, section = Path("renders") / "studies" / STUDY, design.study.tune
+    assert section is not None, "the study tunes"
+    found = tune(design, out, backends.local(cores()))
+    values = [
+        [f"`{key.removeprefix('controller.')}`", f"{base_of(design, key):g}", f"{value:g}"]
+        for key, value in found.best.point.items()
+    ]
+    pairs = max(gain.pairs for gain in found.gains.values())
+    gains = table(
+        ["metric", "paper's gains", "tuned", "change", "95 % interval", "smaller in"], rows_of_gains(found)
+    )
+    feasible = sum(trial.feasible for trial in found.trials)
+    effort = (
+        f"{len(found.trials)} trials of {len(design.seeds)} seeds each, {feasible} of them within bounds; "
+        f"{pairs} seeds held out. Runs held out that failed a verdict: {found.failed[0]} with the paper's "
+        f"gains, {found.failed[1]} with the tuned ones."
+    )
+    tables = {"values": table(["gain", "paper", "tuned"], values), "gains": gains, "effort": effort}
+    pictures = draw_tuning(out, section, found)
+    publish(PAGE, tables, write)
+    if write:
+        shutil.copy(pictures[0], DOCS / "figures" / "tuning.png")
+
+
+if __name__ == "__main__":
+    main()
