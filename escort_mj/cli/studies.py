@@ -1,4 +1,4 @@
-"""Commands for many runs: sweep, tune, falsify; and for one made again: rerun."""
+"""Commands for many runs: reproduce, compare, sweep, report, tune, falsify; and rerun."""
 
 from __future__ import annotations
 
@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from escort_mj.cli import BROKEN, GOOD, VERDICT_FAILED, _progress, _shown, app
+from escort_mj.cli.app import (
+    BROKEN,
+    GOOD,
+    VERDICT_FAILED,
+    ScenarioArgument,
+    SetOption,
+    app,
+    progress_bar,
+    shown,
+)
 
 if TYPE_CHECKING:
     from escort_mj.study.design import Design
@@ -26,6 +35,73 @@ def _laid_out(study: Path, out: Path | None, workers: int | None) -> tuple[Desig
     design = Design(load_study(study), api.scenarios_folder())
     folder = out if out is not None else Path("renders") / "studies" / design.study.study
     return design, folder, cores() if workers is None else workers
+
+
+@app.command()
+def reproduce(
+    only: Annotated[
+        list[str] | None,
+        typer.Option(metavar="FIG", help="A figure: 5 to 17, or laws; may be given many times."),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Where runs, figures and table go.")] = Path(
+        "renders/reproduction"
+    ),
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    docs: Annotated[Path | None, typer.Option(help="Also write the table to this file of the docs.")] = None,
+    again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+) -> None:
+    """Run the paper's simulations, draw its figures, and say what of its claims holds.
+
+    Example: escort-mj reproduce --only 5 --only 6
+    """
+    from escort_mj import api
+    from escort_mj.report.reproduction import reproduce as reproduce_paper
+
+    with progress_bar("reproducing", " steps") as progress:
+        result = reproduce_paper(api.scenarios_folder(), out, only or (), workers, docs, again, progress)
+    for line in result.lines:
+        typer.echo(line)
+    typer.echo(f"wrote {shown(out)}: {' '.join(result.written)}")
+    raise typer.Exit(GOOD if result.stated else BROKEN)
+
+
+@app.command()
+def compare(
+    scenario: ScenarioArgument,
+    laws: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LAW,...", help="Laws of the inner loop, such as apd_smc,pd [default: all]."),
+    ] = None,
+    outer: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LOOP,...", help="Outer loops, such as nsb,barrier_filter [default: its own]."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds, from the scenario's own upward.")] = 1,
+    overrides: SetOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Where runs, figures and table go [default: renders/compare/NAME].")
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    docs: Annotated[
+        Path | None, typer.Option(help="Also put the table into this page, between its marks.")
+    ] = None,
+    again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+) -> None:
+    """Run one scenario under several laws and outer loops, and compare them in one table.
+
+    Example: escort-mj compare main --laws apd_smc,pd --outer nsb,barrier_filter --seeds 5
+    """
+    from escort_mj import api
+    from escort_mj.report.comparison import compare as compare_laws
+
+    mission = api.load_scenario(scenario, overrides or ())
+    folder = out if out is not None else Path("renders") / "compare" / mission.name
+    with progress_bar("comparing", " runs") as progress:
+        result = compare_laws(mission, folder, laws or (), outer or (), seeds, workers, docs, again, progress)
+    for line in result.lines:
+        typer.echo(line)
+    typer.echo(f"wrote {shown(folder)}: {' '.join(result.written)}")
+    raise typer.Exit(GOOD if result.stated else BROKEN)
 
 
 @app.command()
@@ -48,13 +124,13 @@ def sweep(
 
     design, folder, count = _laid_out(study, out, workers)
     where = backends.local(count) if backend == "local" else backends.dask(count, scheduler)
-    with _progress("sweeping", " runs") as progress:
+    with progress_bar("sweeping", " runs") as progress:
         done = make_runs(design, folder, where, count, yes, progress)
     typer.echo(
         f"{design.study.study}: {done.runs} runs in {len(design.cells)} cells: {done.made} made now, "
         f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke"
     )
-    typer.echo(f"wrote {_shown(folder)}: results.sqlite runs.csv study.yaml")
+    typer.echo(f"wrote {shown(folder)}: results.sqlite runs.csv study.yaml")
     raise typer.Exit(BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD)
 
 
@@ -75,7 +151,7 @@ def rerun(
     from escort_mj.study.rerun import lines
     from escort_mj.study.rerun import rerun as make_again
 
-    with _progress("simulating", " s") as progress:
+    with progress_bar("simulating", " s") as progress:
         found = make_again(run_folder, out, tolerance, progress)
     for line in lines(found):
         typer.echo(line)
@@ -101,7 +177,7 @@ def tune(
     from escort_mj.study.tune_table import lines
 
     design, folder, count = _laid_out(study, out, workers)
-    with _progress("tuning", " trials") as progress:
+    with progress_bar("tuning", " trials") as progress:
         found = search(design, folder, backends.local(count), progress)
     section = design.study.tune
     assert section is not None, "tune has refused studies without it"
@@ -112,7 +188,7 @@ def tune(
         from escort_mj.report.tuning import draw_tuning
 
         written += [path.name for path in draw_tuning(folder, section, found)]
-    typer.echo(f"wrote {_shown(folder)}: {' '.join(written)}")
+    typer.echo(f"wrote {shown(folder)}: {' '.join(written)}")
 
 
 @app.command()
@@ -137,16 +213,16 @@ def falsify(
     from escort_mj.study.falsify import lines
 
     design, folder, count = _laid_out(study, out, workers)
-    with _progress("searching", " runs") as progress:
+    with progress_bar("searching", " runs") as progress:
         found = search(design, folder, backends.local(count), progress)
     for line in lines(found):
         typer.echo(line)
     for one in found.counterexamples if video else ():
         try:
-            typer.echo(f"clip: {_shown(render_clip(one.folder))}")
+            typer.echo(f"clip: {shown(render_clip(one.folder))}")
         except RenderError as error:
             typer.echo(f"no clip: {error}", err=True)
-    typer.echo(f"wrote {_shown(folder)}: results.sqlite falsify.json counterexamples/")
+    typer.echo(f"wrote {shown(folder)}: results.sqlite falsify.json counterexamples/")
     raise typer.Exit(VERDICT_FAILED if found.counterexamples else GOOD)
 
 
@@ -166,5 +242,5 @@ def report(
     from escort_mj.report.study_page import report as write_page
 
     page = write_page(study_folder, out, compare, ("svg", "png") if png else ("svg",))
-    typer.echo(f"wrote {_shown(page)}")
-    typer.echo(f"wrote {_shown(study_folder)}: cells.csv figures/ worst/")
+    typer.echo(f"wrote {shown(page)}")
+    typer.echo(f"wrote {shown(study_folder)}: cells.csv figures/ worst/")

@@ -1,0 +1,101 @@
+"""The command line's application: options, progress and exit codes that its commands share."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from escort_mj.errors import EscortError, ScenarioError
+
+app = typer.Typer(
+    name="escort-mj",
+    help="Multi-robot escort missions on real physics: one YAML in, verdicts, figures and a video out.",
+    epilog="Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 the run diverged or broke.",
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
+
+ScenarioArgument = Annotated[
+    str, typer.Argument(help="A scenario file, or the name of a shipped one, such as main.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY.PATH=VALUE", help="Overrides one value; may be given many times."),
+]
+
+
+def draw_video(folder: Path) -> bool:
+    """Draws the video; without GL it says what is missing and leaves the rest of the run as it is."""
+    from escort_mj.errors import RenderError
+    from escort_mj.report.video import render_video
+
+    try:
+        with progress_bar("drawing the video", " frames") as progress:
+            render_video(folder, progress=progress)
+    except RenderError as error:
+        typer.echo(f"no video: {error}", err=True)
+        return False
+    return True
+
+
+@contextmanager
+def progress_bar(label: str, unit: str) -> Iterator[Callable[[float, float], None] | None]:
+    """A progress bar with rate and time left on a terminal; nothing in a pipe."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f}/{task.total:.0f}" + unit),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=1.0, rate="")
+
+        def update(done: float, total: float) -> None:
+            speed = bar.tasks[0].speed
+            bar.update(task, completed=done, total=total, rate=f"{speed:.1f}{unit}/s" if speed else "")
+
+        yield update
+
+
+def shown(path: Path) -> str:
+    """A path as short as it can be typed from here."""
+    relative = os.path.relpath(path)
+    return str(path) if relative.startswith("..") else relative
+
+
+def main() -> None:
+    """Entry point: runs a command; errors become one message and an exit code, never a traceback."""
+    try:
+        app()
+    except ScenarioError as error:
+        typer.echo(str(error), err=True)
+        sys.exit(error.exit_code)
+    except EscortError as error:
+        typer.echo(f"escort-mj: {error}", err=True)
+        sys.exit(error.exit_code)
+    except Exception as error:
+        if os.environ.get("ESCORT_MJ_TRACEBACK"):
+            raise
+        typer.echo(
+            f"escort-mj: the program broke: {type(error).__name__}: {error}\n"
+            "ESCORT_MJ_TRACEBACK=1 shows where; please report it.",
+            err=True,
+        )
+        sys.exit(BROKEN)
