@@ -22,7 +22,9 @@ from escort_mj.scenario.load import Template, read_text
 from escort_mj.scenario.schema import Scenario
 from escort_mj.study.definition import Sample, Steps, Study, StudyFile
 from escort_mj.study.parameters import filled
+from escort_mj.world.parts import models_folder
 
+REPEATED = {"control", "expect", "record", "scenario", "world"}  # floors that a run comes from
 CASE, SAMPLE = "case", "point"
 MOST_FAULTS = 20
 DIGITS = 32
@@ -151,13 +153,24 @@ class Design:
 
 def _digest(data: Mapping[str, Any]) -> str:
     """Digest of a run's scenario and of the versions that take part."""
-    text = json.dumps([_versions(), data], sort_keys=True, default=str)
+    text = json.dumps([_versions(), source_digest(), data], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
 
 
 @cache
 def _versions() -> dict[str, str]:
     return {name: version(name) for name in ("escort-mj", "mujoco", "numpy", "numba")}
+
+
+@cache
+def source_digest() -> str:
+    """Digest of the code and models that runs come from: in a checkout they change without a new version."""
+    package = Path(__file__).parents[1]
+    files = [file for file in package.rglob("*.py") if not REPEATED.isdisjoint(file.parts)]
+    digest = hashlib.sha256()
+    for file in sorted([*files, *package.glob("*.py"), *models_folder().glob("*.xml")]):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:DIGITS]
 
 
 def _short(value: Any) -> str:

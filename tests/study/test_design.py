@@ -79,3 +79,12 @@ def test_a_scenario_beside_the_study_comes_first(tmp_path: Path) -> None:
     (tmp_path / "own.yaml").write_text("name: own\nduration: 1\n")
     laid_out = design(tmp_path, "", "study: s\nscenario: own.yaml\n")
     assert laid_out.scenario(laid_out.cells[0]).name == "own"
+
+
+def test_keys_depend_on_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a checkout code changes without a new version: runs of other code are other runs."""
+    laid_out = design(tmp_path, "")
+    before = next(laid_out.runs()).key
+    assert next(laid_out.runs()).key == before
+    monkeypatch.setattr("escort_mj.study.design.source_digest", lambda: "another")
+    assert next(laid_out.runs()).key != before
