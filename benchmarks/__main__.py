@@ -1,46 +1,44 @@
-"""`make bench`: prints a table of paired ratios on this machine, and writes it as JSON."""
+"""`make bench`: measures speed as paired ratios on this machine; prints tables, and writes them as JSON.
+
+`make bench ARGS="loop watch"` measures some sections only, and keeps what the JSON has of the others.
+`make bench ARGS="--docs"` puts the tables into docs/performance.md as well.
+"""
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
-import platform
 from pathlib import Path
+from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from benchmarks import watch  # noqa: E402
-from benchmarks.loop import measure  # noqa: E402
+from benchmarks import loop, machine, recording, watch  # noqa: E402
+from benchmarks.document import publish  # noqa: E402
 
-NO_NOISE = "sensing={}"
-UNTIL_FAR = ["expect=[]"]
-CASES = {
-    "n = 5, plane, no noise": ("paper/case1_2d", [NO_NOISE, *UNTIL_FAR]),
-    "n = 5, plane, noise": ("paper/case1_2d", UNTIL_FAR),
-    "n = 5, plane, 4 obstacles, no noise": ("main", [NO_NOISE, *UNTIL_FAR]),
-    "n = 5, plane, 4 obstacles, noise": ("main", UNTIL_FAR),
-    "n = 6, space, no noise": ("paper/case1_3d", [NO_NOISE, *UNTIL_FAR]),
-    "n = 6, space, noise": ("paper/case1_3d", UNTIL_FAR),
-}
+PAGE = "performance.md"
+FOUND = Path("renders") / "benchmarks.json"
+SECTIONS = {"loop": loop, "watch": watch, "recording": recording}
 
 
-def main() -> None:
-    """Measures every case."""
-    print(f"{'case':38s} {'bare':>8s} {'native':>8s} {'twin':>8s} {'native/bare':>12s} {'twin/bare':>10s}")
-    found = {}
-    for name, (scenario, overrides) in CASES.items():
-        row = found[name] = measure(scenario, overrides)
-        print(
-            f"{name:38s} {row['bare']:5.2f} us {row['native']:5.2f} us {row['twin']:5.0f} us"
-            f" {row['native/bare']:12.2f} {row['twin/bare']:10.0f}"
-        )
-    watched = watch.main()
-    path = Path("renders") / "benchmarks.json"
-    path.parent.mkdir(exist_ok=True)
-    path.write_text(
-        json.dumps({"machine": platform.platform(), "cases": found, "watch": watched}, indent=2) + "\n"
-    )
-    print(f"wrote {path}")
+def main(arguments: Any = None) -> None:
+    """Measures the sections asked for, all if none is named."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)}; else all")
+    parser.add_argument("--docs", action="store_true", help=f"write the tables into docs/{PAGE}")
+    asked = parser.parse_args(arguments)
+    if unknown := set(asked.sections) - set(SECTIONS):
+        parser.error(f"{', '.join(sorted(unknown))}: expected {', '.join(SECTIONS)}")
+    found = json.loads(FOUND.read_text()) if FOUND.exists() and asked.sections else {}
+    FOUND.parent.mkdir(exist_ok=True)
+    for name in asked.sections or SECTIONS:
+        rows, by = SECTIONS[name].measure(), machine.describe()
+        found[name] = {"machine": by, "rows": rows}
+        FOUND.write_text(json.dumps(found, indent=2) + "\n")
+        publish(PAGE, SECTIONS[name].tables(rows), asked.docs)
+    publish(PAGE, machine.tables(machine.describe()), asked.docs)
+    print(f"wrote {FOUND}")
 
 
 if __name__ == "__main__":

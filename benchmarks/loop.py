@@ -8,13 +8,15 @@ Three loops take turns, round by round, so that a machine whose speed drifts tre
 from __future__ import annotations
 
 import ctypes
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from benchmarks.document import table
+from benchmarks.paired import alternate, paired, seconds
 from escort_mj.api import load_scenario
 from escort_mj.control.reference import ReferenceController
 from escort_mj.world.build import World, build
@@ -24,13 +26,16 @@ from escort_mj.world.plant import Plant
 
 WARM_UP = 2000  # steps: the mission is under way
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-
-
-def seconds(function: Callable[[], None]) -> float:
-    """Wall time of one call [s]."""
-    start = time.perf_counter()
-    function()
-    return time.perf_counter() - start
+NO_NOISE = "sensing={}"
+UNTIL_FAR = ["expect=[]"]
+CASES = {
+    "n = 5, plane, no noise": ("paper/case1_2d", [NO_NOISE, *UNTIL_FAR]),
+    "n = 5, plane, noise": ("paper/case1_2d", UNTIL_FAR),
+    "n = 5, plane, 4 obstacles, no noise": ("main", [NO_NOISE, *UNTIL_FAR]),
+    "n = 5, plane, 4 obstacles, noise": ("main", UNTIL_FAR),
+    "n = 6, space, no noise": ("paper/case1_3d", [NO_NOISE, *UNTIL_FAR]),
+    "n = 6, space, noise": ("paper/case1_3d", UNTIL_FAR),
+}
 
 
 @contextmanager
@@ -52,7 +57,7 @@ def copy_state(world: World, source: mujoco.MjData, target: mujoco.MjData) -> No
     target.ctrl[:] = source.ctrl
 
 
-def measure(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 1000) -> dict[str, float]:
+def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 1000) -> dict[str, float]:
     """Times the three loops on one scenario.
 
     Returns:
@@ -60,35 +65,58 @@ def measure(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
     """
     world = build(load_scenario(scenario, overrides))
     plant = Plant(world)
-    bare, slow = mujoco.MjData(world.model), mujoco.MjData(world.model)
-    twin = ReferenceController(world.setup, world.stride)
+    held, slow = mujoco.MjData(world.model), mujoco.MjData(world.model)
+    law = ReferenceController(world.setup, world.stride)
     n, p = world.sizes["robot"], world.sizes["axis"]
+    few = max(steps // 50, 1)
 
     def control(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        signals = twin.evaluate(data.time, data.qpos.reshape(n, p), data.qvel.reshape(n, p))
+        signals = law.evaluate(data.time, data.qpos.reshape(n, p), data.qvel.reshape(n, p))
         data.ctrl[:] = signals.tau.ravel()
         data.qfrc_applied[:] = signals.disturbance.ravel()
 
-    with native_loop(world):
-        plant.step(WARM_UP)
-    times: dict[str, list[float]] = {"bare": [], "native": [], "twin": []}
-    few = max(steps // 50, 1)
-    for _ in range(rounds):
-        copy_state(world, plant.data, bare)
+    def native() -> float:
         with native_loop(world):
-            times["native"].append(seconds(lambda: plant.step(steps)) / steps)
+            return seconds(lambda: plant.step(steps)) / steps
+
+    def bare() -> float:
+        copy_state(world, plant.data, held)
         with no_timer():
-            times["bare"].append(seconds(lambda: mujoco.mj_step(world.model, bare, nstep=steps)) / steps)
+            return seconds(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
+
+    def twin() -> float:
         copy_state(world, plant.data, slow)
         slow.qfrc_applied[:] = 0.0
-        twin.reset(slow.qpos.reshape(n, p))
+        law.reset(slow.qpos.reshape(n, p))
         mujoco.set_mjcb_control(control)
         with no_timer():
-            times["twin"].append(seconds(lambda: mujoco.mj_step(world.model, slow, nstep=few)) / few)
+            taken = seconds(lambda: mujoco.mj_step(world.model, slow, nstep=few)) / few
         mujoco.set_mjcb_control(None)
+        return taken
+
+    with native_loop(world):
+        plant.step(WARM_UP)
+    times = alternate({"bare": bare, "native": native, "twin": twin}, rounds)
     found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
-    found |= {
-        f"{name}/bare": float(np.median(np.array(times[name]) / np.array(times["bare"])))
-        for name in ("native", "twin")
-    }
-    return found
+    return found | {f"{name}/bare": paired(times, name, "bare") for name in ("native", "twin")}
+
+
+def measure() -> list[dict[str, Any]]:
+    """Measures every case."""
+    return [{"case": name} | compare(*case) for name, case in CASES.items()]
+
+
+def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """What was measured, as a table."""
+    cells = [
+        [
+            row["case"],
+            *(f"{row[name]:.2f}" for name in ("bare", "native")),
+            f"{row['twin']:.0f}",
+            f"**{row['native/bare']:.2f}**",
+            f"{row['twin/bare']:.0f}",
+        ]
+        for row in rows
+    ]
+    head = ["case", "bare [us]", "native [us]", "NumPy twin [us]", "native / bare", "twin / bare"]
+    return {"loop": table(head, cells)}

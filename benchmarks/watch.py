@@ -13,6 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from benchmarks.document import table
 from benchmarks.loop import STATE, WARM_UP
 from escort_mj.api import load_scenario
 from escort_mj.world.build import build
@@ -46,7 +47,7 @@ CASES: dict[str, tuple[str, list[str], int]] = {
 }
 
 
-def measure(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -> dict[str, Any]:
+def compare(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -> dict[str, Any]:
     """Times the loop with and without the watch.
 
     Args:
@@ -89,18 +90,25 @@ def measure(scenario: str, overrides: list[str], steps: int, rounds: int = 31) -
     }
 
 
-def main() -> dict[str, Any]:
-    """Measures every case and prints a table."""
-    print(f"{'watch':38s} {'blind':>11s} {'watched':>11s} {'share':>8s} {'contacts':>9s}")
-    found = {}
-    for name, (scenario, overrides, steps) in CASES.items():
-        row = found[name] = measure(scenario, overrides, steps)
-        print(
-            f"{name:38s} {row['blind']:8.2f} us {row['watched']:8.2f} us {100 * row['share']:6.1f} %"
-            f" {row['contacts']:9d}"
+def measure() -> list[dict[str, Any]]:
+    """Measures every case."""
+    return [{"case": name} | compare(*case) for name, case in CASES.items()]
+
+
+def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """What was measured, as a table."""
+    cells = [
+        [
+            row["case"],
+            f"{row['blind']:.2f}",
+            f"{row['watched']:.2f}",
+            f"**{100 * row['share']:.1f} %**",
+            str(row["contacts"]),
+        ]
+        for row in rows
+    ]
+    return {
+        "watch": table(
+            ["case", "blind [us]", "watched [us]", "share of the loop", "contacts at the end"], cells
         )
-    return found
-
-
-if __name__ == "__main__":
-    main()
+    }

@@ -1,0 +1,91 @@
+"""What it costs to keep what happens: the native loop left alone, sampled into memory, written to a journal.
+
+All three step the same mission, in turns. Left alone, it enters Python once a round; sampled, at each sample,
+as a run does; written, it also puts each block of samples into a journal as that of a run folder.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.document import table
+from benchmarks.loop import UNTIL_FAR, WARM_UP
+from benchmarks.paired import alternate, paired, seconds
+from escort_mj.api import load_scenario
+from escort_mj.mission import BLOCK
+from escort_mj.record.episodes import NONE
+from escort_mj.record.journal import Journal
+from escort_mj.signals import record_size
+from escort_mj.world.build import build
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+CASES = {
+    "n = 5, plane, 4 obstacles": ("main", UNTIL_FAR),
+    "n = 6, space, 4 obstacles": ("main_3d", UNTIL_FAR),
+    "n = 5, plane, 4 obstacles, every step kept": ("main", [*UNTIL_FAR, "recording.rate=500"]),
+}
+
+
+def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, Any]:
+    """Times the three loops on one scenario, a block of samples a round.
+
+    Returns:
+        Medians over rounds: time a step [us] of `alone`, `sampled`, `written`, the paired ratios to `alone`,
+        and how many numbers a sample has and how many steps apart samples are.
+    """
+    world = build(load_scenario(scenario, overrides))
+    plant = Plant(world)
+    samples = np.empty((BLOCK, record_size(world.sizes)))
+    steps = BLOCK * world.stride
+
+    def alone() -> None:
+        plant.step(steps)
+
+    def sampled() -> None:
+        for row in range(BLOCK):
+            plant.step(world.stride)
+            samples[row] = plant.record
+            if plant.has_ended:
+                plant.ended()
+
+    with tempfile.TemporaryDirectory() as folder, native_loop(world):
+        journal = Journal(Path(folder), {"record_size": record_size(world.sizes)})
+
+        def written() -> None:
+            sampled()
+            journal.append(samples, NONE, plant.under_way())
+
+        plant.step(WARM_UP)
+        loops = {loop.__name__: loop for loop in (alone, sampled, written)}
+        times = alternate(
+            {name: lambda loop=loop: seconds(loop) / steps for name, loop in loops.items()}, rounds
+        )
+        journal.close()
+    found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
+    ratios = {f"{name}/alone": paired(times, name, "alone") for name in ("sampled", "written")}
+    return found | ratios | {"numbers": len(samples[0]), "stride": world.stride}
+
+
+def measure() -> list[dict[str, Any]]:
+    """Measures every case."""
+    return [{"case": name} | compare(*case) for name, case in CASES.items()]
+
+
+def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """What was measured, as a table."""
+    cells = [
+        [
+            row["case"],
+            f"{row['numbers']} every {row['stride']} steps",
+            f"{row['alone']:.2f}",
+            *(f"**{row[f'{name}/alone']:.2f}**" for name in ("sampled", "written")),
+        ]
+        for row in rows
+    ]
+    head = ["case", "numbers kept", "alone [us]", "in memory / alone", "and in a run folder / alone"]
+    return {"recording": table(head, cells)}
