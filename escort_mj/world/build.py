@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+from xml.etree.ElementTree import Element
 
 import mujoco
 import numpy as np
@@ -21,7 +23,7 @@ from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.signals import truth_sizes
 from escort_mj.world.cameras import add_cameras
-from escort_mj.world.parts import new_root
+from escort_mj.world.parts import new_root, section, write
 from escort_mj.world.robots import add_robots, add_start
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
 from escort_mj.world.surroundings import add_obstacles, add_target, set_floor, set_medium
@@ -75,7 +77,6 @@ def build(scenario: Scenario) -> World:
         set_floor(root, scenario.environment)
     obstacles = obstacles_of(scenario)
     stages = _stages(scenario, setup, robots, obstacles)
-    add_robots(root, robots, gravity_of(scenario), stages, scenario.mission.radius)
     add_obstacles(root, obstacles, stages, len(robots.mass), scenario.mission.radius)
     target = add_target(root, scenario, setup.target.position(0.0), stages, len(robots.mass))
     low, high = corners(stages)
@@ -85,22 +86,24 @@ def build(scenario: Scenario) -> World:
             high[2] + max(robots.radius.max(), scenario.target.radius, *(_above(body) for body in obstacles)),
         )
     add_cameras(root, target, scenario, low, high)
-    if scenario.axes > IN_SPACE:  # a body's parts may lie on another's while the two are far apart
-        for geom in root.find_all("geom"):
-            geom.contype = geom.conaffinity = 0
-    set_medium(root, scenario.environment)
-
     bodies = bodies_of(scenario)
     watched = len(bodies.watched)
     plan = pack(setup, stride, coordinates, scenario.recording.truth, watched, bodies.columns)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
-    _add_numbers(root, "escort_plan", plan)
-    model = mujoco.MjModel.from_xml_string(root.to_xml_string())
-    wiring = wire(model, robots, gravity_of(scenario), stages, bodies.names)
-    _add_numbers(root, "escort_wiring", wiring)
-    add_start(root, model, robots, gravity_of(scenario))
-    xml = root.to_xml_string()
+
+    tree = ElementTree.fromstring(root.to_xml_string())
+    add_robots(tree, robots, gravity_of(scenario), stages, scenario.mission.radius)
+    if scenario.axes > IN_SPACE:  # a body's parts may lie on another's while the two are far apart
+        for geom in tree.iter("geom"):
+            write(geom, contype=0, conaffinity=0)
+    set_medium(tree, scenario.environment)
+    _add_numbers(tree, "escort_plan", plan)
+    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"))
+    _add_numbers(tree, "escort_wiring", wire(model, robots, gravity_of(scenario), stages, bodies.names))
+    add_start(tree, model, robots, gravity_of(scenario))
+    ElementTree.indent(tree)
+    xml = ElementTree.tostring(tree, "unicode")
     sizes = {
         "robot": len(robots.mass),
         "axis": scenario.axes,
@@ -121,14 +124,15 @@ def build(scenario: Scenario) -> World:
     )
 
 
-def _add_numbers(root: Any, name: str, numbers: NDArray[Any]) -> None:
+def _add_numbers(tree: Element, name: str, numbers: NDArray[Any]) -> None:
     """Adds numbers to what the model carries; MuJoCo reads few at once, and keeps all one behind another.
 
     Numbers too small to be normal are none: MuJoCo's reader refuses them.
     """
     numbers = np.where(np.abs(numbers) < np.finfo(float).tiny, 0.0 * numbers, numbers)
     for part, first in enumerate(range(0, len(numbers), MOST_NUMBERS), 1):
-        root.custom.add("numeric", name=f"{name}_{part}", data=numbers[first : first + MOST_NUMBERS])
+        numeric = ElementTree.SubElement(section(tree, "custom"), "numeric", name=f"{name}_{part}")
+        write(numeric, data=numbers[first : first + MOST_NUMBERS])
 
 
 def _set_physics(root: Any, scenario: Scenario) -> None:

@@ -1,14 +1,18 @@
 """Composes the hand-written parts in `models/` into one flat MJCF tree.
 
-Flat, because attaching one model per robot costs time quadratic in their number.
+Flat, because attaching one model per robot costs time quadratic in their number. What there may be thousands
+of is copied as plain XML: an element of `dm_control.mjcf` costs 0.3 ms.
 """
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element
 
 from dm_control import mjcf
 
@@ -57,3 +61,53 @@ def graft(source: Any, parent: Any, prefix: str, skip: tuple[str, ...] = ()) -> 
         if name is None or name not in skip:
             graft(child, copy, f"{prefix}_{name}" if name else prefix)
     return copy
+
+
+@cache
+def load_plain(name: str) -> Element:
+    """One of the parts as plain XML; shared, so never changed."""
+    return ElementTree.parse(models_folder() / f"{name}.xml").getroot()
+
+
+def copied(source: Element, prefix: str, skip: Sequence[str] = ()) -> Element:
+    """A copy of an element of a part and all its children, as `graft` makes one.
+
+    Args:
+        source: Element to copy.
+        prefix: What stands before every name of the copy; the source's own name is replaced by it.
+        skip: Names of children that are left out.
+    """
+    copy = Element(source.tag, source.attrib)
+    if "name" in source.attrib:
+        copy.set("name", prefix)
+    for child in source:
+        name = child.get("name")
+        if name is None or name not in skip:
+            copy.append(copied(child, f"{prefix}_{name}" if name else prefix))
+    return copy
+
+
+def write(element: Element, **attributes: Any) -> None:
+    """Sets attributes of an element: words, whole numbers, and numbers that are read back to the bit."""
+    for name, value in attributes.items():
+        if not isinstance(value, str | int):
+            value = " ".join(map(repr, map(float, value if hasattr(value, "__len__") else [value])))
+        element.set(name, str(value))
+
+
+def named(parent: Element, tag: str, name: str) -> Element:
+    """The element of a tag and name below another.
+
+    Raises:
+        KeyError: If there is none.
+    """
+    for element in parent.iter(tag):
+        if element.get("name") == name:
+            return element
+    raise KeyError(f"{tag} {name}")
+
+
+def section(tree: Element, tag: str) -> Element:
+    """One of the sections of an MJCF tree, made where there is none."""
+    found = tree.find(tag)
+    return ElementTree.SubElement(tree, tag) if found is None else found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
+from xml.etree.ElementTree import Element, SubElement
 
 import mujoco
 import numpy as np
@@ -13,7 +14,7 @@ from escort_mj import palette
 from escort_mj.scenario.kinds import ROTORS, Loaded, Quadrotor, Slung
 from escort_mj.scenario.placement import Team
 from escort_mj.signals import axis_names
-from escort_mj.world.parts import graft, load_part
+from escort_mj.world.parts import copied, load_plain, named, section, write
 from escort_mj.world.stages import THIN, Stage, robot_steps
 
 Array = NDArray[np.float64]
@@ -24,29 +25,35 @@ LOAD, CABLE, HUB, ROTOR = 0.3, 0.06, 0.3, 0.28  # sizes of what is seen of a rob
 TOUCHABLE = 1  # contype of what robots, obstacles and target are
 
 
-def add_robots(root: Any, robots: Team, gravity: Sequence[float], stages: list[Stage], radius: float) -> None:
+def add_robots(
+    tree: Element, robots: Team, gravity: Sequence[float], stages: list[Stage], radius: float
+) -> None:
     """The bodies of each robot, one for each stage, and its motors.
 
     Args:
-        root: MJCF tree that receives them.
+        tree: MJCF tree that receives them, before every other body.
         robots: What they are.
         gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
         radius: Distance to keep from the target [m].
     """
-    count = len(robots.mass)
+    count, world = len(robots.mass), section(tree, "worldbody")
+    others = world.findall("body")
+    for body in others:
+        world.remove(body)
     for i, (steps, position) in enumerate(zip(robot_steps(count), robots.position, strict=True)):
         for stage in stages:
-            _add_body(root, robots, i, stage, stage.place(position, steps), gravity)
+            _add_body(tree, robots, i, stage, stage.place(position, steps), gravity)
             if stage.is_abacus:
-                _add_rail(root, f"robot_{i + 1}_rail", stage, steps, radius)
+                _add_rail(world, f"robot_{i + 1}_rail", stage, steps, radius)
+    world.extend(others)
 
 
-def add_start(root: Any, model: mujoco.MjModel, robots: Team, gravity: Sequence[float]) -> None:
+def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Sequence[float]) -> None:
     """A keyframe with what does not start at rest: robots that move, and rotors that lag and already turn.
 
     Args:
-        root: MJCF tree that receives it.
+        tree: MJCF tree that receives it.
         model: Compiled from it.
         robots: What they are.
         gravity: World frame, shape (3,) [m/s^2].
@@ -63,105 +70,116 @@ def add_start(root: Any, model: mujoco.MjModel, robots: Team, gravity: Sequence[
             ]
             activations[rotors] = kind.lift(robots.mass[i], gravity)[2] / ROTORS
     if speeds.any() or activations.any():
-        root.keyframe.add("key", name="start", qpos=model.qpos0, qvel=speeds, act=activations)
+        key = SubElement(section(tree, "keyframe"), "key", name="start")
+        write(key, qpos=model.qpos0, qvel=speeds, act=activations)
 
 
-def _add_body(root: Any, robots: Team, i: int, stage: Stage, place: Array, gravity: Sequence[float]) -> None:
+def _add_body(
+    tree: Element, robots: Team, i: int, stage: Stage, place: Array, gravity: Sequence[float]
+) -> None:
     """One body of a robot with its motors; every body has all of the robot's mass."""
     kind, radius = robots.kind[i], float(robots.radius[i])
-    part, name = load_part(kind.kind), f"robot_{i + 1}{stage.suffix}"
+    name = f"robot_{i + 1}{stage.suffix}"
     unused = tuple(set("xyz") - set(stage.directions))
-    body = graft(part.find("body", "robot"), root.worldbody, name, skip=unused)
-    body.pos = [*place[:2], radius] if kind.rolls else place
-    rgba = np.array([*palette.robot_color(i, len(robots.mass)), 1.0])
-    hull = body.find("geom", f"{name}_body")
-    hull.set_attributes(size=[radius], rgba=rgba)
+    body = copied(named(load_plain(kind.kind), "body", "robot"), name, skip=unused)
+    section(tree, "worldbody").append(body)
+    write(body, pos=[*place[:2], radius] if kind.rolls else place)
+    rgba = [*palette.robot_color(i, len(robots.mass)), 1.0]
+    hull = named(body, "geom", f"{name}_body")
+    write(hull, size=radius, rgba=rgba)
     if not isinstance(kind, Quadrotor):
-        hull.mass = robots.mass[i]
+        write(hull, mass=robots.mass[i])
     if isinstance(kind, Slung):
         _hang_payload(body, name, kind, radius)
     elif isinstance(kind, Loaded):
-        hull.rgba = [*rgba[:3], GLASS]
-        load = body.find("geom", f"{name}_load")
-        load.set_attributes(size=[LOAD * radius], pos=[0.0, 0.0, -kind.offset], mass=kind.load)
+        write(hull, rgba=[*rgba[:3], GLASS])
+        load = named(body, "geom", f"{name}_load")
+        write(load, size=LOAD * radius, pos=[0.0, 0.0, -kind.offset], mass=kind.load)
     elif isinstance(kind, Quadrotor):
-        _add_rotors(root, body, name, kind, robots, i, gravity)
-    for geom in body.find_all("geom"):
-        geom.group = stage.number
+        _add_rotors(tree, body, name, kind, robots, i, gravity)
+    for geom in body.iter("geom"):
+        write(geom, group=stage.number)
     if not isinstance(kind, Quadrotor):
-        _add_motors(root, body, part, stage, robots, i)
+        _add_motors(tree, body, stage, robots, i)
 
 
-def _add_motors(root: Any, body: Any, part: Any, stage: Stage, robots: Team, i: int) -> None:
+def _add_motors(tree: Element, body: Element, stage: Stage, robots: Team, i: int) -> None:
     """One motor for each axis of a stage; the joints of these measure positions in the mission."""
+    part = load_plain(robots.kind[i].kind)
     axes, position = np.arange(robots.position.shape[1])[stage.axes], robots.position[i][stage.axes]
     names = axis_names(robots.position.shape[1])[stage.axes]
+    joints = {joint.get("name"): joint for joint in body if joint.tag in ("joint", "freejoint")}
     for direction, name, axis, start in zip(stage.directions, names, axes, position, strict=True):
-        motor = part.find("actuator", direction)
-        joint = body.find("joint", f"{body.name}_{motor.joint.name}")
+        motor = named(part, "motor", direction)
+        joint = joints[f"{body.get('name')}_{motor.get('joint')}"]
         if joint.tag == "joint":
-            joint.name = f"robot_{i + 1}_{name}"
-            joint.ref = start
+            write(joint, name=f"robot_{i + 1}_{name}", ref=start)
         limit = float(robots.force_limit[i])
-        where = {"joint": joint.name, "gear": motor.gear}
-        _add_motor(root, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), **where)
+        where = {"joint": joint.get("name"), "gear": motor.get("gear")}
+        _add_motor(tree, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), **where)
 
 
 def _add_motor(
-    root: Any, name: str, robots: Team, i: int, number: int, limits: tuple[float, float], **where: Any
+    tree: Element, name: str, robots: Team, i: int, number: int, limits: tuple[float, float], **where: Any
 ) -> None:
     """A motor with its lag and gain; what lags is told no more than the limit, or it would wind up."""
     lag = robots.actuators[i].lag
-    motor = root.actuator.add("general", name=name, gainprm=[robots.gains[i][number]], **where)
+    motor = SubElement(section(tree, "actuator"), "general", name=name)
+    write(motor, gainprm=robots.gains[i][number], **where)
     if lag > 0.0:
-        motor.set_attributes(dyntype="filterexact", dynprm=[lag])
+        write(motor, dyntype="filterexact", dynprm=lag)
     if np.isfinite(limits).all():
-        motor.forcerange = limits
+        write(motor, forcerange=limits)
         if lag > 0.0:
-            motor.ctrlrange = limits
+            write(motor, ctrlrange=limits)
 
 
-def _hang_payload(body: Any, name: str, kind: Slung, radius: float) -> None:
+def _hang_payload(body: Element, name: str, kind: Slung, radius: float) -> None:
     """Gives the payload its length, mass and damping."""
     for axis in "xy":
-        body.find("joint", f"{name}_payload_swing_{axis}").damping = kind.damping
+        write(named(body, "joint", f"{name}_payload_swing_{axis}"), damping=kind.damping)
     end = [0.0, 0.0, -kind.cable]
-    ball, cable = (body.find("geom", f"{name}_payload_{part}") for part in ("ball", "cable"))
-    ball.set_attributes(size=[kind.payload_radius], pos=end, mass=kind.payload)
-    cable.set_attributes(size=[CABLE * radius], fromto=[0.0, 0.0, 0.0, *end])
+    ball, cable = (named(body, "geom", f"{name}_payload_{part}") for part in ("ball", "cable"))
+    write(ball, size=kind.payload_radius, pos=end, mass=kind.payload)
+    write(cable, size=CABLE * radius, fromto=[0.0, 0.0, 0.0, *end])
     if kind.payload_collides:
-        ball.contype = ball.conaffinity = TOUCHABLE
+        write(ball, contype=TOUCHABLE, conaffinity=TOUCHABLE)
 
 
 def _add_rotors(
-    root: Any, body: Any, name: str, kind: Quadrotor, robots: Team, i: int, gravity: Sequence[float]
+    tree: Element, body: Element, name: str, kind: Quadrotor, robots: Team, i: int, gravity: Sequence[float]
 ) -> None:
     """Gives a quadrotor its mass, arms and rotors; a rotor's motor pushes and turns at a site of its own."""
     radius, arm = float(robots.radius[i]), kind.arm_length(float(robots.radius[i]))
-    body.inertial.set_attributes(mass=robots.mass[i], diaginertia=kind.moments(robots.mass[i], radius))
-    hull, hub = body.find("geom", f"{name}_body"), body.find("geom", f"{name}_hub")
-    hub.set_attributes(size=[HUB * radius, HUB * radius, HUB * radius / 2], rgba=[*hull.rgba[:3], 1.0])
-    hull.rgba = [*hull.rgba[:3], GLASS / 2]
-    part = load_part("quadrotor")
+    write(section(body, "inertial"), mass=robots.mass[i], diaginertia=kind.moments(robots.mass[i], radius))
+    rgb = palette.robot_color(i, len(robots.mass))
+    hub = named(body, "geom", f"{name}_hub")
+    write(hub, size=[HUB * radius, HUB * radius, HUB * radius / 2], rgba=[*rgb, 1.0])
+    write(named(body, "geom", f"{name}_body"), rgba=[*rgb, GLASS / 2])
+    part, places = load_plain("quadrotor"), []
     most = kind.craft(robots.mass[i], radius, gravity, 0.0).rotor_limit
     for number in range(1, ROTORS + 1):
         rotor = f"rotor_{number}"
-        site, disc = body.find("site", f"{name}_{rotor}"), body.find("geom", f"{name}_{rotor}")
-        site.pos = disc.pos = np.sign(disc.pos) * arm / np.sqrt(2.0)
-        disc.set_attributes(size=[ROTOR * radius, 0.03 * radius], rgba=[*hull.rgba[:3], 1.0])
-        gear = np.sign(part.find("actuator", rotor).gear)
+        site, disc = named(body, "site", f"{name}_{rotor}"), named(body, "geom", f"{name}_{rotor}")
+        places.append(np.sign(_numbers(disc, "pos")) * arm / np.sqrt(2.0))
+        write(site, pos=places[-1])
+        write(disc, pos=places[-1], size=[ROTOR * radius, 0.03 * radius], rgba=[*rgb, 1.0])
+        gear = np.sign(_numbers(named(part, "motor", rotor), "gear"))
         gear[5] *= kind.torque_per_thrust
-        _add_motor(root, f"{name}_{rotor}", robots, i, number - 1, (0.0, most), site=site.name, gear=gear)
-    for number, ends in enumerate(((1, 3), (2, 4)), 1):
-        geom = body.find("geom", f"{name}_arm_{number}")
-        fromto = np.concatenate([body.find("site", f"{name}_rotor_{end}").pos for end in ends])
-        geom.set_attributes(size=[0.04 * radius], fromto=fromto)
+        where = {"site": f"{name}_{rotor}", "gear": gear}
+        _add_motor(tree, f"{name}_{rotor}", robots, i, number - 1, (0.0, most), **where)
+    for number, (one, other) in enumerate(((1, 3), (2, 4)), 1):
+        fromto = [*places[one - 1], *places[other - 1]]
+        write(named(body, "geom", f"{name}_arm_{number}"), size=0.04 * radius, fromto=fromto)
 
 
-def _add_rail(root: Any, name: str, stage: Stage, robot: float, radius: float) -> None:
+def _numbers(element: Element, attribute: str) -> Array:
+    """The numbers of an attribute that is written."""
+    return np.array(element.attrib[attribute].split(), dtype=float)
+
+
+def _add_rail(world: Element, name: str, stage: Stage, robot: float, radius: float) -> None:
     """The column of an abacus along which a robot's body slides, only to be seen."""
     foot, top = stage.place_at(stage.low[2], robot), stage.place_at(stage.high[2], robot)
-    root.worldbody.add(
-        "geom", name=name, type="capsule", fromto=[*foot, *top], size=[THIN * radius], rgba=RAIL,
-        group=stage.number,
-    )  # fmt: skip
+    rail = SubElement(world, "geom", name=name, type="capsule")
+    write(rail, fromto=[*foot, *top], size=THIN * radius, rgba=RAIL, group=stage.number)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from escort_mj.scenario.environment import Environment
 from escort_mj.scenario.obstacle_body import Body
 from escort_mj.scenario.obstacle_tables import Drive
 from escort_mj.scenario.schema import Scenario
-from escort_mj.world.parts import graft, load_part
+from escort_mj.world.parts import graft, load_part, section, write
 from escort_mj.world.stages import THIN, Stage
 
 Array = NDArray[np.float64]
@@ -108,15 +109,14 @@ def set_floor(root: Any, environment: Environment) -> None:
         geom.condim = 6
 
 
-def set_medium(root: Any, environment: Environment) -> None:
+def set_medium(tree: Element, environment: Environment) -> None:
     """The medium, whose drag acts on every geom as on the ellipsoid that is as large."""
     medium = environment.medium
     if medium.density == 0.0 and medium.viscosity == 0.0:
         return
-    root.option.density, root.option.viscosity = medium.density, medium.viscosity
     wind = np.zeros(3)
     wind[: len(medium.wind or ())] = medium.wind or ()
-    root.option.wind = wind
-    for geom in root.find_all("geom"):
-        if geom.parent.tag == "body":
-            geom.fluidshape = "ellipsoid"
+    write(section(tree, "option"), density=medium.density, viscosity=medium.viscosity, wind=wind)
+    for body in tree.iter("body"):
+        for geom in body.findall("geom"):
+            geom.set("fluidshape", "ellipsoid")

@@ -83,3 +83,15 @@ def test_a_solution_is_kept_and_a_broken_one_solved_again(tmp_path, monkeypatch:
     thomson.even_points.cache_clear()
     np.testing.assert_array_equal(thomson.even_points(7, 3), first)
     thomson.even_points.cache_clear()
+
+
+@pytest.mark.parametrize("count", [200, 1000])
+def test_a_crowd_has_nearly_the_least_energy_in_little_time(count: int) -> None:
+    """Least energies up to 200 points fit n^2/2 (1 - a n^-1/2 + b n^-3/2) (Morris, Deaven, Ho 1996)."""
+    points = thomson._solve(count, 3)
+    fit = count**2 / 2 * (1.0 - 1.10461 / math.sqrt(count) + 0.137 / count**1.5)
+    assert thomson.energy(points) == pytest.approx(fit, rel=3e-5)
+    assert thomson.energy(thomson.lattice(count)) > thomson.energy(points)
+    i, j = np.triu_indices(count, 1)
+    least = np.linalg.norm(points[i] - points[j], axis=1).min()
+    assert 3.2 / math.sqrt(count) < least <= widest_spacing(count, 3, 1.0)
