@@ -25,6 +25,7 @@ from escort_mj.record.revision import git_revision
 from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.bodies import obstacle_names
+from escort_mj.scenario.crowd import contact_physics
 from escort_mj.scenario.geometry import outline
 from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.schema import Scenario
@@ -234,6 +235,7 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "law": scenario.controller.law,
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
+            "contact_physics": str(contact_physics(scenario)),
             "contact_forces": "MuJoCo's" if scenario.axes <= IN_SPACE else NO_FORCES,
             **surroundings(world),
             "mission_radius": scenario.mission.radius,

@@ -126,6 +126,8 @@ def show(
     stored = open_run(run_folder)
     typer.echo(f"{shown(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}")
     typer.echo(f"trace: {stored.trace.sizes['time']} samples of {stored.trace.sizes['robot']} robots")
+    if physics := stored.trace.attrs.get("contact_physics"):
+        typer.echo(f"physics: {physics}")
     for line in verdict_lines([Verdict(**verdict) for verdict in stored.verdicts]):
         typer.echo(line)
 

@@ -42,8 +42,11 @@ class Physics(Parameters):
     """Physics and control step [s]."""
     integrator: Literal["euler", "implicitfast", "implicit"] = "euler"
     """MuJoCo's integrator (RK4 would evaluate the law four times a step)."""
-    solver: Literal["newton", "cg", "pgs"] = "newton"
-    """MuJoCo's constraint solver."""
+    solver: Literal["newton", "cg", "pgs"] | None = None
+    """MuJoCo's constraint solver; null: `newton`, but `cg` in a crowd, of 100 robots or more."""
+    friction: bool | None = None
+    """Whether bodies that touch rub on each other; null: they do, but not in a crowd. What rolls on the floor
+    always rubs on it."""
     gravity: Annotated[Vector, Field(min_length=3, max_length=3)] | None = None
     """Gravity, world frame [m/s^2]; null: 9.81 downward where a robot's kind needs it, else none."""
 

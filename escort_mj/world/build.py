@@ -16,6 +16,7 @@ from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.bodies import Bodies, bodies_of
+from escort_mj.scenario.crowd import CROWD, ContactPhysics, contact_physics
 from escort_mj.scenario.geometry import extent
 from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, gravity_of, team
@@ -32,6 +33,8 @@ from escort_mj.world.wiring import thickness, wire
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
 PATH_SAMPLES = 500
+FRICTIONLESS = 1  # condim of a contact that only pushes
+ARENA, ARENA_PER_ROBOT = 16_384, 64  # room for contacts of a crowd [KiB]; balls squeezed together use 10 each
 MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 
@@ -97,6 +100,8 @@ def build(scenario: Scenario) -> World:
     if scenario.axes > IN_SPACE:  # a body's parts may lie on another's while the two are far apart
         for geom in tree.iter("geom"):
             write(geom, contype=0, conaffinity=0)
+    else:
+        _set_contacts(tree, contact_physics(scenario), len(robots.mass))
     set_medium(tree, scenario.environment)
     _add_numbers(tree, "escort_plan", plan)
     model = mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"))
@@ -140,9 +145,22 @@ def _set_physics(root: Any, scenario: Scenario) -> None:
     physics = scenario.physics
     root.option.timestep = physics.timestep
     root.option.integrator = INTEGRATORS[physics.integrator]
-    root.option.solver = SOLVERS[physics.solver]
+    root.option.solver = SOLVERS[contact_physics(scenario).solver]
     root.option.gravity = gravity_of(scenario)
     root.option.flag.autoreset = "disable"
+
+
+def _set_contacts(tree: Element, contacts: ContactPhysics, count: int) -> None:
+    """Friction of what touches, and room for the contacts of a crowd.
+
+    MuJoCo's own guess of the room, for 1000 robots 0.5 GB and for 5000 9 GB, is that of Newton's method.
+    """
+    if not contacts.friction:
+        for geom in tree.iter("geom"):
+            if geom.get("name") != "floor":
+                write(geom, condim=FRICTIONLESS)
+    if contacts.solver == "cg" and count >= CROWD:
+        write(section(tree, "size"), memory=f"{ARENA + ARENA_PER_ROBOT * count}K")
 
 
 def _above(body: Body) -> float:
