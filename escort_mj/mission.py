@@ -123,9 +123,11 @@ def _simulate(
         while done < total and outcome is Outcome.COMPLETED:
             start, done = done, min(done + BLOCK, total)
             log = [NONE]
-            for row in range(start, done):
-                plant.step(world.stride if row else 1)  # the first sample is the evaluation at t = 0
-                samples[row] = plant.record
+            row = start
+            while row < done:
+                taken = plant.samples(done - row)
+                samples[row : row + len(taken)] = taken
+                row += len(taken)
                 if plant.has_ended:
                     log.append(plant.ended())
             healthy, outcome, message = _examine(samples[start:done], plant, bound, scenario)

@@ -39,6 +39,7 @@ def pack(
     truth: bool = False,
     watched: int = 0,
     columns: Sequence[tuple[int, int]] = (),
+    samples: tuple[int, int] = (0, 0),
 ) -> Array:
     """Packs a setup into the flat vector that `unpack_plan` reads.
 
@@ -50,6 +51,7 @@ def pack(
         watched: Groups of bodies whose clearances are recorded.
         columns: Which of these each body belongs to, and which is the body's own; -1 for none, shape
             (bodies, 2); empty where nothing is watched.
+        samples: How many samples the callbacks keep until somebody takes them off, and the size of each.
     """
     n, p, law = setup.count, setup.axes, setup.law
     phases = [Phase("", setup.behaviors), *setup.phases]
@@ -100,6 +102,8 @@ def pack(
         "held": p + 3,
         "biased": len(bias),
         "past": past,
+        "kept": samples[0],
+        "record": samples[1],
         "scratch": scratch_size(n, p) if setup.failures and vertices else 0,
     }
     values = _scalars(setup) | arrays | {"stride": stride, "truth": truth}

@@ -196,10 +196,12 @@ class State(NamedTuple):
     predecessors: Annotated[Array, "cycles", "n"]  # as in the plan, and past lost robots after a loss
     chord_length: Annotated[Array, 1]  # as in the plan, and of a smaller ring after a loss
     scratch: Annotated[Array, "scratch"]  # of `reform`
+    samples: Annotated[Array, "kept", "record"]  # kept since somebody took them off, see `world/sampling`
 
 
 # Places in State.clock
 STARTED, LAST_TIME, WATCHED_STEP = 0, 1, 2
+KEPT = 4  # samples in `State.samples`
 EVALUATED = 3  # steps evaluated before the present one
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 

@@ -22,10 +22,11 @@ from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, gravity_of, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
-from escort_mj.signals import truth_sizes
+from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import new_root, section, write
 from escort_mj.world.robots import add_robots, add_start
+from escort_mj.world.sampling import room_for
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
 from escort_mj.world.surroundings import add_obstacles, add_target, set_floor, set_medium
 from escort_mj.world.wiring import thickness, wire
@@ -90,8 +91,18 @@ def build(scenario: Scenario) -> World:
         )
     add_cameras(root, target, scenario, low, high)
     bodies = bodies_of(scenario)
-    watched = len(bodies.watched)
-    plan = pack(setup, stride, coordinates, scenario.recording.truth, watched, bodies.columns)
+    truth = scenario.recording.truth
+    sizes = {
+        "robot": len(robots.mass),
+        "axis": scenario.axes,
+        "obstacle": len(setup.obstacle_radius),
+        "behavior": len(setup.kinds),
+        "coordinate": coordinates,
+        "group": len(bodies.watched),
+    } | truth_sizes(scenario.axes, truth, setup.law.has_lyapunov)
+    record = record_size(sizes)
+    samples = 0 if truth else room_for(record), record  # truth needs Python at every sample
+    plan = pack(setup, stride, coordinates, truth, sizes["group"], bodies.columns, samples)
     root.size.nuserdata = state_size(plan)
     root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
 
@@ -109,14 +120,6 @@ def build(scenario: Scenario) -> World:
     add_start(tree, model, robots, gravity_of(scenario))
     ElementTree.indent(tree)
     xml = ElementTree.tostring(tree, "unicode")
-    sizes = {
-        "robot": len(robots.mass),
-        "axis": scenario.axes,
-        "obstacle": len(setup.obstacle_radius),
-        "behavior": len(setup.kinds),
-        "coordinate": coordinates,
-        "group": watched,
-    } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
     return World(
         mujoco.MjModel.from_xml_string(xml),
         xml,

@@ -6,15 +6,17 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.plan import State, unpack_state
+from escort_mj.control.plan import KEPT, WATCHED_STEP, State, unpack_state
 from escort_mj.signals import EPISODE, record_size
 from escort_mj.world import layout
 from escort_mj.world.build import World
 from escort_mj.world.contacts import ENDED, TURN, UNDER_WAY
 from escort_mj.world.properties import MassProperties
+from escort_mj.world.sampling import MOST_SAMPLES
 from escort_mj.world.wiring import behind, unpack_wiring
 
 Array = NDArray[np.float64]
+PHYSICS = int(mujoco.mjtState.mjSTATE_INTEGRATION) - int(mujoco.mjtState.mjSTATE_USERDATA)
 
 
 class Plant:
@@ -38,6 +40,7 @@ class Plant:
         self.properties = MassProperties(world.model) if world.sizes["truth"] else None
         dofs = unpack_wiring(behind(world.model.numeric_data.ctypes.data), world.setup.axes).dof_address
         self._trees = world.model.dof_treeid[dofs.astype(int)]
+        self._at_once = MOST_SAMPLES
 
     def step(self, count: int) -> None:
         """Advances by so many physics steps, without entering Python.
@@ -50,6 +53,49 @@ class Plant:
             residuals = self.properties.residuals(self.data.qpos, self.data.qvel)
             self.state.skew_residual[:] = residuals.skew[self._trees]
             self.state.coriolis_residual[:] = residuals.coriolis[self._trees]
+
+    def samples(self, most: int) -> Array:
+        """Advances to the next samples and takes them, without entering Python between them.
+
+        Episodes that end meanwhile find room in the log as if Python had looked at every sample: where it is
+        full at the end, the same steps are taken again with fewer samples at once.
+
+        Args:
+            most: How many samples at most.
+
+        Returns:
+            At least one, shape (k, record_size).
+        """
+        stride, kept = self.world.stride, self.state.samples
+        watched = int(self.state.clock[WATCHED_STEP])
+        first = stride - (watched - 1) % stride if watched else 1  # a sample is taken at t = 0
+        if not len(kept):
+            self.step(first)
+            return self.record[None].copy()
+        self.state.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
+        while True:
+            count = min(most, len(kept), self._at_once)
+            before = self._save()
+            self.step(first + (count - 1) * stride)
+            if count == 1 or self.state.tally[ENDED] < len(self.state.episodes):
+                break
+            self._restore(before)
+            self._at_once = count // 2
+        self._at_once = 2 * count
+        return kept[:count].copy()
+
+    def _save(self) -> tuple[Array, Array, Array]:
+        """All that stepping depends on and changes: physics, the controller's state, MuJoCo's warnings."""
+        physics = np.empty(mujoco.mj_stateSize(self.world.model, PHYSICS))
+        mujoco.mj_getState(self.world.model, self.data, physics, PHYSICS)
+        memory = self.data.userdata[: -self.state.samples.size].copy()
+        return physics, memory, self.data.warning.number.copy()
+
+    def _restore(self, saved: tuple[Array, Array, Array]) -> None:
+        physics, memory, warnings = saved
+        mujoco.mj_setState(self.world.model, self.data, physics, PHYSICS)
+        self.data.userdata[: len(memory)] = memory
+        self.data.warning.number[:] = warnings
 
     def reset(self) -> None:
         """Back to the start; the controller seeds its own state at its first evaluation."""

@@ -18,6 +18,7 @@ from escort_mj.world.layout import offset, structure
 from escort_mj.world.mass import INT, kinetic_energy, mass_block
 from escort_mj.world.motors import command_motors
 from escort_mj.world.nearest import find_nearest
+from escort_mj.world.sampling import keep
 from escort_mj.world.stages import IN_SPACE
 from escort_mj.world.truth import observe
 from escort_mj.world.watch import again, watch
@@ -147,6 +148,7 @@ def look(m: int, d: int, axes: int) -> None:
         pointer_at(m + MODEL_COLUMNS), pointer_at(d + DATA_QVEL), int_at(m + MODEL_FREEDOMS),
     )  # fmt: skip
     watch(plan, state, wiring.target_radius, energy)
+    keep(pointer_at(d + DATA_USERDATA), plan, state)
 
 
 @kernel

@@ -12,10 +12,11 @@ from escort_mj.errors import ScenarioError
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.bodies import obstacle_names
 from escort_mj.scenario.schema import Scenario
-from escort_mj.signals import truth_sizes
+from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
+from escort_mj.world.sampling import room_for
 from escort_mj.world.wiring import behind, geom_bodies, thickness, unpack_wiring
 
 PLANAR = {
@@ -303,7 +304,7 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     )
     again = mujoco.MjModel.from_xml_string(world.xml)
     assert again.numeric_data.tobytes() == world.model.numeric_data.tobytes()
-    plan = pack(world.setup, world.stride, world.sizes["coordinate"], False, 4, world.bodies.columns)
+    plan = plan_of(world)
     assert again.numeric_data[: len(plan)].tobytes() == plan.tobytes()
     for field in ("qpos0", "body_pos", "body_mass", "geom_size", "actuator_forcerange", "cam_pos"):
         assert getattr(again, field).tobytes() == getattr(world.model, field).tobytes(), field
@@ -317,11 +318,18 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     assert data.qvel.tobytes() == plant.data.qvel.tobytes()
 
 
+def plan_of(world: World) -> np.ndarray:
+    """The plan that a world without the truth channel carries."""
+    record = record_size(world.sizes)
+    samples = room_for(record), record
+    return pack(world.setup, world.stride, world.sizes["coordinate"], False, 4, world.bodies.columns, samples)
+
+
 def test_many_robots() -> None:
     """MuJoCo's reader takes at most 500 numbers at once: the plan of a large team has more."""
     world = world_of({"robots": {"count": 200, "placement": {"within": 60, "least_gap": 0.1}}})
     assert world.model.nbody == 202
-    plan = pack(world.setup, world.stride, world.sizes["coordinate"], False, 4, world.bodies.columns)
+    plan = plan_of(world)
     assert len(plan) > 500
     assert world.model.numeric_data[: len(plan)].tobytes() == plan.tobytes()
     wiring = unpack_wiring(behind(world.model.numeric_data.ctypes.data), 2)
