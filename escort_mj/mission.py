@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.record.episodes import NONE
-from escort_mj.record.metrics import summarize
+from escort_mj.record.metrics import Measure, measures_of, summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.revision import git_revision
 from escort_mj.record.trace import build_trace
@@ -58,7 +58,8 @@ class Run:
         outcome: How it ended.
         message: The same in one sentence, with the moment.
         trace: Every recorded signal, labelled; see `signals.py`.
-        metrics: Numbers that sum the run up, with units.
+        measures: The value of every metric, as it was found.
+        metrics: The same as metrics.json has them, with units.
         verdicts: What was expected, and whether it held.
     """
 
@@ -66,6 +67,7 @@ class Run:
     outcome: Outcome
     message: str
     trace: xarray.Dataset = field(repr=False)
+    measures: dict[str, Measure] = field(repr=False)
     metrics: dict[str, Any] = field(repr=False)
     verdicts: list[Verdict]
 
@@ -97,11 +99,12 @@ def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress 
     trace = build_trace(samples, world.sizes, _labels(scenario, world), episodes)
     trace.attrs["mujoco_warnings"] = sum(plant.warnings().values())
     steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
-    metrics = summarize(trace, outcome, steps=steps, wall_time=wall)
+    measures = measures_of(trace)
+    metrics = summarize(measures, trace, outcome, steps=steps, wall_time=wall)
     verdicts = judge(scenario.expect, trace, outcome)
     if folder is not None:
         folder.finish(outcome, message, trace, metrics, verdicts)
-    return Run(scenario, outcome, message, trace, metrics, verdicts)
+    return Run(scenario, outcome, message, trace, measures, metrics, verdicts)
 
 
 def _simulate(

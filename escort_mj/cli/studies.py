@@ -27,14 +27,18 @@ WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [defau
 
 def _laid_out(study: Path, out: Path | None, workers: int | None) -> tuple[Design, Path, int]:
     """A study's design, the folder of its results, and how many processes work on it."""
+    from escort_mj.study.parallel import cores, parent_of_workers
+
+    count = cores() if workers is None else workers
+    if count > 1:
+        parent_of_workers()
     from escort_mj import api
     from escort_mj.study.definition import load_study
     from escort_mj.study.design import Design
-    from escort_mj.study.parallel import cores
 
     design = Design(load_study(study), api.scenarios_folder())
     folder = out if out is not None else Path("renders") / "studies" / design.study.study
-    return design, folder, cores() if workers is None else workers
+    return design, folder, count
 
 
 @app.command()

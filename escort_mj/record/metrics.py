@@ -48,10 +48,13 @@ def measures_of(trace: xarray.Dataset) -> dict[str, Measure]:
     return {metric.name: FUNCTIONS[metric.name](tail if metric.tail else trace) for metric in METRICS}
 
 
-def summarize(trace: xarray.Dataset, outcome: Outcome, steps: int, wall_time: float) -> dict[str, Any]:
+def summarize(
+    found: dict[str, Measure], trace: xarray.Dataset, outcome: Outcome, steps: int, wall_time: float
+) -> dict[str, Any]:
     """Contents of metrics.json: every metric, over the run or, for steady state, over its last fifth.
 
     Args:
+        found: What `measures_of` says of the trace.
         trace: The whole trace.
         outcome: How the run ended.
         steps: Physics steps taken.
@@ -68,16 +71,15 @@ def summarize(trace: xarray.Dataset, outcome: Outcome, steps: int, wall_time: fl
             "real_time_factor": reached / wall_time if wall_time > 0.0 else None,
         }
     }
-    found_of = measures_of(trace)
     for metric in METRICS:
-        found = _finite(found_of[metric.name])
+        one = _finite(found[metric.name])
         summary[metric.name] = {
-            "value": found.value,
+            "value": one.value,
             "unit": metric.unit,
             "window": [(1.0 - TAIL) * reached if metric.tail else 0.0, reached],
-            "time": found.time,
-            "who": found.who,
-        } | ({"reason": found.reason} if found.reason else {})
+            "time": one.time,
+            "who": one.who,
+        } | ({"reason": one.reason} if one.reason else {})
     return summary
 
 

@@ -19,7 +19,8 @@ from itertools import islice
 from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeVar
 
-from escort_mj.errors import UsageError
+from escort_mj.errors import EscortError, UsageError
+from escort_mj.study.parallel import parent_of_workers
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -37,9 +38,25 @@ def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Iterator[tup
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(
-        workers, multiprocessing.get_context("forkserver"), initializer=_die_with_parent
-    )
+    return ProcessPoolExecutor(workers, parent_of_workers(), initializer=_die_with_parent)
+
+
+def _working_pool(workers: int) -> ProcessPoolExecutor:
+    """A pool whose workers start, so that jobs are not blamed where they do not.
+
+    Raises:
+        EscortError: If they do not start.
+    """
+    pool = _pool(workers)
+    try:
+        pool.submit(os.getpid).result()
+    except BrokenProcessPool:
+        pool.shutdown(wait=False)
+        raise EscortError(
+            "worker processes do not start; a script that uses them keeps what it does "
+            'under  if __name__ == "__main__":'
+        ) from None
+    return pool
 
 
 def _die_with_parent() -> None:
@@ -94,6 +111,7 @@ def local(workers: int) -> Backend[Any, Any]:
                         yield job, result
             except BrokenProcessPool:
                 pool.shutdown(wait=False)
+                idle.append(_working_pool(workers))
                 for future, (job, tries) in flying.items():
                     if future.done() and not future.cancelled() and future.exception() is None:
                         yield job, future.result()
@@ -171,7 +189,15 @@ def _as_they_come(
     for _ in range(AHEAD * max(workers, len(client.scheduler_info()["workers"]))):
         if not launch():
             break
+    suspects: list[Job] = []
     for future in results:
         job = flying.pop(future)
-        yield job, None if isinstance(future.exception(), KilledWorker) else future.result()
+        if isinstance(future.exception(), KilledWorker):
+            suspects.append(job)
+        else:
+            yield job, future.result()
         launch()
+    # Dask blames whatever was waiting at a worker that died: one at a time shows which job it was.
+    for job in suspects:
+        future = client.submit(function, job, pure=False)
+        yield job, None if isinstance(future.exception(), KilledWorker) else future.result()

@@ -17,7 +17,8 @@ from escort_mj.study.backends import Backend
 from escort_mj.study.design import Cell, Design
 from escort_mj.study.ranges import Range
 from escort_mj.study.store import Row, Store
-from escort_mj.study.sweep import Job, make
+from escort_mj.study.sweep import make
+from escort_mj.study.work import Job
 
 Point = Mapping[str, float | int]
 """Scenario keys or parameters, and the number that each has; `seed` moves the study's seeds."""

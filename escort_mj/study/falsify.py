@@ -19,7 +19,7 @@ from escort_mj.study.robustness import BEST, broken, robustness
 from escort_mj.study.searches import Falsify
 from escort_mj.study.shrink import shrink
 from escort_mj.study.store import Row
-from escort_mj.study.sweep import Job
+from escort_mj.study.work import Job
 
 Progress = Callable[[float, float], None]
 HOPELESS = 50  # impossible points for each that is possible, beyond which a search gives up

@@ -7,12 +7,16 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.context import ForkServerContext
+from multiprocessing.forkserver import ensure_running
 from typing import TypeVar
 
 from escort_mj.errors import EscortError
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+
+WORK = "escort_mj.study.work"  # the module that worker processes need
 
 
 def cores() -> int:
@@ -21,6 +25,18 @@ def cores() -> int:
         return len(os.sched_getaffinity(0))
     except AttributeError:
         return os.cpu_count() or 1
+
+
+def parent_of_workers() -> ForkServerContext:
+    """Starts the process that worker processes are forked from, or finds it.
+
+    It imports what a run needs, once for all workers, while this process gets ready itself: call this early.
+    Workers are not forked from this process, whose threads and native callbacks would not survive it.
+    """
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([WORK])
+    ensure_running()
+    return context
 
 
 def side_by_side(
@@ -32,8 +48,7 @@ def side_by_side(
     """Calls a function for every item.
 
     Processes, not threads: a run takes samples in Python between its native stretches, and on two cores two
-    threads need longer than one after the other. They are not forked from this process, whose threads and
-    native callbacks would not survive it.
+    threads need longer than one after the other.
 
     Args:
         function: Of the top level of a module, since it goes to other processes; so do items and results.
@@ -55,7 +70,7 @@ def side_by_side(
             if progress is not None:
                 progress(len(results), len(items))
         return results
-    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("forkserver"))
+    pool = ProcessPoolExecutor(workers, mp_context=parent_of_workers())
     try:
         futures = [pool.submit(function, item) for item in items]
         pending: set[Future[Result]] = set(futures)

@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import binomtest, wilcoxon
 
 Array = NDArray[np.float64]
 
@@ -114,6 +113,8 @@ def rate(happened: ArrayLike) -> Rate:
     count, of = int(np.count_nonzero(values)), len(values)
     if not of:
         return Rate(0, 0, math.nan, NOTHING)
+    from scipy.stats import binomtest  # slow to import
+
     found = binomtest(count, of).proportion_ci(LEVEL, method="exact")
     return Rate(count, of, count / of, Interval(float(found.low), float(found.high)))
 
@@ -252,6 +253,8 @@ def _signed_rank(differences: Array) -> float:
         return math.nan
     if not differences.any():
         return 1.0
+    from scipy.stats import wilcoxon  # slow to import
+
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore"

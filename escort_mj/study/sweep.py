@@ -6,52 +6,24 @@ import csv
 import io
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict
-from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
-from escort_mj.errors import EscortError, UsageError
-from escort_mj.mission import fly
+from escort_mj.errors import UsageError
 from escort_mj.record.files import write_text
-from escort_mj.record.folder import RunFolder
-from escort_mj.record.metrics import measures_of
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import dump_scenario
-from escort_mj.scenario.load import Template
 from escort_mj.signals import METRIC_NAMES
-from escort_mj.study.backends import Backend, here
+from escort_mj.study.backends import Backend
 from escort_mj.study.design import Design, Planned
 from escort_mj.study.results import write_design
 from escort_mj.study.store import Row, Store
+from escort_mj.study.work import RUNS, Job, killed, perform
 
-RUNS, TABLE = "runs", "runs.csv"
+TABLE = "runs.csv"
 CLAIMED_AT_ONCE = 16  # runs
 BEAT = 30.0  # s between two signs of life
 POLL = 0.5  # s between two looks at what others do
 Progress = Callable[[float, float], None]
-
-
-class Job(NamedTuple):
-    """A run to be made, by whoever gets it.
-
-    Attributes:
-        key: Of the run.
-        seed: Of all its randomness.
-        settings: What its cell sets.
-        text: The scenario's YAML before that.
-        source: What to call it.
-        folder: Where to keep the run; None for nowhere.
-        only_failed: Keep it only where it fails.
-    """
-
-    key: str
-    seed: int
-    settings: dict[str, Any]
-    text: str
-    source: str
-    folder: Path | None
-    only_failed: bool
 
 
 Keyed = TypeVar("Keyed", Job, Planned)
@@ -172,7 +144,7 @@ def make(
     while missing:
         beaten = time.monotonic()
         for job, row in backend(perform, _claimed(missing, store)):
-            store.put(row if row is not None else _killed(job))
+            store.put(row if row is not None else killed(job))
             made, done = made + 1, done + 1
             if progress is not None:
                 progress(done, total)
@@ -209,60 +181,6 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
     )
 
 
-@lru_cache(maxsize=4)
-def _template(text: str, source: str) -> Template:
-    return Template(text, source)
-
-
-def perform(job: Job) -> Row:
-    """Makes one run and sums it up; whatever goes wrong is a row, too."""
-    began = time.perf_counter()
-    try:
-        scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})
-        folder, run = None, None
-        if job.folder is None or job.only_failed:
-            run = fly(scenario)
-        if job.folder is not None and (run is None or not run.passed):
-            with RunFolder.create(job.folder) as kept:
-                run = fly(scenario, kept)
-            folder = f"{RUNS}/{job.key}"
-        assert run is not None
-    except EscortError as error:
-        return _row(job, Outcome.FAILED.value, str(error), time.perf_counter() - began)
-    except Exception as error:
-        message = f"{type(error).__name__}: {error}"
-        return _row(job, Outcome.FAILED.value, message, time.perf_counter() - began)
-    attributes, prefix = run.trace.attrs, "version_"
-    return Row(
-        job.key,
-        job.seed,
-        job.settings,
-        run.outcome.value,
-        run.message,
-        run.passed,
-        float(run.metrics["run"]["simulated_time"]),
-        time.perf_counter() - began,
-        [asdict(verdict) for verdict in run.verdicts],
-        dump_scenario(scenario),
-        {
-            str(name).removeprefix(prefix): str(value)
-            for name, value in attributes.items()
-            if str(name).startswith(prefix)
-        },
-        {name: found.value for name, found in measures_of(run.trace).items()} if run.outcome.good else {},
-        folder,
-    )
-
-
-def _row(job: Job, outcome: str, message: str, wall_time: float) -> Row:
-    """The row of a run that came to nothing."""
-    return Row(job.key, job.seed, job.settings, outcome, message, False, 0.0, wall_time, [], "", {}, {})
-
-
-def _killed(job: Job) -> Row:
-    return _row(job, Outcome.KILLED.value, "its worker process died, time and again", 0.0)
-
-
 def table(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
     """Writes the runs as comma-separated values: what was varied, how it ended, every metric."""
     text = io.StringIO()
@@ -281,6 +199,3 @@ def table(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out:
             ]
         )
     write_text(out / TABLE, text.getvalue())
-
-
-__all__ = ["Job", "Swept", "here", "make", "perform", "sweep"]

@@ -20,8 +20,8 @@ from escort_mj.study.evaluate import Evaluator, base_of, check_box, mean
 from escort_mj.study.robustness import robustness
 from escort_mj.study.searches import Bound, Tune
 from escort_mj.study.store import Row
-from escort_mj.study.sweep import Job
 from escort_mj.study.tune_table import table
+from escort_mj.study.work import Job
 
 Progress = Callable[[float, float], None]
 BEST, TRIALS, SUMMARY = "best.yaml", "trials.csv", "tune.json"

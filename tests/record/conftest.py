@@ -13,7 +13,7 @@ import pytest
 
 from escort_mj.record.episodes import COLUMNS
 from escort_mj.record.folder import RunFolder
-from escort_mj.record.metrics import summarize
+from escort_mj.record.metrics import measures_of, summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace
 from escort_mj.signals import SIGNALS, truth_sizes
@@ -213,7 +213,13 @@ def finish() -> Callable[..., Any]:
         folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
         folder.append(samples)
         trace = build_trace(samples, sizes, labels)
-        folder.finish(outcome, "it ended", trace, summarize(trace, outcome, 42, 0.5), [{"passed": True}])
+        folder.finish(
+            outcome,
+            "it ended",
+            trace,
+            summarize(measures_of(trace), trace, outcome, 42, 0.5),
+            [{"passed": True}],
+        )
         return trace
 
     return run

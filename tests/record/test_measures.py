@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from escort_mj.record.metrics import measure, summarize
+from escort_mj.record.metrics import measure, measures_of, summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.signals import CAUSES
 from tests.record.motions import RADIUS, TIME, ring, steps
@@ -71,7 +71,7 @@ class TestSettling:
         found = measure("settling_time", trace)
         assert found.value == math.inf
         assert found.reason == "never settles"
-        summary = summarize(trace, Outcome.COMPLETED, 1, 1.0)["settling_time"]
+        summary = summarize(measures_of(trace), trace, Outcome.COMPLETED, 1, 1.0)["settling_time"]
         assert summary["value"] is None
         assert summary["reason"] == "never settles"
 

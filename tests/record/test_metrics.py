@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.record.files import write_json
-from escort_mj.record.metrics import measure, summarize, window
+from escort_mj.record.metrics import measure, measures_of, summarize, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.signals import METRIC_NAMES, METRICS
 from tests.record.motions import RADIUS, TIME, ring, steps
@@ -42,7 +42,7 @@ class TestWindows:
 class TestSummary:
     def test_every_metric_with_unit_and_window(self, make_trace):
         trace = make_trace(TIME, robots=3, obstacles=1, q=ring(3), about={"least_energy": [3**0.5]})
-        summary = summarize(trace, Outcome.COMPLETED, steps=5000, wall_time=0.5)
+        summary = summarize(measures_of(trace), trace, Outcome.COMPLETED, steps=5000, wall_time=0.5)
         assert list(summary) == ["run", *METRIC_NAMES]
         assert summary["run"] == {
             "outcome": "completed",
@@ -59,13 +59,14 @@ class TestSummary:
 
     def test_steady_state_is_the_last_fifth(self, make_trace):
         error = steps(TIME, 7.99, -1.0) + 1.1
-        summary = summarize(make_trace(TIME, q=ring(1, RADIUS + error[:, None])), Outcome.COMPLETED, 1, 1.0)
+        trace = make_trace(TIME, q=ring(1, RADIUS + error[:, None]))
+        summary = summarize(measures_of(trace), trace, Outcome.COMPLETED, 1, 1.0)
         assert summary["radius_error_max"]["value"] == pytest.approx(0.1)
         assert summary["radius_error_mean"]["value"] == pytest.approx(0.1)
 
     @pytest.mark.parametrize("time", [[], [0.0], [0.0, 0.02]])
     def test_a_run_that_hardly_began(self, make_trace, time, tmp_path):
-        summary = summarize(make_trace(time), Outcome.DIVERGED, 0, 0.0)
+        summary = summarize(measures_of(make_trace(time)), make_trace(time), Outcome.DIVERGED, 0, 0.0)
         assert summary["run"]["real_time_factor"] is None
         for name in METRIC_NAMES:
             assert summary[name]["value"] is not None or summary[name]["reason"]
@@ -74,7 +75,7 @@ class TestSummary:
     def test_json_holds_no_nan_whatever_the_run(self, make_trace, tmp_path, wild):
         with np.errstate(all="ignore"):
             trace = make_trace(TIME, robots=2, q=wild, e=wild, effort=wild, work=TIME[:, None] * 1e307)
-            summary = summarize(trace, Outcome.DIVERGED, 1, 1.0)
+            summary = summarize(measures_of(trace), trace, Outcome.DIVERGED, 1, 1.0)
         for name in METRIC_NAMES:
             assert summary[name]["value"] is not None or summary[name]["reason"]
         write_json(tmp_path / "metrics.json", summary)

@@ -97,6 +97,20 @@ def test_workers_go_when_the_process_that_wants_them_is_killed(tmp_path: Path) -
     assert until(lambda: not any(worker.exists() for worker in workers))
 
 
+def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> None:
+    script = MAIN.replace('if __name__ == "__main__":', "if True:")
+    (tmp_path / "main.py").write_text(script)
+    ended = subprocess.run(
+        [sys.executable, str(tmp_path / "main.py"), str(tmp_path)],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        capture_output=True,
+        text=True,
+    )
+    assert ended.returncode != 0
+    assert "worker processes do not start" in ended.stderr
+    assert '__name__ == "__main__"' in ended.stderr.splitlines()[-1]
+
+
 def until(there: Callable[[], bool], patience: float = 60.0) -> bool:
     """Waits for something."""
     end = time.monotonic() + patience

@@ -21,7 +21,8 @@ from escort_mj.study.backends import dask, here, local
 from escort_mj.study.definition import load_study
 from escort_mj.study.design import Design
 from escort_mj.study.store import FILE, Store
-from escort_mj.study.sweep import Job, perform, sweep
+from escort_mj.study.sweep import sweep
+from escort_mj.study.work import Job, perform
 
 STUDY = """
 study: small
