@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -21,8 +22,8 @@ from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.record.episodes import NONE
 from escort_mj.record.metrics import Measure, measures_of, summarize
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import Recording, record
 from escort_mj.record.revision import git_revision
-from escort_mj.record.trace import build_trace
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.bodies import obstacle_names
 from escort_mj.scenario.crowd import contact_physics
@@ -57,7 +58,7 @@ class Run:
         scenario: What was run.
         outcome: How it ended.
         message: The same in one sentence, with the moment.
-        trace: Every recorded signal, labelled; see `signals.py`.
+        recording: Every recorded signal; see `signals.py`.
         measures: The value of every metric, as it was found.
         metrics: The same as metrics.json has them, with units.
         verdicts: What was expected, and whether it held.
@@ -66,10 +67,15 @@ class Run:
     scenario: Scenario
     outcome: Outcome
     message: str
-    trace: xarray.Dataset = field(repr=False)
+    recording: Recording = field(repr=False)
     measures: dict[str, Measure] = field(repr=False)
     metrics: dict[str, Any] = field(repr=False)
     verdicts: list[Verdict]
+
+    @cached_property
+    def trace(self) -> xarray.Dataset:
+        """Every recorded signal, labelled."""
+        return self.recording.to_dataset()
 
     @property
     def passed(self) -> bool:
@@ -96,15 +102,16 @@ def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress 
     samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress)
     wall = time.perf_counter() - clock
 
-    trace = build_trace(samples, world.sizes, _labels(scenario, world), episodes)
-    trace.attrs["mujoco_warnings"] = sum(plant.warnings().values())
+    recording = record(samples, world.sizes, _labels(scenario, world), episodes)
+    recording.attrs["mujoco_warnings"] = sum(plant.warnings().values())
     steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
-    measures = measures_of(trace)
-    metrics = summarize(measures, trace, outcome, steps=steps, wall_time=wall)
-    verdicts = judge(scenario.expect, trace, outcome)
+    measures = measures_of(recording)
+    metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall)
+    verdicts = judge(scenario.expect, recording, outcome)
+    run = Run(scenario, outcome, message, recording, measures, metrics, verdicts)
     if folder is not None:
-        folder.finish(outcome, message, trace, metrics, verdicts)
-    return Run(scenario, outcome, message, trace, measures, metrics, verdicts)
+        folder.finish(outcome, message, run.trace, metrics, verdicts)
+    return run
 
 
 def _simulate(

@@ -25,7 +25,7 @@ from escort_mj.scenario.expectations import (
 from escort_mj.signals import METRICS
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 NEAR = 0.05  # a margin below this share of the bound is a near miss
 UNITS = {
@@ -96,7 +96,7 @@ class Bound:
         return f"at {'most' if self.upper else 'least'} {self.value:g}{unit and ' ' + unit}"
 
 
-def judged(expectation: Expectation, trace: xarray.Dataset, outcome: Outcome) -> Found:
+def judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> Found:
     """What there is to say of one expectation.
 
     Args:
@@ -120,7 +120,7 @@ def judged(expectation: Expectation, trace: xarray.Dataset, outcome: Outcome) ->
     return Found("outcome", expectation.outcome, held, words, time=time)
 
 
-def _metric(expectation: MetricExpectation, trace: xarray.Dataset) -> Found:
+def _metric(expectation: MetricExpectation, trace: Recorded) -> Found:
     """A bound on a metric."""
     name, low, high = expectation.metric, expectation.at_least, expectation.at_most
     least = LEAST[name] if math.isfinite(LEAST[name]) else 0.0
@@ -131,7 +131,7 @@ def _metric(expectation: MetricExpectation, trace: xarray.Dataset) -> Found:
     return _held_against(name, demanded + _when(expectation.window), found, UNITS[name], bounds)
 
 
-def _clearance(expectation: ClearanceExpectation, trace: xarray.Dataset) -> Found:
+def _clearance(expectation: ClearanceExpectation, trace: Recorded) -> Found:
     """The least distance between two sides."""
     part, bound = window(trace, *expectation.window), Bound(expectation.at_least, upper=False)
     demanded = bound.words("m") + _when(expectation.window)
@@ -140,7 +140,7 @@ def _clearance(expectation: ClearanceExpectation, trace: xarray.Dataset) -> Foun
     return _held_against(expectation.subject, demanded, found, "m", [bound])
 
 
-def _settled(expectation: SettledExpectation, trace: xarray.Dataset) -> Found:
+def _settled(expectation: SettledExpectation, trace: Recorded) -> Found:
     """Every robot at the mission's radius, by some time."""
     bound, (by, before) = Bound(expectation.settled), expectation.window
     demanded = f"within {bound.value:g} m by {by:g} s{_when((0.0, before))}"
@@ -195,7 +195,7 @@ def _when(limits: tuple[float, float | None]) -> str:
     )
 
 
-def _sanity(expectation: SanityExpectation, trace: xarray.Dataset, outcome: Outcome) -> Found:
+def _sanity(expectation: SanityExpectation, trace: Recorded, outcome: Outcome) -> Found:
     """Whether the simulation can be trusted."""
     part = window(trace, *expectation.window)
     demanded = ", ".join(expectation.sanity) + _when(expectation.window)
@@ -220,7 +220,7 @@ QUANTITIES = {
 """Variable and unit of what a bound on touches is about; of `at_most`, their number."""
 
 
-def _contacts(expectation: ContactExpectation, trace: xarray.Dataset) -> Found:
+def _contacts(expectation: ContactExpectation, trace: Recorded) -> Found:
     """Bounds on touches between two sides; of several, the one with the least room counts."""
     part = window(trace, *expectation.window)
     met = touches(trace, expectation.pair, *expectation.window)
@@ -246,7 +246,7 @@ def _room(found: Found) -> float:
     return found.margin / bound if bound else found.margin
 
 
-def _touch(subject: str, key: str, bound: Bound, met: xarray.Dataset) -> Found:
+def _touch(subject: str, key: str, bound: Bound, met: Recorded) -> Found:
     """One bound on the touches of a window."""
     name, unit = QUANTITIES[key]
     count = met.sizes["episode"]
@@ -256,29 +256,29 @@ def _touch(subject: str, key: str, bound: Bound, met: xarray.Dataset) -> Found:
         margin = bound.margin(0.0)
         return Found(subject, demanded, margin >= 0.0, "none", 0.0, unit, margin=margin)
     worst = int(np.argmax(met[name].values)) if name else 0
-    episode = met.isel(episode=worst)
-    value = float(episode[name]) if name else float(count)
+    value = float(met[name].values[worst]) if name else float(count)
     at = "episode_peak_time" if key in ("peak_force", "penetration") else "episode_start"
-    found = Measure(value, float(episode[at]), pair(met, worst))
+    found = Measure(value, float(met[at].values[worst]), pair(met, worst))
     margin = bound.margin(value)
     near = bool(name) and bound.is_near(margin)  # one touch less is not nearly none
-    words = f"{_number(value, unit)} ({found.who} at {found.time:.3f} s: {_story(episode)}"
+    words = f"{_number(value, unit)} ({found.who} at {found.time:.3f} s: {_story(met, worst)}"
     words += f"{', the first' if not name and count > 1 else ''}){', a near miss' if near else ''}"
     return Found(subject, demanded, margin >= 0.0, words, value, unit, found.time, found.bodies, margin, near)
 
 
-def _story(episode: xarray.Dataset) -> str:
+def _story(met: Recorded, episode: int) -> str:
     """A touch in words."""
     time, force, impulse, depth = (
-        float(episode[f"episode_{name}"]) for name in ("touch_time", "peak_force", "impulse", "depth")
+        float(met[f"episode_{name}"].values[episode])
+        for name in ("touch_time", "peak_force", "impulse", "depth")
     )
     lasts = f"{1e3 * time:.3g} ms" if time < 1.0 else f"{time:.3g} s"
     return f"{lasts}, up to {force:.3g} N, {impulse:.3g} N s, {1e3 * depth:.3g} mm deep"
 
 
-def _barely_missed(sides: tuple[str, str] | None, part: xarray.Dataset) -> str:
+def _barely_missed(sides: tuple[str, str] | None, part: Recorded) -> str:
     """Who nearly touched in a window; empty where nobody did, or where no clearance is recorded."""
     found = least_clearance(part, sides)
-    if found.value is None or found.value >= NEAR * float(part["robot_radius"].min()):
+    if found.value is None or found.value >= NEAR * float(part["robot_radius"].values.min()):
         return ""
     return f", a near miss: {1e3 * found.value:.2g} mm{_circumstances(found)}"

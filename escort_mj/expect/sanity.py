@@ -13,7 +13,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.expectations import SanityCheck
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 MAY_BE_INFINITE = ("clearance", "target_clearance")  # where there is nothing to be clear of
 
@@ -43,7 +43,7 @@ class Report:
     room: float = math.inf
 
 
-def sanity(check: SanityCheck, trace: xarray.Dataset, outcome: Outcome) -> Report:
+def sanity(check: SanityCheck, trace: Recorded, outcome: Outcome) -> Report:
     """Looks at one kind of trouble.
 
     Args:
@@ -65,7 +65,7 @@ def _warnings(outcome: Outcome) -> Report:
     return Report(True, "no warning")
 
 
-def _finite(trace: xarray.Dataset, outcome: Outcome) -> Report:
+def _finite(trace: Recorded, outcome: Outcome) -> Report:
     """Every recorded number is one, and the run did not diverge."""
     for name, variable in trace.data_vars.items():
         if variable.dtype.kind != "f" or "time" not in variable.dims:
@@ -79,7 +79,7 @@ def _finite(trace: xarray.Dataset, outcome: Outcome) -> Report:
     return Report(True, "all numbers finite")
 
 
-def _energy(trace: xarray.Dataset) -> Report:
+def _energy(trace: Recorded) -> Report:
     """Robots move with no more energy than motors, disturbance, gravity, wind and touches gave them.
 
     Each is bounded from above: gravity and disturbance as if they pulled along the motion, wind as if it gave
@@ -109,7 +109,7 @@ def _energy(trace: xarray.Dataset) -> Report:
     return Report(most >= value, words, value, "J", moment, robot, most - value, float(room[row]))
 
 
-def _tunneling(trace: xarray.Dataset) -> Report:
+def _tunneling(trace: Recorded) -> Report:
     """No two bodies come nearer in one step than the thinnest is thick: none can pass through another."""
     found = tunneling(trace)
     assert found.value is not None

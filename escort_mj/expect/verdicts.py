@@ -11,7 +11,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.expectations import Expectation, OutcomeExpectation
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Verdict:
         return self.message.removeprefix(f"{self.metric} {self.demanded}: ")
 
 
-def judge(expectations: Sequence[Expectation], trace: xarray.Dataset, outcome: Outcome) -> list[Verdict]:
+def judge(expectations: Sequence[Expectation], trace: Recorded, outcome: Outcome) -> list[Verdict]:
     """Judges a run: its outcome first, then every expectation.
 
     Args:
@@ -74,7 +74,7 @@ def judge(expectations: Sequence[Expectation], trace: xarray.Dataset, outcome: O
 
 
 def judge_one(
-    expectation: Expectation, trace: xarray.Dataset, outcome: Outcome, place: int | None = None
+    expectation: Expectation, trace: Recorded, outcome: Outcome, place: int | None = None
 ) -> Verdict:
     """Judges one expectation.
 
@@ -107,7 +107,7 @@ def judge_one(
     )
 
 
-def _unless_cut_off(expectation: Expectation, found: Found, trace: xarray.Dataset, outcome: Outcome) -> Found:
+def _unless_cut_off(expectation: Expectation, found: Found, trace: Recorded, outcome: Outcome) -> Found:
     """The finding, unless it held only because the run broke off inside the window."""
     end = expectation.window[1]
     reached = float(trace["time"][-1]) if trace.sizes["time"] else 0.0

@@ -11,7 +11,7 @@ from escort_mj.signals import EPISODE as COLUMNS
 from escort_mj.signals import FIRST, SECOND, START
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 
@@ -37,27 +37,27 @@ def episode_variables(episodes: Array) -> dict[str, Any]:
     }
 
 
-def during(trace: xarray.Dataset, start: float, end: float) -> xarray.Dataset:
+def during(trace: Recorded, start: float, end: float) -> Recorded:
     """The episodes that have a step within a stretch of time [s], its ends included."""
     half = 0.5 * float(trace.attrs["timestep"])
     inside = (trace["episode_start"].values < end + half) & (trace["episode_end"].values > start + half)
     return trace.isel(episode=inside)
 
 
-def apart_from(trace: xarray.Dataset, *groups: str) -> NDArray[np.bool_]:
+def apart_from(trace: Recorded, *groups: str) -> NDArray[np.bool_]:
     """Whether neither body of an episode is of one of these groups, shape (episode,)."""
     others = ~np.isin(trace["body_group"].values, groups)
     apart: NDArray[np.bool_] = others[trace["episode_first"].values] & others[trace["episode_second"].values]
     return apart
 
 
-def pair(trace: xarray.Dataset, episode: int) -> tuple[str, str]:
+def pair(trace: Recorded, episode: int) -> tuple[str, str]:
     """Names of the two bodies of an episode."""
     first, second = (str(trace["body"].values[int(trace[name][episode])]) for name in WHOLE)
     return first, second
 
 
-def touched(trace: xarray.Dataset) -> NDArray[np.bool_]:
+def touched(trace: Recorded) -> NDArray[np.bool_]:
     """Whether each robot touched something other than the floor since the previous sample, shape (T, n)."""
     time, robots, step = trace["time"].values, trace.sizes["robot"], float(trace.attrs["timestep"])
     flags = np.zeros((len(time), robots), dtype=bool)

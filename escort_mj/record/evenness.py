@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
-def lost(trace: xarray.Dataset) -> Flags:
+def lost(trace: Recorded) -> Flags:
     """Which robots the team has lost, shape (time, robot)."""
     flags: Flags = trace["lost"].values > 0
     return flags
 
 
-def energy_ratios(trace: xarray.Dataset) -> Array | None:
+def energy_ratios(trace: Recorded) -> Array | None:
     """Energy of the directions of the robots that are left over the least energy of that many, shape (time,).
 
     1 is even; NaN where a single robot is left. None where the least energy was not looked for, or where the

@@ -103,7 +103,7 @@ class RunFolder:
             scenario: The complete scenario as YAML.
             model: The model as MJCF.
             sizes: Size of each dimension of a record.
-            labels: As `build_trace` takes them; what JSON can hold.
+            labels: As `recording.record` takes them; what JSON can hold.
         """
         with _writing(self.path):
             write_text(self.path / SCENARIO, scenario)

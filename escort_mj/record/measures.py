@@ -15,9 +15,10 @@ import numpy as np
 
 from escort_mj.record.episodes import apart_from, during, pair
 from escort_mj.record.evenness import energy_ratios, lost
+from escort_mj.signals import CAUSES
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 SETTLED = 0.05  # of the radius
 SHORT = "the window holds a single sample"
@@ -64,13 +65,13 @@ def in_words(bodies: Bodies) -> str:
     return " and ".join(name.replace("robot_", "robot ") for name in bodies)
 
 
-def radius_error(trace: xarray.Dataset) -> np.ndarray:
+def radius_error(trace: Recorded) -> np.ndarray:
     """Signed | q - c | - radius, shape (time, robot) [m]; NaN where a robot is lost."""
     offset = trace["q"].values - trace["target_position"].values[:, None]
     return np.where(lost(trace), np.nan, np.linalg.norm(offset, axis=2) - trace.attrs["mission_radius"])
 
 
-def spacing_error(trace: xarray.Dataset) -> np.ndarray | None:
+def spacing_error(trace: Recorded) -> np.ndarray | None:
     """Signed deviation of neighbors' distances from even, shape (time, edge) [m]; None without a formation.
 
     Only of samples before the first loss, which is the end of this formation.
@@ -82,18 +83,18 @@ def spacing_error(trace: xarray.Dataset) -> np.ndarray | None:
     return np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2) - trace["spacing"].values
 
 
-def _at(trace: xarray.Dataset, values: np.ndarray, place: np.intp, name: Callable[[int], Bodies]) -> Measure:
+def _at(trace: Recorded, values: np.ndarray, place: np.intp, name: Callable[[int], Bodies]) -> Measure:
     """The value at a flat place of values of shape (time, thing)."""
     row, column = divmod(int(place), values.shape[1])
     return Measure(float(values[row, column]), float(trace["time"][row]), name(column))
 
 
-def _largest(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
+def _largest(trace: Recorded, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
     """Largest of values of shape (time, thing), the first of equals; NaN is none."""
     return _at(trace, values, np.argmax(np.where(np.isnan(values), -np.inf, values)), name)
 
 
-def _least(trace: xarray.Dataset, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
+def _least(trace: Recorded, values: np.ndarray, name: Callable[[int], Bodies]) -> Measure:
     """Least of values of shape (time, thing), the first of equals."""
     return _at(trace, values, np.argmin(values), name)
 
@@ -106,22 +107,22 @@ def _nobody(index: int) -> Bodies:
     return ()
 
 
-def _edge(trace: xarray.Dataset) -> Callable[[int], Bodies]:
+def _edge(trace: Recorded) -> Callable[[int], Bodies]:
     pairs = trace["neighbors"].values
     return lambda index: (f"robot_{pairs[index, 0]}", f"robot_{pairs[index, 1]}")
 
 
-def radius_error_mean(trace: xarray.Dataset) -> Measure:
+def radius_error_mean(trace: Recorded) -> Measure:
     """Mean of the absolute radius error."""
     return Measure(float(np.nanmean(np.abs(radius_error(trace)))))
 
 
-def radius_error_max(trace: xarray.Dataset) -> Measure:
+def radius_error_max(trace: Recorded) -> Measure:
     """Largest absolute radius error."""
     return _largest(trace, np.abs(radius_error(trace)), _robot)
 
 
-def settling_time(trace: xarray.Dataset) -> Measure:
+def settling_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within 5 % of the radius to the end of the window."""
     outside = np.abs(radius_error(trace)) > SETTLED * trace.attrs["mission_radius"]
     late = np.flatnonzero(outside.any(axis=1))
@@ -134,7 +135,7 @@ def settling_time(trace: xarray.Dataset) -> Measure:
     return Measure(float(trace["time"][last + 1]), float(trace["time"][last]), who)
 
 
-def spacing_error_mean(trace: xarray.Dataset) -> Measure:
+def spacing_error_mean(trace: Recorded) -> Measure:
     """Mean absolute deviation of neighbors' distances from even."""
     error = spacing_error(trace)
     if error is None:
@@ -142,7 +143,7 @@ def spacing_error_mean(trace: xarray.Dataset) -> Measure:
     return Measure(float(np.abs(error).mean())) if len(error) else Measure(None, reason=BROKEN)
 
 
-def spacing_error_max(trace: xarray.Dataset) -> Measure:
+def spacing_error_max(trace: Recorded) -> Measure:
     """Largest absolute deviation of a neighbors' distance from even."""
     error = spacing_error(trace)
     if error is None:
@@ -150,7 +151,7 @@ def spacing_error_max(trace: xarray.Dataset) -> Measure:
     return _largest(trace, np.abs(error), _edge(trace)) if len(error) else Measure(None, reason=BROKEN)
 
 
-def energy_ratio(trace: xarray.Dataset) -> Measure:
+def energy_ratio(trace: Recorded) -> Measure:
     """Largest Coulomb energy of the directions of the robots that are left, over the least of that many."""
     ratios = energy_ratios(trace)
     if ratios is None:
@@ -160,22 +161,22 @@ def energy_ratio(trace: xarray.Dataset) -> Measure:
     return _largest(trace, ratios[:, None], _nobody)
 
 
-def _rms(trace: xarray.Dataset, name: str) -> Measure:
+def _rms(trace: Recorded, name: str) -> Measure:
     """Root mean square of a vector's length over time and robots."""
     return Measure(float(np.sqrt((trace[name].values ** 2).sum(axis=2)[~lost(trace)].mean())))
 
 
-def tracking_error_rms(trace: xarray.Dataset) -> Measure:
+def tracking_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |e|."""
     return _rms(trace, "e")
 
 
-def velocity_error_rms(trace: xarray.Dataset) -> Measure:
+def velocity_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |e_dot|."""
     return _rms(trace, "e_dot")
 
 
-def _gained(trace: xarray.Dataset, name: str) -> float | None:
+def _gained(trace: Recorded, name: str) -> float | None:
     """What a running total gained over the window, sum over robots; None for a window of one sample."""
     if trace.sizes["time"] < 2:
         return None
@@ -183,42 +184,42 @@ def _gained(trace: xarray.Dataset, name: str) -> float | None:
     return float((total[last, np.arange(len(last))] - total[0]).sum())
 
 
-def _rate(trace: xarray.Dataset, name: str) -> float | None:
+def _rate(trace: Recorded, name: str) -> float | None:
     """What a running total gained per second, mean over robots; None for a window of one sample."""
     gained, time = _gained(trace, name), trace["time"].values
     return None if gained is None else gained / float((time[_last(trace)] - time[0]).sum())
 
 
-def _last(trace: xarray.Dataset) -> np.ndarray:
+def _last(trace: Recorded) -> np.ndarray:
     """The last sample in which each robot was not lost, the first if it always was, shape (robot,)."""
     return np.maximum((~lost(trace)).sum(axis=0) - 1, 0)
 
 
-def force_rms(trace: xarray.Dataset) -> Measure:
+def force_rms(trace: Recorded) -> Measure:
     """Root mean square of a robot's force, from the running total of its square."""
     rate = _rate(trace, "effort")
     return Measure(None, reason=SHORT) if rate is None else Measure(math.sqrt(rate))
 
 
-def chattering(trace: xarray.Dataset) -> Measure:
+def chattering(trace: Recorded) -> Measure:
     """Total variation of force per second, mean over robots."""
     rate = _rate(trace, "force_variation")
     return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
-def outer_update_rate(trace: xarray.Dataset) -> Measure:
+def outer_update_rate(trace: Recorded) -> Measure:
     """Runs of the outer loop per second, mean over robots."""
     rate = _rate(trace, "outer_updates")
     return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
-def energy(trace: xarray.Dataset) -> Measure:
+def energy(trace: Recorded) -> Measure:
     """Integral of |force . velocity|, sum over robots."""
     gained = _gained(trace, "work")
     return Measure(None, reason=SHORT) if gained is None else Measure(gained)
 
 
-def obstacle_distance_min(trace: xarray.Dataset) -> Measure:
+def obstacle_distance_min(trace: Recorded) -> Measure:
     """Least distance robot to obstacle, center to center."""
     if not trace.sizes["obstacle"]:
         return Measure(None, reason=UNOBSTRUCTED)
@@ -228,47 +229,48 @@ def obstacle_distance_min(trace: xarray.Dataset) -> Measure:
     return _least(trace, flat, lambda index: (*_robot(index // count), str(names[index % count])))
 
 
-def _clearance(trace: xarray.Dataset, group: str, reason: str) -> Measure:
+def _clearance(trace: Recorded, group: str, reason: str) -> Measure:
     """Least clearance of robots to a group, watched at every physics step."""
-    values = trace["clearance"].sel(group=group).values
+    column = [str(name) for name in trace["group"].values].index(group)
+    values = trace["clearance"].values[:, :, column]
     if not np.isfinite(values).any():
         return Measure(None, reason=reason)
-    nearest = trace["clearance_body"].sel(group=group).values
+    nearest = trace["clearance_body"].values[:, :, column]
     row, robot = np.unravel_index(np.argmin(values), values.shape)
     who = (*_robot(int(robot)), str(trace["body"].values[nearest[row, robot]]))
     return Measure(float(values[row, robot]), float(trace["time"][row]), who)
 
 
-def obstacle_clearance_min(trace: xarray.Dataset) -> Measure:
+def obstacle_clearance_min(trace: Recorded) -> Measure:
     """Least distance robot to obstacle, surface to surface, at any physics step."""
     return _clearance(trace, "obstacles", UNOBSTRUCTED)
 
 
-def robot_distance_min(trace: xarray.Dataset) -> Measure:
+def robot_distance_min(trace: Recorded) -> Measure:
     """Least distance between two robots, center to center."""
     name = "robot_distance_min"
     return _least(trace, trace[name].values, _robot) if name in trace else Measure(None, reason=ALONE)
 
 
-def robot_clearance_min(trace: xarray.Dataset) -> Measure:
+def robot_clearance_min(trace: Recorded) -> Measure:
     """Least distance between two robots, surface to surface, at any physics step."""
     return _clearance(trace, "robots", ALONE)
 
 
-def saturated_share(trace: xarray.Dataset) -> Measure:
+def saturated_share(trace: Recorded) -> Measure:
     """Share of time in which a robot's motor was at its limit, mean over robots."""
     rate = _rate(trace, "saturated_time")
     return Measure(None, reason=SHORT) if rate is None else Measure(rate)
 
 
-def _touches(trace: xarray.Dataset) -> xarray.Dataset:
+def _touches(trace: Recorded) -> Recorded:
     """Episodes within the trace's samples between bodies other than the floor."""
     time = trace["time"].values
     found = during(trace, float(time[0]), float(time[-1]))
     return found.isel(episode=apart_from(found, "floor"))
 
 
-def contacts(trace: xarray.Dataset) -> Measure:
+def contacts(trace: Recorded) -> Measure:
     """Touches in the window: those under way when it begins, and those begun in it."""
     found = _touches(trace)
     count = found.sizes["episode"]
@@ -279,7 +281,7 @@ def contacts(trace: xarray.Dataset) -> Measure:
     )
 
 
-def contact_force_max(trace: xarray.Dataset) -> Measure:
+def contact_force_max(trace: Recorded) -> Measure:
     """Largest normal force of the touches in the window."""
     found = _touches(trace)
     forces = found["episode_peak_force"].values
@@ -289,13 +291,13 @@ def contact_force_max(trace: xarray.Dataset) -> Measure:
     return Measure(float(forces[hardest]), float(found["episode_peak_time"][hardest]), pair(found, hardest))
 
 
-def contacts_untold(trace: xarray.Dataset) -> Measure:
+def contacts_untold(trace: Recorded) -> Measure:
     """Contacts that the log had no room for."""
     total = trace["contacts_untold"].values
     return Measure(float(total[-1] - total[0]))
 
 
-def tunneling(trace: xarray.Dataset) -> Measure:
+def tunneling(trace: Recorded) -> Measure:
     """Most that two bodies can close in a step, over the thickness of the thinnest body.
 
     At most the sum of the two largest speeds among robots, target and obstacles (these from sample to
@@ -310,7 +312,7 @@ def tunneling(trace: xarray.Dataset) -> Measure:
     return _largest(trace, steps / float(thickness.min()), lambda index: bodies)
 
 
-def _obstacle_speeds(trace: xarray.Dataset) -> np.ndarray:
+def _obstacle_speeds(trace: Recorded) -> np.ndarray:
     """Mean speed of each obstacle since the previous sample, shape (time, obstacle) [m/s]."""
     moved = np.diff(trace["obstacle_position"].values, axis=0)
     lasts = np.diff(trace["time"].values)[:, None]
@@ -318,59 +320,64 @@ def _obstacle_speeds(trace: xarray.Dataset) -> np.ndarray:
     return np.vstack([np.zeros((1, speed.shape[1])), speed])
 
 
-def kinetic_energy_max(trace: xarray.Dataset) -> Measure:
+def kinetic_energy_max(trace: Recorded) -> Measure:
     """Largest kinetic energy of all that moves freely."""
     return _largest(trace, trace["kinetic_energy"].values[:, None], _nobody)
 
 
-def _eigenvalues(trace: xarray.Dataset) -> np.ndarray:
+def _eigenvalues(trace: Recorded) -> np.ndarray:
     """Eigenvalues of each robot's mass matrix, ascending, shape (time, robot, axis) [kg]."""
     return np.linalg.eigvalsh(trace["mass_matrix"].values)
 
 
-def mass_eigenvalue_min(trace: xarray.Dataset) -> Measure:
+def mass_eigenvalue_min(trace: Recorded) -> Measure:
     """Least eigenvalue of a robot's mass matrix."""
     if "mass_matrix" not in trace:
         return Measure(None, reason=UNTOLD)
     return _least(trace, _eigenvalues(trace)[..., 0], _robot)
 
 
-def mass_eigenvalue_max(trace: xarray.Dataset) -> Measure:
+def mass_eigenvalue_max(trace: Recorded) -> Measure:
     """Largest eigenvalue of a robot's mass matrix."""
     if "mass_matrix" not in trace:
         return Measure(None, reason=UNTOLD)
     return _largest(trace, _eigenvalues(trace)[..., -1], _robot)
 
 
-def skew_residual(trace: xarray.Dataset) -> Measure:
+def skew_residual(trace: Recorded) -> Measure:
     """Largest symmetric part of dM/dt - 2 C."""
     return _residual(trace, "skew_residual")
 
 
-def coriolis_residual(trace: xarray.Dataset) -> Measure:
+def coriolis_residual(trace: Recorded) -> Measure:
     """Largest difference of C v + g from MuJoCo's bias force."""
     return _residual(trace, "coriolis_residual")
 
 
-def _residual(trace: xarray.Dataset, name: str) -> Measure:
+def _residual(trace: Recorded, name: str) -> Measure:
     """Largest of a residual of the truth channel."""
     return _largest(trace, trace[name].values, _robot) if name in trace else Measure(None, reason=UNTOLD)
 
 
-def lyapunov_rise(trace: xarray.Dataset) -> Measure:
+def lyapunov_rise(trace: Recorded) -> Measure:
     """Largest rise of a robot's V1 above its least so far, without what the moving reference did to it."""
     if "lyapunov" not in trace:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
-    value = trace["lyapunov"].values - trace["lyapunov_change"].sel(cause="reference").values
+    value = trace["lyapunov"].values - _changed_by(trace, "reference")
     value = np.where(lost(trace), np.nan, value)
     return _largest(trace, value - np.minimum.accumulate(value, axis=0), _robot)
 
 
-def lyapunov_unexplained(trace: xarray.Dataset) -> Measure:
+def _changed_by(trace: Recorded, cause: str) -> np.ndarray:
+    """Change of V1 so far by one cause, shape (time, robot) [J]."""
+    return trace["lyapunov_change"].values[:, :, CAUSES.index(cause)]
+
+
+def lyapunov_unexplained(trace: Recorded) -> Measure:
     """Sum over robots and samples of the absolute change of V1 that no known cause explains."""
     if "lyapunov" not in trace:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
-    total = np.where(lost(trace), np.nan, trace["lyapunov_change"].sel(cause="unexplained").values)
+    total = np.where(lost(trace), np.nan, _changed_by(trace, "unexplained"))
     return (
         Measure(float(np.nansum(np.abs(np.diff(total, axis=0)))))
         if len(total) > 1

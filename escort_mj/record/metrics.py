@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from escort_mj.record import measures
 from escort_mj.record.measures import Measure
@@ -12,7 +12,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.signals import METRICS
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Part, Recorded
 
 __all__ = ["Measure", "measure", "summarize", "window"]
 
@@ -24,15 +24,15 @@ FUNCTIONS: dict[str, Callable[[Any], Measure]] = {
 }
 
 
-def window(trace: xarray.Dataset, after: float = 0.0, before: float | None = None) -> xarray.Dataset:
+def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part:
     """The samples of a window of time [s], its ends included."""
     time = trace["time"].values
     slack = 1e-9 * max(1.0, float(time[-1]) if len(time) else 1.0)
     inside = (time >= after - slack) & (time <= (math.inf if before is None else before) + slack)
-    return trace.isel(time=inside)
+    return cast("Part", trace.isel(time=inside))
 
 
-def measure(name: str, trace: xarray.Dataset, after: float = 0.0, before: float | None = None) -> Measure:
+def measure(name: str, trace: Recorded, after: float = 0.0, before: float | None = None) -> Measure:
     """Value of a metric over a window of a trace."""
     part = window(trace, after, before)
     if not part.sizes["time"]:
@@ -40,7 +40,7 @@ def measure(name: str, trace: xarray.Dataset, after: float = 0.0, before: float 
     return FUNCTIONS[name](part)
 
 
-def measures_of(trace: xarray.Dataset) -> dict[str, Measure]:
+def measures_of(trace: Recorded) -> dict[str, Measure]:
     """Every metric: over the whole run or, for steady state, over its last fifth."""
     if not trace.sizes["time"]:
         return {metric.name: Measure(None, reason=EMPTY) for metric in METRICS}
@@ -49,7 +49,7 @@ def measures_of(trace: xarray.Dataset) -> dict[str, Measure]:
 
 
 def summarize(
-    found: dict[str, Measure], trace: xarray.Dataset, outcome: Outcome, steps: int, wall_time: float
+    found: dict[str, Measure], trace: Recorded, outcome: Outcome, steps: int, wall_time: float
 ) -> dict[str, Any]:
     """Contents of metrics.json: every metric, over the run or, for steady state, over its last fifth.
 

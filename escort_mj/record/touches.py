@@ -16,7 +16,7 @@ from escort_mj.record.episodes import during
 from escort_mj.record.measures import Measure
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Flags = NDArray[np.bool_]
 Sides = tuple[str, str]
@@ -25,8 +25,8 @@ UNWATCHED = "clearances between {} and {} were not recorded; the scenario's expe
 
 
 def touches(
-    trace: xarray.Dataset, sides: Sides | None, after: float = 0.0, before: float | None = None
-) -> xarray.Dataset:
+    trace: Recorded, sides: Sides | None, after: float = 0.0, before: float | None = None
+) -> Recorded:
     """The episodes of a window that are between two sides.
 
     Args:
@@ -47,12 +47,12 @@ def touches(
         one, other = (_members(trace, side) for side in sides)
     meant = (one[first] & other[second]) | (one[second] & other[first])
     found = found.isel(episode=meant)
-    inside = np.minimum(found["episode_end"], until) - np.maximum(found["episode_start"], after)
-    found["episode_touch_time"] = np.minimum(found["episode_touch_time"], inside)
-    return found
+    start, end, lasts = (found[f"episode_{name}"].values for name in ("start", "end", "touch_time"))
+    inside = np.minimum(end, until) - np.maximum(start, after)
+    return found.assign(episode_touch_time=("episode", np.minimum(lasts, inside)))
 
 
-def least_clearance(trace: xarray.Dataset, sides: Sides | None) -> Measure:
+def least_clearance(trace: Recorded, sides: Sides | None) -> Measure:
     """Least distance between two sides over a trace or a window of one, surface to surface.
 
     Args:
@@ -74,7 +74,7 @@ def least_clearance(trace: xarray.Dataset, sides: Sides | None) -> Measure:
     return best
 
 
-def _nearest(trace: xarray.Dataset, side: str, other: str, column: int) -> Measure | None:
+def _nearest(trace: Recorded, side: str, other: str, column: int) -> Measure | None:
     """Least clearance of a side's robots, or of the target, to a group; None where there is no record."""
     members = _members(trace, side)
     robots = trace.sizes["robot"]
@@ -96,7 +96,7 @@ def _nearest(trace: xarray.Dataset, side: str, other: str, column: int) -> Measu
     return Measure(float(values[row, place]), float(trace["time"][row]), bodies)
 
 
-def _members(trace: xarray.Dataset, side: str) -> Flags:
+def _members(trace: Recorded, side: str) -> Flags:
     """Whether each body is of a side, shape (body,)."""
     flags: Flags = (trace["body"].values == side) | (trace["body_group"].values == side)
     return flags

@@ -64,7 +64,7 @@ def perform(job: Job) -> Row:
     except Exception as error:
         message = f"{type(error).__name__}: {error}"
         return row_of_nothing(job, Outcome.FAILED.value, message, time.perf_counter() - began)
-    attributes, prefix = run.trace.attrs, "version_"
+    attributes, prefix = run.recording.attrs, "version_"
     return Row(
         job.key,
         job.seed,

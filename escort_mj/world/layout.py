@@ -69,6 +69,7 @@ def _ctype(node: Any) -> Any:
     return type("anonymous", (ctypes.Structure,), {"_fields_": fields})
 
 
+@cache
 def offset(struct: str, field: str) -> int:
     """Byte offset of a (possibly nested, dotted) field in a structure."""
     kind: Any = structure(struct)
@@ -109,8 +110,9 @@ TOUCHING = """
 """
 
 
+@cache
 def _check_contacts() -> None:
-    """Compares what the contact watch reads, in a small model with two contacts."""
+    """Compares what the contact watch reads, in a small model with two contacts; once for a process."""
     model = mujoco.MjModel.from_xml_string(TOUCHING)
     data = mujoco.MjData(model)
     data.time = 1.0

@@ -130,5 +130,6 @@ def test_a_wrong_offset_is_caught(planted: tuple[str, str], make_world, monkeypa
         return true(struct, field) + (8 if (struct, field) == planted else 0)
 
     monkeypatch.setattr(layout, "offset", wrong)
+    layout._check_contacts.cache_clear()
     with pytest.raises(RuntimeError, match="not where it is declared"):
         Plant(world)

@@ -1,0 +1,256 @@
+"""What a run recorded, as plain arrays: all that metrics and verdicts read, at no cost.
+
+The trace, an `xarray.Dataset`, is made of it when somebody wants to have it. The two are read alike as far
+as metrics and verdicts go, so that these serve a run that ends and a trace from a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.record.episodes import NONE, episode_variables
+from escort_mj.signals import CAUSES, SIGNALS, TRUTH, axis_names, record_size
+
+if TYPE_CHECKING:
+    import xarray
+
+    Recorded: TypeAlias = "xarray.Dataset | Recording"
+    Part = TypeVar("Part", bound="xarray.Dataset | Recording")
+
+Array = NDArray[np.float64]
+
+WHOLE = {
+    "avoidance_active": "int8",
+    "lost": "int8",
+    "phase": "int8",
+    "ruling": "int8",
+    "outer_updates": "int64",
+    "clearance_body": "int32",
+    "target_clearance_body": "int32",
+    "contacts_untold": "int64",
+}
+
+
+class Variable:
+    """An array with the names of its dimensions.
+
+    Attributes:
+        dims: Name of each dimension.
+        values: The array.
+        attrs: `units` and `long_name`.
+    """
+
+    def __init__(self, dims: str | tuple[str, ...], values: Any, attrs: Mapping[str, str]) -> None:
+        self.dims = (dims,) if isinstance(dims, str) else dims
+        self.values: NDArray[Any] = np.asarray(values)
+        self.attrs = dict(attrs)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Of the array."""
+        return self.values.dtype
+
+    def __getitem__(self, place: Any) -> Any:
+        return self.values[place]
+
+    def isel(self, dim: str, places: Any) -> Variable:
+        """What is at some places of a dimension; itself where it has no such dimension."""
+        if dim not in self.dims:
+            return self
+        where = tuple(places if name == dim else slice(None) for name in self.dims)
+        return Variable(self.dims, self.values[where], self.attrs)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Named arrays of a run or of a window of it.
+
+    Attributes:
+        attrs: What is said of the run as a whole.
+        coords: Labels along each dimension, by its name.
+        data_vars: Everything else.
+    """
+
+    attrs: dict[str, Any] = field(repr=False)
+    coords: Mapping[Hashable, Variable] = field(repr=False)
+    data_vars: Mapping[Hashable, Variable] = field(repr=False)
+
+    def __getitem__(self, name: str) -> Variable:
+        return self.data_vars[name] if name in self.data_vars else self.coords[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.data_vars or name in self.coords
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Size of each dimension."""
+        every = (*self.coords.values(), *self.data_vars.values())
+        return {name: size for one in every for name, size in zip(one.dims, one.values.shape, strict=True)}
+
+    def isel(self, **where: Any) -> Recording:
+        """The part at some places of dimensions, given as flags or as indices; stretches are not copied."""
+        coords, variables = self.coords, self.data_vars
+        for dim, given in where.items():
+            places = _stretch(np.asarray(given))
+            coords = {name: one.isel(dim, places) for name, one in coords.items()}
+            variables = {name: one.isel(dim, places) for name, one in variables.items()}
+        return replace(self, coords=coords, data_vars=variables)
+
+    def assign(self, **variables: tuple[str, Any]) -> Recording:
+        """The same with other variables in place of some, each given as its dimension and its values."""
+        changed: dict[Hashable, Variable] = {
+            name: Variable(*one, self[name].attrs) for name, one in variables.items()
+        }
+        return replace(self, data_vars={**self.data_vars, **changed})
+
+    def to_dataset(self) -> xarray.Dataset:
+        """The same, labelled: what users get, and what files hold."""
+        import xarray
+
+        def labelled(variables: Mapping[Hashable, Variable]) -> dict[Hashable, Any]:
+            return {name: (one.dims, one.values, one.attrs) for name, one in variables.items()}
+
+        return xarray.Dataset(labelled(self.data_vars), labelled(self.coords), self.attrs)
+
+
+def _stretch(places: NDArray[Any]) -> Any:
+    """Flags of an unbroken stretch as a slice, so that views will do; other places as they are."""
+    if places.dtype != np.bool_:
+        return places
+    inside = np.flatnonzero(places)
+    if not len(inside):
+        return slice(0, 0)
+    first, last = int(inside[0]), int(inside[-1])
+    return slice(first, last + 1) if last - first + 1 == len(inside) else places
+
+
+def record(
+    samples: Array, sizes: Mapping[str, int], labels: Mapping[str, Any], episodes: Array = NONE
+) -> Recording:
+    """Names the parts of recorded samples.
+
+    Args:
+        samples: Shape (k, record_size); no NaN.
+        sizes: Size of each dimension and channel, see `signals.record_size`.
+        labels: `obstacles` and `behaviors` (names), `robot_mass`, `robot_radius` and `force_limit` (n,),
+            `obstacle_radius` (m,), `obstacle_outline` (m, points, p), `neighbors` (edges, 2) as robots,
+            `spacing` (edges,), `bodies` and `body_groups` (names), `body_thickness` (bodies,), `groups`
+            (watched groups of bodies), and `attributes` of the run (texts and numbers; None is left out).
+        episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
+
+    Returns:
+        Variables with dimensions time, robot (from 1), axis (x, y, z), obstacle and behavior (names),
+        coordinate, edge (pairs of neighbors), body and group (names) and episode, and with the truth channel
+        axis_2 and cause; every one carries `units` and `long_name`. Distances to other robots are left out
+        where there are none, and so are channels that were not recorded.
+
+    Raises:
+        ValueError: If the samples do not fit the sizes.
+    """
+    if samples.shape[1:] != (record_size(sizes),):
+        raise ValueError(
+            f"samples of shape {samples.shape} do not fit a record of {record_size(sizes)} values"
+        )
+    absent = {"robot_distance_min"} if sizes["robot"] == 1 else set()  # the record holds infinity there
+    variables: dict[Hashable, Variable] = {}
+    place = 0
+    for signal in SIGNALS:
+        if not signal.recorded(sizes):
+            continue
+        size = signal.size(sizes)
+        values = samples[:, place : place + size].reshape(len(samples), *(sizes[dim] for dim in signal.dims))
+        place += size
+        if signal.name not in absent:
+            kind = WHOLE.get(signal.name, "float64")
+            about = _said(signal.unit, signal.meaning)
+            variables[signal.name] = Variable(("time", *signal.dims), values.astype(kind, copy=False), about)
+    time = variables.pop("time")
+    for name, (dims, values, about) in episode_variables(episodes).items():
+        variables[name] = Variable(dims, values, about)
+    variables |= _of_bodies(labels)
+    attributes = {key: value for key, value in labels["attributes"].items() if value is not None}
+    return Recording(attributes, {"time": time} | _coordinates(sizes, labels), variables)
+
+
+def _of_bodies(labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
+    """What is known of robots, obstacles and the formation, and does not change."""
+
+    def unbounded(values: Any) -> Array:
+        return np.asarray([np.inf if x is None else x for x in values], float)
+
+    variables: dict[Hashable, Variable] = {
+        "robot_mass": Variable(
+            "robot", np.asarray(labels["robot_mass"], float), _said("kg", "mass of each robot")
+        ),
+        "robot_radius": Variable(
+            "robot", np.asarray(labels["robot_radius"], float), _said("m", "radius of each robot")
+        ),
+        "obstacle_radius": Variable(
+            "obstacle",
+            np.asarray(labels["obstacle_radius"], float).reshape(-1),
+            _said("m", "radius of each obstacle, 0 for those that are no spheres"),
+        ),
+        "body_thickness": Variable(
+            "body",
+            unbounded(labels["body_thickness"]),
+            _said("m", "least extent of each body, inf for the floor"),
+        ),
+        "force_limit": Variable(
+            "robot",
+            np.minimum(unbounded(labels["force_limit"]), 1e300),
+            _said("N", "largest force of each motor, 1e300 for no limit"),
+        ),
+        "neighbors": Variable(
+            ("edge", "end"),
+            np.asarray(labels["neighbors"], "int32").reshape(-1, 2),
+            _said("1", "robots at the two ends of each edge of the formation"),
+        ),
+        "spacing": Variable(
+            "edge",
+            np.asarray(labels["spacing"], float).reshape(-1),
+            _said("m", "distance that the robots at the ends of each edge are to keep"),
+        ),
+    }
+    if labels.get("obstacle_outline"):
+        variables["obstacle_outline"] = Variable(
+            ("obstacle", "point", "axis"),
+            np.asarray(labels["obstacle_outline"], float),
+            _said("m", "points around each obstacle, relative to its center"),
+        )
+    return variables
+
+
+def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
+    """Labels along the dimensions, beside time."""
+
+    def names(dim: str, label: str, meaning: str) -> Variable:
+        return Variable(dim, np.array(list(labels[label]), dtype=str), {"long_name": meaning})
+
+    found: dict[Hashable, Variable] = {
+        "robot": Variable(
+            "robot", np.arange(1, sizes["robot"] + 1), _said("1", "number of the robot, from 1")
+        ),
+        "axis": Variable("axis", axis_names(sizes["axis"]), {"long_name": "axis of the world frame"}),
+        "obstacle": names("obstacle", "obstacles", "name of the obstacle"),
+        "body": names("body", "bodies", "name of the body"),
+        "group": names("group", "groups", "group of bodies, or a single body"),
+        "body_group": names("body", "body_groups", "group of the body"),
+        "behavior": names("behavior", "behaviors", "name of the behavior"),
+    }
+    if sizes.get(TRUTH):
+        second = list("xyz")[: sizes["axis_2"]]
+        found["axis_2"] = Variable("axis_2", second, {"long_name": "second axis of a matrix"})
+        found["cause"] = Variable(
+            "cause", list(CAUSES), {"long_name": "why the Lyapunov function V1 changes"}
+        )
+    return found
+
+
+def _said(unit: str, meaning: str) -> dict[str, str]:
+    """Attributes of a variable."""
+    return {"units": unit, "long_name": meaning}
