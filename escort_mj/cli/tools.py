@@ -1,0 +1,103 @@
+"""Commands around runs: new, export, doctor."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from escort_mj.cli.app import GOOD, VERDICT_FAILED, SetOption, app, shown
+from escort_mj.errors import UsageError
+
+
+@app.command()
+def new(
+    file: Annotated[Path, typer.Argument(help="The scenario to write, such as mine.yaml.")],
+    robots: Annotated[int, typer.Option(min=2, max=1000, help="How many robots.")] = 6,
+    axes: Annotated[int, typer.Option(min=2, max=3, help="2 for the plane, 3 for space.")] = 2,
+    law: Annotated[str, typer.Option(help="Law of the inner loop.")] = "apd_smc",
+) -> None:
+    """Write a scenario to start from, every key explained, and the schema by which editors complete keys.
+
+    Example: escort-mj new mine.yaml --robots 8 && escort-mj run mine.yaml
+    """
+    from escort_mj.record.files import write_text
+    from escort_mj.scenario import json_schema
+    from escort_mj.scenario.load import parse_scenario
+    from escort_mj.scenario.starter import starter
+
+    path = file if file.suffix in (".yaml", ".yml") else file.with_suffix(".yaml")
+    if path.exists():
+        raise UsageError(f"{path}: is there already")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {path.parent}")
+    text = starter(path.stem, robots, axes, law)
+    parse_scenario(text, f"escort-mj new {path.name}")
+    write_text(path, text)
+    written = [path.name]
+    if not (schema := path.parent / "schema.json").exists():
+        write_text(schema, json.dumps(json_schema(), indent=2) + "\n")
+        written.append(schema.name)
+    typer.echo(f"wrote {' '.join(written)}; next: escort-mj run {shown(path)}")
+
+
+@app.command()
+def export(
+    source: Annotated[
+        str, typer.Argument(help="A run folder, a scenario file or the name of a shipped one.")
+    ],
+    to: Annotated[Path, typer.Argument(help="FILE.xml: the world as MJCF; FILE.csv, FILE.parquet: a run.")],
+    overrides: SetOption = None,
+) -> None:
+    """Write the world of a scenario or run as MJCF, or the trace of a run as a table.
+
+    Example: escort-mj export main main.xml; escort-mj export renders/main main.csv
+    """
+    from escort_mj import api
+    from escort_mj.record.export import CSV, PARQUET, write_table
+    from escort_mj.record.files import write_text
+    from escort_mj.record.folder import MODEL, open_run
+
+    is_run = Path(source).is_dir()
+    if to.suffix not in (".xml", CSV, PARQUET):
+        raise UsageError(f"{to}: the suffix says what to write; allowed are .xml, {CSV}, {PARQUET}")
+    if not to.parent.is_dir():
+        raise UsageError(f"{to}: there is no folder {to.parent}")
+    if is_run and overrides:
+        raise UsageError("--set changes a scenario; a run folder is what it is")
+    if to.suffix != ".xml":
+        if not is_run:
+            raise UsageError(f"{source}: is no run folder; {to.suffix} holds what a run recorded")
+        write_table(open_run(source).trace, to)
+    elif is_run:
+        write_text(to, (open_run(source).path / MODEL).read_text(encoding="utf-8"))
+    else:
+        from escort_mj.world.build import build
+
+        write_text(to, build(api.load_scenario(source, overrides or ())).xml)
+    typer.echo(f"wrote {shown(to)}")
+
+
+@app.command()
+def doctor(
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    folder: Annotated[Path, typer.Option("--out", help="Where runs are to be written.")] = Path("renders"),
+) -> None:
+    """Say whether runs, pictures and videos work here, and what helps (exit code 1: runs do not).
+
+    Example: escort-mj doctor
+    """
+    from escort_mj.doctor import BAD, examine
+
+    marks: dict[Literal["good", "warning", "bad"], str] = {"good": "ok", "warning": "--", "bad": "NO"}
+    findings = list(examine(folder))
+    if as_json:
+        typer.echo(json.dumps([finding._asdict() for finding in findings], indent=2))
+    else:
+        for finding in findings:
+            typer.echo(f"  {marks[finding.state]}  {finding.check:10s} {finding.found}")
+            if finding.advice:
+                typer.echo(f"      {'':10s} {finding.advice}")
+    raise typer.Exit(VERDICT_FAILED if any(finding.state == BAD for finding in findings) else GOOD)

@@ -1,0 +1,70 @@
+"""A trace as one table, a row for each sample, for programs that read tables."""
+
+from __future__ import annotations
+
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from escort_mj.errors import UsageError
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+CSV, PARQUET = ".csv", ".parquet"
+
+
+def table(trace: xarray.Dataset) -> pandas.DataFrame:
+    """Every signal over time, one number a column.
+
+    Args:
+        trace: Of a run.
+
+    Returns:
+        Columns `time` [s] and `signal` or `signal.label.label ...`, with the labels of the signal's other
+        dimensions, such as `position.robot_1.x`; units are those of the trace.
+    """
+    import pandas
+
+    columns = {"time": trace["time"].values}
+    for name, signal in trace.data_vars.items():
+        if signal.dims[:1] != ("time",):
+            continue
+        rest = [_labels(trace, str(dim)) for dim in signal.dims[1:]]
+        values = signal.values.reshape(len(signal), -1)
+        for column, labels in zip(values.T, product(*rest), strict=True):
+            columns[".".join((str(name), *labels))] = column
+    return pandas.DataFrame(columns)
+
+
+def _labels(trace: xarray.Dataset, dim: str) -> list[str]:
+    """What the places of a dimension are called: by its names, or by its name and numbers from 1."""
+    values = trace[dim].values if dim in trace.coords else np.arange(trace.sizes[dim]) + 1
+    if np.issubdtype(values.dtype, np.number):
+        return [f"{dim}_{value}" for value in values]
+    return [str(value) for value in values]
+
+
+def write_table(trace: xarray.Dataset, path: Path) -> None:
+    """Writes the table of a trace; the suffix says how.
+
+    Args:
+        trace: Of a run.
+        path: A `.csv` file, whose numbers read back exactly, or a `.parquet` file.
+
+    Raises:
+        UsageError: If the file cannot be written, or nothing that writes Parquet is installed.
+    """
+    rows = table(trace)
+    try:
+        if path.suffix == PARQUET:
+            rows.to_parquet(path, index=False)
+        else:
+            rows.to_csv(path, index=False)
+    except ImportError:
+        raise UsageError(f"{path}: writing Parquet needs pyarrow; pip install pyarrow adds it") from None
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror}") from None

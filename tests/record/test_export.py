@@ -1,0 +1,34 @@
+"""A trace as a table."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+from escort_mj.errors import UsageError
+from escort_mj.record.export import table, write_table
+
+
+def test_a_column_for_each_number(make_trace) -> None:
+    trace = make_trace(np.linspace(0.0, 1.0, 7))
+    rows = table(trace)
+    assert len(rows) == 7
+    for robot in trace["robot"].values:
+        for axis in trace["axis"].values:
+            column = rows[f"q.robot_{robot}.{axis}"].values
+            np.testing.assert_array_equal(column, trace["q"].sel(robot=robot, axis=axis).values)
+    numbers = sum(s.size for s in trace.data_vars.values() if s.dims[:1] == ("time",))
+    assert rows.size == numbers + 7
+
+
+def test_numbers_read_back_exactly(make_trace, tmp_path: Path) -> None:
+    trace = make_trace(np.linspace(0.0, 1.0, 7) / 3.0)
+    write_table(trace, tmp_path / "run.csv")
+    back = pandas.read_csv(tmp_path / "run.csv")
+    pandas.testing.assert_frame_equal(back, table(trace), check_exact=True, check_dtype=False)
+
+
+def test_where_it_cannot_be_written(make_trace, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"nowhere/run.csv: cannot be written"):
+        write_table(make_trace(np.linspace(0.0, 1.0, 3)), tmp_path / "nowhere" / "run.csv")

@@ -1,0 +1,52 @@
+"""The user's way around runs: new, export, doctor."""
+
+import json
+from pathlib import Path
+from xml.etree import ElementTree
+
+from tests.test_cli import QUIET, command
+
+__all__ = ["command"]
+
+
+def test_new_then_run_then_export(command, tmp_path: Path) -> None:
+    code, out, err = command("new", "mine", "--robots", "4")
+    assert (code, err) == (0, "") and out == "wrote mine.yaml schema.json; next: escort-mj run mine.yaml\n"
+    code, out, _ = command("run", "mine.yaml", "--set", "duration=1", "--set", "expect=[]", *QUIET)
+    assert code == 0
+    code, out, _ = command("export", "renders/mine", "mine.csv")
+    assert (code, out) == (0, "wrote mine.csv\n")
+    header, *rows = (tmp_path / "mine.csv").read_text().splitlines()
+    assert "q.robot_4.y" in header.split(",") and len(rows) == 51
+    assert command("export", "renders/mine", "ran.xml")[0] == 0
+    assert (tmp_path / "ran.xml").read_text() == (tmp_path / "renders" / "mine" / "model.xml").read_text()
+    assert command("export", "mine.yaml", "made.xml")[0] == 0
+    assert ElementTree.parse(tmp_path / "made.xml").getroot().tag == "mujoco"
+
+
+def test_new_overwrites_nothing(command, tmp_path: Path) -> None:
+    assert command("new", "five.yaml") == (2, "", "escort-mj: five.yaml: is there already\n")
+    code, _, err = command("new", "nowhere/mine.yaml")
+    assert code == 2 and "there is no folder nowhere" in err
+    code, _, err = command("new", "mine", "--law", "apd_smcc")
+    assert code == 2 and "apd_smc" in err
+    assert not (tmp_path / "mine.yaml").exists()
+
+
+def test_export_says_what_it_cannot_do(command) -> None:
+    code, _, err = command("export", "five.yaml", "five.txt")
+    assert code == 2 and "allowed are .xml, .csv, .parquet" in err
+    code, _, err = command("export", "five.yaml", "five.csv")
+    assert code == 2 and "is no run folder" in err
+    code, _, err = command("export", "mian", "main.xml")
+    assert code == 2 and 'did you mean "main"?' in err
+    assert command("export", "five.yaml", "nowhere/five.xml")[0] == 2
+
+
+def test_doctor(command) -> None:
+    code, out, err = command("doctor", "--json")
+    assert (code, err) == (0, "")
+    checks = {finding["check"]: finding for finding in json.loads(out)}
+    assert {"python", "packages", "mujoco", "kernels", "output", "rendering", "ffmpeg"} <= checks.keys()
+    code, out, _ = command("doctor")
+    assert code == 0 and out.count("\n") >= len(checks)
