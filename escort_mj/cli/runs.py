@@ -133,11 +133,17 @@ def show(
 
 
 @app.command()
-def schema() -> None:
-    """Print the JSON Schema of scenarios, for editors that complete and check them."""
-    from escort_mj.scenario import json_schema
+def schema(
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print every key as a page instead.")] = False,
+) -> None:
+    """Print the JSON Schema of scenarios, for editors that complete and check them.
 
-    typer.echo(json.dumps(json_schema(), indent=2))
+    Example: escort-mj schema > schema.json
+    """
+    from escort_mj.scenario import json_schema
+    from escort_mj.scenario.handbook import handbook
+
+    typer.echo(handbook() if markdown else json.dumps(json_schema(), indent=2))
 
 
 def _report(result: Run) -> None:
