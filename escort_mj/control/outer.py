@@ -10,6 +10,7 @@ from escort_mj.control.behaviors.distance import keep_distance
 from escort_mj.control.behaviors.repulsion import repel
 from escort_mj.control.behaviors.vertices import to_vertex
 from escort_mj.control.movers import obstacles_seen
+from escort_mj.control.neighbors import seen_neighbors
 from escort_mj.control.nsb import INACTIVE, TANGENT, add_within_limit, combine, leave
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
@@ -57,7 +58,7 @@ def wish(
     q, c = state.q_measured, state.target_position_measured
     if row[0] == AVOID_OBSTACLES:
         depth, speeds[0] = avoidance(
-            i, q, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
+            i, q, state.v_measured, state.e, state.lost, seen_neighbors(state), plan.failures.shape[0] > 0,
             obstacles_seen(i, plan, state), plan.obstacle_radius, plan.robot_radius,
             row, plan.slope, directions[0],
         )  # fmt: skip
@@ -102,8 +103,8 @@ def wish(
 def intrusion(i: int, row: Array, plan: Plan, state: State) -> float:
     """How deep the worst intruder is in robot i's safe sphere, by a row of avoidance; 0 for none [m]."""
     depth, _ = avoidance(
-        i, state.q_measured, state.v_measured, state.e, state.lost, plan.failures.shape[0] > 0,
-        obstacles_seen(i, plan, state), plan.obstacle_radius, plan.robot_radius,
+        i, state.q_measured, state.v_measured, state.e, state.lost, seen_neighbors(state),
+        plan.failures.shape[0] > 0, obstacles_seen(i, plan, state), plan.obstacle_radius, plan.robot_radius,
         row, plan.slope, vector_at(stack_memory(), state.q.shape[1]),
     )  # fmt: skip
     return depth

@@ -20,12 +20,13 @@ from escort_mj.control.plan import (
     KINDS,
     LAW_KINDS,
     LAYOUT,
+    LISTED,
     LOOP_KINDS,
     PAIRS_PER_BODY,
 )
 from escort_mj.control.program import Op
 from escort_mj.control.reform import scratch_size
-from escort_mj.control.sensing import sensor_table
+from escort_mj.control.sensing import Channel, sensor_table
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase
 
@@ -100,6 +101,8 @@ def pack(
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "held": p + 3,
+        "crowd": n * (n >= LISTED),
+        "misled": n * (n >= LISTED and setup.sensing.position != Channel()),
         "biased": len(bias),
         "past": past,
         "kept": samples[0],

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors import Chords, Repulsion, Surface, Vertices
 from escort_mj.control.failure import FAILURE_SIZE
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
+from escort_mj.control.neighbors import CELL_ROWS
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.sensing import SENSOR_SIZE
@@ -46,6 +47,8 @@ MAX_CYCLES = 2
 PAIRS_PER_BODY = 8  # so many can touch at once, and end between two samples; more are counted, not logged
 CELLS_PER_PAIR = 2  # of the table that finds a pair
 MAX_LEVELS = 8
+LISTED = 48  # robots from which on lists of neighbors pay
+NEIGHBORS = 32  # places in a robot's list: their number, and they
 CAUSE_COUNT = len(CAUSES)
 TOUCH_SIZE = len(EPISODE) + 1  # an episode, and its force in the present step
 PLACE_SIZE = 3
@@ -196,6 +199,14 @@ class State(NamedTuple):
     predecessors: Annotated[Array, "cycles", "n"]  # as in the plan, and past lost robots after a loss
     chord_length: Annotated[Array, 1]  # as in the plan, and of a smaller ring after a loss
     scratch: Annotated[Array, "scratch"]  # of `reform`
+    # Of a crowd, see `neighbors`: by true positions, and by measured ones where those differ
+    neighbors: Annotated[Array, "crowd", NEIGHBORS]
+    neighbors_places: Annotated[Array, "crowd", "p"]
+    neighbors_note: Annotated[Array, 3]
+    seen_neighbors: Annotated[Array, "misled", NEIGHBORS]
+    seen_neighbors_places: Annotated[Array, "misled", "p"]
+    seen_neighbors_note: Annotated[Array, 3]
+    cells: Annotated[Array, CELL_ROWS, "crowd"]  # scratch
     samples: Annotated[Array, "kept", "record"]  # kept since somebody took them off, see `world/sampling`
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.movers import obstacles_seen
+from escort_mj.control.neighbors import candidate, number_of_candidates
 from escort_mj.control.plan import WATCHED_STEP, Plan, State
 from escort_mj.kernels import inlined, merged
 from escort_mj.scenario.bodies import GROUPS
@@ -162,6 +163,9 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     q, radius, least, who = state.q, plan.robot_radius, state.clearance, state.clearance_body
     n, p = q.shape
     g = int(plan.columns[0, GROUP])
+    if state.neighbors.shape[0] > 0:
+        _watch_crowd(plan, state, sampled)
+        return
     for i in range(n):
         for j in range(i):
             square = 0.0
@@ -186,6 +190,29 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
                     square += x * x
                 if j != i:
                     nearest = min(nearest, square)
+            state.robot_distance_min[i] = math.sqrt(nearest)
+
+
+@merged
+def _watch_crowd(plan: Plan, state: State, sampled: bool) -> None:
+    """As `_watch_robots`, by the lists of neighbors."""
+    q, lists = state.q, state.neighbors
+    n, p = q.shape
+    g = int(plan.columns[0, GROUP])
+    for i in range(n):
+        nearest = math.inf
+        for c in range(number_of_candidates(i, n, lists)):
+            j = candidate(i, c, lists)
+            if j == i:
+                continue
+            square = 0.0
+            for k in range(p):
+                x = q[i, k] - q[j, k]
+                square += x * x
+            nearest = min(nearest, square)
+            bodies = plan.robot_radius[i] + plan.robot_radius[j]
+            _note(state.clearance[i], state.clearance_body[i], g, square, bodies, j)
+        if sampled:
             state.robot_distance_min[i] = math.sqrt(nearest)
 
 

@@ -11,6 +11,7 @@ from escort_mj.control.failure import Failure
 from escort_mj.control.laws import LAWS, ComputedTorque
 from escort_mj.control.laws.sliding import SlidingModeLaw
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.plan import LISTED
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reform import reforming
 from escort_mj.control.sensing import Channel, Sensors
@@ -260,3 +261,18 @@ def test_a_long_run_stays_together(axes: int) -> None:
             states[name] = q + setup.timestep * v, v
     assert avoided
     np.testing.assert_allclose(states["kernel"], states["twin"], rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("measure", ["center", "surface"])
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_a_crowd_that_keeps_lists_of_neighbors(noise: float, measure: str, axes: int) -> None:
+    """Lists of true and of measured positions, made anew where robots jump."""
+    setup, q, v = mission(axes, seed=7, count=LISTED + 12)
+    setup = with_avoidance(setup, measure=measure, teammate_distance=1.0)
+    setup = replace(setup, sensing=Sensors(Channel(noise), Channel(noise)))
+    setup = replace(setup, behaviors=(setup.behaviors[0], VERTICES, SURFACE))
+    failures = tuple(Failure(robot=robot, at=0.0, notice=0.003) for robot in (2, 40))
+    for each in (setup, replace(setup, failures=failures, behaviors=(setup.behaviors[0], SURFACE))):
+        active = compare(each, q, v, steps=6)
+        assert active.any() and not active.all()

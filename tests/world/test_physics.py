@@ -219,6 +219,30 @@ def test_distances_are_those_of_the_true_positions(busy) -> None:
     assert (record["target_clearance_body"][:, 2] == 5.0).all() and np.isinf(of_target[:, [1, 3]]).all()
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+def test_distances_in_a_crowd_are_those_of_all_pairs(noise: float, make_world, record_steps) -> None:
+    """Robots that rush through each other to their places: lists of neighbors miss nobody."""
+    team = {"count": 70, "radius": 0.1, "placement": {"within": 4, "least_gap": 0.05}}
+    team["overrides"] = [{"robot": 7, "radius": 0.35}]
+    world = make_world(
+        axes=3,
+        robots=team,
+        mission={"radius": 1.5, "behaviors": ["avoid_obstacles", "surface"]},
+        sensing={"position": {"noise": noise}},
+        recording={"rate": 500},
+    )
+    record = record_steps(world, 700)
+    q, radius = record["q"], world.team.radius
+    pairs = np.linalg.norm(q[:, :, None] - q[:, None], axis=3)
+    pairs[:, np.arange(70), np.arange(70)] = np.inf
+    np.testing.assert_allclose(record["robot_distance_min"], pairs.min(axis=2), rtol=1e-12)
+    gaps = pairs - radius[:, None] - radius
+    np.testing.assert_allclose(record["clearance"][..., 0], gaps.min(axis=2), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(record["clearance_body"][..., 0], gaps.argmin(axis=2))
+    changes = (np.diff(gaps.argmin(axis=2), axis=0) != 0).sum()
+    assert changes > 200 and record["avoidance_active"].any()
+
+
 def test_speeds_and_kinetic_energy_are_those_of_every_step(busy) -> None:
     world, record = busy
     speed = np.linalg.norm(record["v"], axis=2)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
+from escort_mj.control.neighbors import candidate, number_of_candidates
 from escort_mj.control.parameters import Parameters
 from escort_mj.kernels import inlined
 
@@ -45,6 +46,7 @@ def avoidance(
     v: Array,
     e: Array,
     lost: Array,
+    neighbors: Array,
     any_lost: bool,
     obstacle_position: Array,
     obstacle_radius: Array,
@@ -61,6 +63,7 @@ def avoidance(
         v: Measured velocities, shape (n, p) [m/s].
         e: Tracking errors, shape (n, p) [m].
         lost: 1 for robots that have failed, which are obstacles (remark 2), shape (n,).
+        neighbors: Who may be nearest to whom, see `neighbors`.
         any_lost: Whether to look for them.
         obstacle_position: Centers, shape (m, p) [m].
         obstacle_radius: Shape (m,) [m].
@@ -89,7 +92,8 @@ def avoidance(
             if reach - length > worst:
                 worst, distance, intruder = reach - length, length, j
     if teammate_safe > 0.0:
-        for j in range(q.shape[0]):
+        for c in range(number_of_candidates(robot, q.shape[0], neighbors)):
+            j = candidate(robot, c, neighbors)
             square = 0.0
             for k in range(axes):
                 x = q[robot, k] - q[j, k]
