@@ -14,12 +14,12 @@ from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from benchmarks import loop, machine, recording, watch  # noqa: E402
+from benchmarks import loop, machine, peers, recording, watch  # noqa: E402
 from benchmarks.document import publish  # noqa: E402
 
 PAGE = "performance.md"
 FOUND = Path("renders") / "benchmarks.json"
-SECTIONS = {"loop": loop, "watch": watch, "recording": recording}
+SECTIONS = {"loop": loop, "watch": watch, "recording": recording, "peers": peers}
 
 
 def main(arguments: Any = None) -> None:
@@ -27,9 +27,11 @@ def main(arguments: Any = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)}; else all")
     parser.add_argument("--docs", action="store_true", help=f"write the tables into docs/{PAGE}")
+    parser.add_argument("--python", action="append", default=[], metavar="PEER=PATH", help="has that peer")
     asked = parser.parse_args(arguments)
     if unknown := set(asked.sections) - set(SECTIONS):
         parser.error(f"{', '.join(sorted(unknown))}: expected {', '.join(SECTIONS)}")
+    peers.PYTHONS.update((name, Path(path)) for name, path in (each.split("=", 1) for each in asked.python))
     found = json.loads(FOUND.read_text()) if FOUND.exists() and asked.sections else {}
     FOUND.parent.mkdir(exist_ok=True)
     for name in asked.sections or SECTIONS:

@@ -1,0 +1,67 @@
+"""Our own loop on the mission of `stage.py`: all on that a run has, sampled into memory as a run is."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peers import stage
+from benchmarks.peers.flight import Flight
+from escort_mj.api import load_scenario
+from escort_mj.scenario import Scenario
+from escort_mj.world.build import World
+from escort_mj.world.plant import Plant
+
+# The law's gains for quadrotors are those of scenarios/robots/quadrotor.yaml, which docs/robots.md explains.
+BASES = {"point_mass": "main", "quadrotor": "robots/quadrotor"}
+
+
+def mission(kind: str, n: int, axes: int) -> Scenario:
+    """The mission with noise, disturbance, avoidance of obstacles, and a place for everyone."""
+    place, axis = stage.target(0.0, n, axes)[0] + stage.places(n, axes), range(axes)
+    pace = stage.SPEED / stage.SWEEP
+    course: list[Any] = [
+        f"{stage.SWEEP}*cos({pace}*t)",
+        f"{stage.SWEEP}*sin({pace}*t)",
+        stage.height(n, axes),
+    ]
+    push = ["0.5*sin(0.5*t)", "0.5*sin(0.7*t)", "0.5*cos(0.5*t)"]
+    told = {
+        "axes": axes,
+        "target.position": course[:axes],
+        "robots.count": n,
+        "robots.placement": None,
+        "robots.radius": stage.RADIUS,
+        "robots.positions": place.tolist(),
+        "obstacles": [
+            {"position": center, "radius": stage.OBSTACLE_RADIUS}
+            for center in stage.obstacles(n, axes).tolist()
+        ],
+        "mission.radius": stage.radius(n, axes),
+        "mission.behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 0.8}, "vertices", "surface"],
+        "uncertainty.disturbance": [push[k] for k in axis],
+        "expect": [],
+    }
+    return load_scenario(BASES[kind], told)
+
+
+def fly(world: World) -> Flight:
+    """A mission under way; to be stepped inside `native_loop(world)`."""
+    plant = Plant(world)
+
+    def step(count: int) -> None:
+        left = count // world.stride
+        while left > 0:
+            left -= len(plant.samples(left))
+            if plant.has_ended:
+                plant.ended()
+
+    def error() -> float:
+        state = plant.state
+        reach = np.linalg.norm(state.q - state.target_position, axis=1)
+        return float(np.abs(reach - world.setup.radius).mean())
+
+    robots = world.sizes["robot"]
+    return Flight(step, error, world.model.opt.timestep, robots, version("escort-mj"), world.stride)
