@@ -16,6 +16,9 @@ class EscortError(Exception):
     exit_code = 3
 
 
+MOST_SHOWN = 100  # faults in words; beyond, something is wrong with the file as a whole
+
+
 @dataclass(frozen=True)
 class Fault:
     """One thing wrong with an input file.
@@ -52,7 +55,10 @@ class ScenarioError(EscortError, ValueError):
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
-        super().__init__("\n".join(str(fault) for fault in self.faults))
+        lines = [str(fault) for fault in self.faults[:MOST_SHOWN]]
+        if more := len(self.faults) - len(lines):
+            lines.append(f"... and {more} more like these")
+        super().__init__("\n".join(lines))
 
 
 class UsageError(EscortError, ValueError):

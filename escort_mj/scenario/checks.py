@@ -87,7 +87,7 @@ Check = Callable[[Scenario], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
 SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_dimensions, ("axes", "physics", "target", "robots", "uncertainty", *AROUND)),
+    (check_dimensions, ("axes",)),  # a part that is wrong by itself holds its defaults, which fit any axes
     (check_biases, ("axes", "sensing")),
     (check_team, ("axes", "robots")),
     (check_kinds, ("axes", "robots")),
@@ -105,7 +105,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_bounds, ("expect",)),
     (check_windows, ("expect", "duration")),
     (check_sides, ("expect", "axes", "robots", *AROUND)),
-    (check_obstacle_names, AROUND),
+    (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),
     (check_trigger, ("mission",)),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
