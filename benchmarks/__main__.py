@@ -14,12 +14,19 @@ from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from benchmarks import loop, machine, peers, recording, watch  # noqa: E402
-from benchmarks.document import publish  # noqa: E402
+from benchmarks import growth, loop, machine, peers, profile, recording, watch  # noqa: E402
+from benchmarks.document import DOCS, publish  # noqa: E402
 
 PAGE = "performance.md"
 FOUND = Path("renders") / "benchmarks.json"
-SECTIONS = {"loop": loop, "watch": watch, "recording": recording, "peers": peers}
+SECTIONS = {
+    "loop": loop,
+    "growth": growth,
+    "profile": profile,
+    "watch": watch,
+    "recording": recording,
+    "peers": peers,
+}
 
 
 def main(arguments: Any = None) -> None:
@@ -39,6 +46,8 @@ def main(arguments: Any = None) -> None:
         found[name] = {"machine": by, "rows": rows}
         FOUND.write_text(json.dumps(found, indent=2) + "\n")
         publish(PAGE, SECTIONS[name].tables(rows), asked.docs)
+        if asked.docs and hasattr(SECTIONS[name], "draw"):
+            SECTIONS[name].draw(rows, DOCS / "figures")
     publish(PAGE, machine.tables(machine.describe()), asked.docs)
     print(f"wrote {FOUND}")
 

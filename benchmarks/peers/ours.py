@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
@@ -15,12 +16,23 @@ from escort_mj.world.build import World
 from escort_mj.world.plant import Plant
 
 # The law's gains for quadrotors are those of scenarios/robots/quadrotor.yaml, which docs/robots.md explains.
+BEHAVIORS: list[Any] = [{"behavior": "avoid_obstacles", "safe_distance": 0.8}, "vertices", "surface"]
 BASES = {"point_mass": "main", "quadrotor": "robots/quadrotor"}
 
 
-def mission(kind: str, n: int, axes: int) -> Scenario:
-    """The mission with noise, disturbance, avoidance of obstacles, and a place for everyone."""
-    place, axis = stage.target(0.0, n, axes)[0] + stage.places(n, axes), range(axes)
+def mission(
+    kind: str, n: int, axes: int, spacing: float = 1.0, changes: Mapping[str, Any] | None = None
+) -> Scenario:
+    """The mission with noise, disturbance, avoidance of obstacles and teammates, and a place for everyone.
+
+    Args:
+        kind: Of robots.
+        n: How many.
+        axes: 2 in the plane, 3 in space.
+        spacing: Distances between robots, relative to those of `stage.py`.
+        changes: Keys of the scenario that are to be different.
+    """
+    place, axis = stage.target(0.0, n, axes)[0] + spacing * stage.places(n, axes), range(axes)
     pace = stage.SPEED / stage.SWEEP
     course: list[Any] = [
         f"{stage.SWEEP}*cos({pace}*t)",
@@ -39,12 +51,12 @@ def mission(kind: str, n: int, axes: int) -> Scenario:
             {"position": center, "radius": stage.OBSTACLE_RADIUS}
             for center in stage.obstacles(n, axes).tolist()
         ],
-        "mission.radius": stage.radius(n, axes),
-        "mission.behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 0.8}, "vertices", "surface"],
+        "mission.radius": spacing * stage.radius(n, axes),
+        "mission.behaviors": BEHAVIORS,
         "uncertainty.disturbance": [push[k] for k in axis],
         "expect": [],
     }
-    return load_scenario(BASES[kind], told)
+    return load_scenario(BASES[kind], told | dict(changes or {}))
 
 
 def fly(world: World) -> Flight:

@@ -1,0 +1,118 @@
+"""What control costs a robot, against how many there are: the native loop less bare `mj_step`, 5 to 2000.
+
+The mission is that of `peers/stage.py`: everyone keeps a place on a circle or sphere around a moving target.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from benchmarks.document import table
+from benchmarks.loop import copy_state, no_timer
+from benchmarks.paired import alternate, paired, seconds
+from benchmarks.peers.ours import mission
+from escort_mj.report.style import figure
+from escort_mj.world.build import build
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+SIZES = (5, 6, 20, 50, 100, 500, 1000, 2000)
+TICKS = (5, 20, 100, 500, 2000)
+REFERENCE = 100  # robots: what the cost at other sizes is compared with
+CLOSE = 0.45  # of the usual spacing: surfaces half a meter apart
+NO_NOISE: dict[str, Any] = {"sensing": {}}
+CASES: dict[str, dict[str, Any]] = {
+    "plane": {"axes": 2, "changes": NO_NOISE},
+    "plane, noise": {"axes": 2},
+    "plane, close": {"axes": 2, "changes": NO_NOISE, "spacing": CLOSE},
+    "space": {"axes": 3, "changes": NO_NOISE},
+    "space, noise": {"axes": 3},
+    "space, close": {"axes": 3, "changes": NO_NOISE, "spacing": CLOSE},
+}
+WORK = 100_000  # robot-steps in a round
+ROUNDS = 15
+
+
+def compare(n: int, **what: Any) -> dict[str, float]:
+    """Times the native loop and bare steps of the same state, in turns.
+
+    Args:
+        n: Number of robots.
+        what: Arguments of `mission`.
+
+    Returns:
+        Medians over rounds: time a step [us] of `bare` and `native`, their paired ratio, and `control`, what
+        the native loop costs a robot beyond [ns].
+    """
+    world = build(mission("point_mass", n, **what))
+    plant, held = Plant(world), mujoco.MjData(world.model)
+    steps = max(20, WORK // n)
+
+    def native() -> float:
+        with native_loop(world):
+            return seconds(lambda: plant.step(steps)) / steps
+
+    def bare() -> float:
+        copy_state(world, plant.data, held)
+        with no_timer():
+            return seconds(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
+
+    native(), bare()
+    times = alternate({"bare": bare, "native": native}, ROUNDS)
+    return {
+        **{name: 1e6 * float(np.median(values)) for name, values in times.items()},
+        "native/bare": paired(times, "native", "bare"),
+        "control": 1e9 / n * float(np.median(times["native"] - times["bare"])),
+    }
+
+
+def measure() -> list[dict[str, Any]]:
+    """Measures every case at every size."""
+    rows = []
+    for case, what in CASES.items():
+        for n in SIZES:
+            row = {"case": case, "n": n} | compare(n, **what)
+            said = f"{row['native/bare']:.2f} of bare, {row['control']:.0f} ns a robot"
+            print(f"{case}, n = {n}: {said}", flush=True)
+            rows.append(row)
+    return rows
+
+
+def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """Ratios to bare, and costs of control, by size."""
+    found = {(row["case"], row["n"]): row for row in rows}
+    ratios, costs = [], []
+    for case in CASES:
+        ratios.append([case, *(f"{found[case, n]['native/bare']:.2f}" for n in SIZES)])
+        own = [found[case, n]["control"] for n in SIZES]
+        grown = found[case, SIZES[-1]]["control"] / found[case, REFERENCE]["control"]
+        costs.append([case, *(f"{cost:.0f}" for cost in own), f"**{grown:.2f}**"])
+    head = ["native / bare", *map(str, SIZES)]
+    last = f"{SIZES[-1]} / {REFERENCE}"
+    return {"growth": table(head, ratios), "costs": table(["control [ns a robot]", *head[1:], last], costs)}
+
+
+def draw(rows: list[dict[str, Any]], folder: Path) -> None:
+    """Cost a robot, of control and of MuJoCo, against the number of robots."""
+    with figure(folder / "growth.png", 3.2, "What a step costs a robot, on one core") as canvas:
+        for axes, place in zip(canvas.subplots(1, 2, sharey=True), ("plane", "space"), strict=True):
+            for case in (name for name in CASES if name.startswith(place)):
+                mine = [row for row in rows if row["case"] == case]
+                sizes = [row["n"] for row in mine]
+                axes.plot(
+                    sizes, [row["control"] for row in mine], "o-", markersize=3.0, label=f"control, {case}"
+                )
+                if case == place:
+                    bare = [1e3 * row["bare"] / row["n"] for row in mine]
+                    axes.plot(sizes, bare, "--", color="#777777", label="MuJoCo alone")
+            axes.set_xscale("log")
+            axes.set_xticks(TICKS, map(str, TICKS))
+            axes.minorticks_off()
+            axes.set_ylim(bottom=0.0)
+            axes.set_xlabel("robots")
+            axes.legend()
+        canvas.axes[0].set_ylabel("time a step and robot [ns]")

@@ -1,0 +1,116 @@
+"""Where the time of a step goes: parts of the controlled loop taken away in turn, and MuJoCo's own stages.
+
+The law is compiled into one function, so its parts are told apart by ablation: the same mission without one
+of them, in turns with the whole. What is left when all are away is measuring, the last behavior, the inner
+loop and the motors. MuJoCo times its own stages.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from benchmarks.document import table
+from benchmarks.loop import copy_state, no_timer
+from benchmarks.paired import alternate, seconds
+from benchmarks.peers.ours import BEHAVIORS, mission
+from escort_mj.world.build import build
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+TEAMS = {
+    "n = 5, plane": (5, 2),
+    "n = 6, space": (6, 3),
+    "n = 100, space": (100, 3),
+    "n = 1000, space": (1000, 3),
+}
+PARTS: dict[str, dict[str, Any]] = {
+    "noise of measurements": {"sensing": {}},
+    "disturbance": {"uncertainty.disturbance": None},
+    "avoidance of obstacles and teammates": {"mission.behaviors": BEHAVIORS[1:]},
+    "places in the formation": {"mission.behaviors": [BEHAVIORS[0], BEHAVIORS[2]]},
+}
+WATCH, REST, BARE = "watching every step", "all else of the law", "MuJoCo"
+STAGES = {
+    "collisions": "POS_COLLISION",
+    "kinematics": "POS_KINEMATICS",
+    "inertia": "POS_INERTIA",
+    "velocities": "VELOCITY",
+    "actuation": "ACTUATION",
+    "constraints": "CONSTRAINT",
+    "integration": "ADVANCE",
+}
+WORK, ROUNDS = 50_000, 15  # robot-steps in a round, and rounds
+
+
+class Variant:
+    """The mission of a team, with one of its parts away."""
+
+    def __init__(self, n: int, axes: int, changes: dict[str, Any], watched: bool = True) -> None:
+        self.world = build(mission("point_mass", n, axes, changes=changes))
+        self.plant = Plant(self.world)
+        self.steps, self.watched = max(20, WORK // n), watched
+        self.fly()
+
+    def fly(self) -> float:
+        """Processor time a step [s] of the native loop."""
+        with native_loop(self.world):
+            if not self.watched:
+                mujoco.set_mjcb_sensor(None)
+            return seconds(lambda: self.plant.step(self.steps)) / self.steps
+
+    def bare(self) -> float:
+        """The same of MuJoCo alone, from the same state under the same forces."""
+        held = mujoco.MjData(self.world.model)
+        copy_state(self.world, self.plant.data, held)
+        with no_timer():
+            return seconds(lambda: mujoco.mj_step(self.world.model, held, nstep=self.steps)) / self.steps
+
+    def stages(self) -> dict[str, float]:
+        """Shares of MuJoCo's stages in its own step, medians over rounds."""
+        timers, rounds = mujoco.mjtTimer.__members__, []
+        for _ in range(ROUNDS):
+            held = mujoco.MjData(self.world.model)
+            copy_state(self.world, self.plant.data, held)
+            mujoco.mj_step(self.world.model, held, nstep=self.steps)
+            spent = held.timer.duration
+            stages = [spent[int(timers[f"mjTIMER_{stage}"])] for stage in STAGES.values()]
+            rounds.append(np.array(stages) / spent[int(timers["mjTIMER_STEP"])])
+        shares = dict(zip(STAGES, map(float, np.median(rounds, axis=0)), strict=True))
+        return shares | {"the rest": 1.0 - sum(shares.values())}
+
+
+def compare(n: int, axes: int) -> dict[str, Any]:
+    """Takes a team's mission apart.
+
+    Returns:
+        `whole`, a step of all of it [us]; `parts`, what each adds, as a share of it; `stages`, shares
+        of MuJoCo's own.
+    """
+    whole = Variant(n, axes, {})
+    without = {part: Variant(n, axes, changes) for part, changes in PARTS.items()}
+    without[WATCH] = Variant(n, axes, {}, watched=False)
+    loops = {name: variant.fly for name, variant in without.items()}
+    times = alternate({"whole": whole.fly, BARE: whole.bare, **loops}, ROUNDS)
+    parts = {name: float(np.median(1.0 - times[name] / times["whole"])) for name in without}
+    bare = float(np.median(times[BARE] / times["whole"]))
+    parts = {BARE: bare, **parts, REST: 1.0 - bare - sum(parts.values())}
+    return {"whole": 1e6 * float(np.median(times["whole"])), "parts": parts, "stages": whole.stages()}
+
+
+def measure() -> list[dict[str, Any]]:
+    """Takes every team's mission apart."""
+    return [{"team": name} | compare(*team) for name, team in TEAMS.items()]
+
+
+def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """Shares of a step, and of MuJoCo's part of it."""
+    head = [f"{row['team']}: {row['whole']:.3g} us" for row in rows]
+    parts = [[name, *(f"{100 * row['parts'][name]:.1f} %" for row in rows)] for name in rows[0]["parts"]]
+    stages = [[name, *(f"{100 * row['stages'][name]:.0f} %" for row in rows)] for name in rows[0]["stages"]]
+    return {
+        "profile": table(["share of a step", *head], parts),
+        "stages": table(["share of MuJoCo's step", *(row["team"] for row in rows)], stages),
+    }
