@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from escort_mj.api import load_scenario, run
+    from escort_mj.api import load_scenario, run, run_many
     from escort_mj.errors import EscortError, ScenarioError
     from escort_mj.mission import Run
     from escort_mj.record.folder import open_run
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "load_scenario": "api",
     "run": "api",
+    "run_many": "api",
     "Run": "mission",
     "open_run": "record.folder",
     "Outcome": "record.outcome",
@@ -29,7 +30,17 @@ _HOMES = {
     "ScenarioError": "errors",
 }
 
-__all__ = ["EscortError", "Outcome", "Run", "Scenario", "ScenarioError", "load_scenario", "open_run", "run"]
+__all__ = [
+    "EscortError",
+    "Outcome",
+    "Run",
+    "Scenario",
+    "ScenarioError",
+    "load_scenario",
+    "open_run",
+    "run",
+    "run_many",
+]
 
 
 def __getattr__(name: str) -> Any:

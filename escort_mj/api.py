@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence, Sized
 from importlib.resources import files
 from pathlib import Path
 
+from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, Run, fly
 from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_in
@@ -16,8 +18,9 @@ from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
 from escort_mj.scenario.overrides import Overrides
 from escort_mj.study.check import Case
+from escort_mj.study.parallel import cores
 
-__all__ = ["cases", "fly", "load_scenario", "run"]
+__all__ = ["cases", "fly", "load_scenario", "run", "run_many"]
 
 
 def scenarios_folder() -> Path:
@@ -136,3 +139,42 @@ def run(
         except RenderError as error:
             warnings.warn(f"no video: {error}", stacklevel=2)
     return result
+
+
+def run_many(
+    scenarios: Iterable[Scenario | str | os.PathLike[str]],
+    threads: int | None = None,
+    *,
+    traces: bool = False,
+    progress: Progress | None = None,
+) -> Iterator[Run]:
+    """Runs many scenarios side by side, in threads of this process.
+
+    Every run has the bits that it has alone, however many there are beside it. Memory does not grow with
+    their number: scenarios are taken as they are needed; of a run its outcome, metrics and verdicts stay.
+
+    Args:
+        scenarios: Scenarios, or what `load_scenario` takes; they may differ in anything.
+        threads: How many cores to keep busy; None for all that this process may use.
+        traces: Whether runs keep their traces: `run.trace`.
+        progress: Called with the runs that have ended and all of them, infinity where that is not known.
+
+    Yields:
+        One run per scenario, in their order. An error in one is its outcome `failed`, and disturbs no other.
+
+    Raises:
+        ScenarioError: With every fault of a file that is wrong.
+        UsageError: If there is no such file or scenario, or the threads are fewer than one.
+    """
+    if threads is not None and threads < 1:
+        raise UsageError(f"threads: found {threads}; allowed is 1 or more")
+    total = len(scenarios) if isinstance(scenarios, Sized) else math.inf
+    loaded = (one if isinstance(one, Scenario) else load_scenario(one) for one in scenarios)
+
+    def runs() -> Iterator[Run]:
+        for done, ended in enumerate(fly_many(loaded, threads or cores(), traces), 1):
+            if progress is not None:
+                progress(done, total)
+            yield ended
+
+    return runs()

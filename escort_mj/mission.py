@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles
+from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.record.episodes import NONE
 from escort_mj.record.metrics import Measure, measures_of, summarize
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import Recording, record
+from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.bodies import obstacle_names
@@ -45,6 +46,21 @@ Array = NDArray[np.float64]
 Progress = Callable[[float, float], None]
 """Called with the simulated time reached and the time to reach [s]."""
 
+
+class Room:
+    """Memory for samples, the same for one mission after another: fresh memory costs a tenth of a run."""
+
+    def __init__(self) -> None:
+        self._numbers = np.empty(0)
+
+    def take(self, rows: int, columns: int) -> Array:
+        """A matrix, shape (rows, columns), in place of the one taken before."""
+        size = rows * columns
+        if self._numbers.size < size:
+            self._numbers = np.empty(size)
+        return self._numbers[:size].reshape(rows, columns)
+
+
 BLOCK = 256  # samples between two looks at the state's health
 NO_FORCES = "none: beyond three axes bodies go through one another, and forces of episodes are 0"
 DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
@@ -58,7 +74,7 @@ class Run:
         scenario: What was run.
         outcome: How it ended.
         message: The same in one sentence, with the moment.
-        recording: Every recorded signal; see `signals.py`.
+        recording: Every recorded signal, see `signals.py`; None where it was not kept.
         measures: The value of every metric, as it was found.
         metrics: The same as metrics.json has them, with units.
         verdicts: What was expected, and whether it held.
@@ -67,14 +83,20 @@ class Run:
     scenario: Scenario
     outcome: Outcome
     message: str
-    recording: Recording = field(repr=False)
+    recording: Recording | None = field(repr=False)
     measures: dict[str, Measure] = field(repr=False)
     metrics: dict[str, Any] = field(repr=False)
     verdicts: list[Verdict]
 
     @cached_property
     def trace(self) -> xarray.Dataset:
-        """Every recorded signal, labelled."""
+        """Every recorded signal, labelled.
+
+        Raises:
+            UsageError: If it was not kept.
+        """
+        if self.recording is None:
+            raise UsageError("this run's trace was not kept: ask for traces")
         return self.recording.to_dataset()
 
     @property
@@ -83,13 +105,19 @@ class Run:
         return all(verdict.passed for verdict in self.verdicts)
 
 
-def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress | None = None) -> Run:
+def fly(
+    scenario: Scenario,
+    folder: RunFolder | None = None,
+    progress: Progress | None = None,
+    room: Room | None = None,
+) -> Run:
     """Runs a scenario to its end, or to where it broke.
 
     Args:
         scenario: A checked scenario.
         folder: Where to write what came of it, sample by sample; None keeps everything in memory.
         progress: Called now and then.
+        room: Where samples go; what is recorded there lasts until the next mission that gets it.
     """
     world = build(scenario)
     plant = Plant(world)
@@ -99,7 +127,7 @@ def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress 
     if folder is not None:
         folder.begin(dump_scenario(scenario), world.xml, world.sizes, _labels(scenario, world))
     clock = time.perf_counter()
-    samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress)
+    samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
     wall = time.perf_counter() - clock
 
     recording = record(samples, world.sizes, _labels(scenario, world), episodes)
@@ -114,8 +142,16 @@ def fly(scenario: Scenario, folder: RunFolder | None = None, progress: Progress 
     return run
 
 
+def failed(scenario: Scenario, error: Exception) -> Run:
+    """The run of a scenario that an error broke: nothing but that."""
+    message = str(error) if isinstance(error, EscortError) else f"{type(error).__name__}: {error}"
+    nothing = Recording({}, {"time": Variable("time", [], {})}, {})
+    verdicts = judge([], nothing, Outcome.FAILED)
+    return Run(scenario, Outcome.FAILED, message, None, {}, {}, verdicts)
+
+
 def _simulate(
-    plant: Plant, scenario: Scenario, folder: RunFolder | None, progress: Progress | None
+    plant: Plant, scenario: Scenario, folder: RunFolder | None, progress: Progress | None, room: Room
 ) -> tuple[Array, Array, Outcome, str]:
     """Steps the world in blocks of samples, and looks after each block whether to go on.
 
@@ -125,7 +161,8 @@ def _simulate(
     """
     world = plant.world
     total = int(np.floor(scenario.duration / (world.stride * scenario.physics.timestep) + 1e-9)) + 1
-    samples = np.empty((total, record_size(world.sizes)))
+    samples = room.take(total, record_size(world.sizes))
+    places = {name: columns(name, world.sizes) for name in ("target_position", "lost")}
     bound = _bound(scenario, world)
     done, outcome, message = 0, Outcome.COMPLETED, ""
     episodes = [NONE]
@@ -140,7 +177,7 @@ def _simulate(
                 row += len(taken)
                 if plant.has_ended:
                     log.append(plant.ended())
-            healthy, outcome, message = _examine(samples[start:done], plant, bound, scenario)
+            healthy, outcome, message = _examine(samples[start:done], plant, bound, places)
             episodes.append(np.vstack(log))
             done = start + healthy
             if folder is not None:
@@ -161,7 +198,7 @@ def _bound(scenario: Scenario, world: World) -> float:
     return DIVERGED_BEYOND * max(scenario.mission.radius, float(start))
 
 
-def _examine(block: Array, plant: Plant, bound: float, scenario: Scenario) -> tuple[int, Outcome, str]:
+def _examine(block: Array, plant: Plant, bound: float, places: dict[str, slice]) -> tuple[int, Outcome, str]:
     """Looks at a block of samples.
 
     Returns:
@@ -175,7 +212,7 @@ def _examine(block: Array, plant: Plant, bound: float, scenario: Scenario) -> tu
     if warnings := plant.warnings():
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
         return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
-    target, lost = (block[:keep, columns(name, sizes)] for name in ("target_position", "lost"))
+    target, lost = block[:keep, places["target_position"]], block[:keep, places["lost"]]
     distance = np.linalg.norm(block[:keep, 1 : 1 + n * p].reshape(-1, n, p) - target[:, None], axis=2)
     distance[lost > 0.0] = 0.0  # wherever a lost robot drifts, the mission goes on
     far = distance.max(axis=1) > bound

@@ -58,7 +58,7 @@ def perform(job: Job) -> Row:
             with RunFolder.create(job.folder) as kept:
                 run = fly(scenario, kept)
             folder = f"{RUNS}/{job.key}"
-        assert run is not None
+        assert run is not None and run.recording is not None
     except EscortError as error:
         return row_of_nothing(job, Outcome.FAILED.value, str(error), time.perf_counter() - began)
     except Exception as error:

@@ -38,13 +38,16 @@ CONTROL = types.void(types.intp, types.intp)
 SENSOR = types.void(types.intp, types.intp, types.int32)
 _OPTIONS = {key: value for key, value in OPTIONS.items() if key != "nogil"}
 
+_compiling = threading.Lock()  # threads that begin together compile once
+
 Callbacks = tuple[Any, Any]
 """What to install as `mjcb_control`, and as `mjcb_sensor`."""
 
 
 def callbacks(axes: int) -> Callbacks:
     """The callbacks for models of so many axes, compiled or read from the cache; others are left alone."""
-    return _compiled(min(axes, MANY))
+    with _compiling:
+        return _compiled(min(axes, MANY))
 
 
 @cache

@@ -64,14 +64,14 @@ class Plant:
             most: How many samples at most.
 
         Returns:
-            At least one, shape (k, record_size).
+            At least one, shape (k, record_size); a view, until the next call.
         """
         stride, kept = self.world.stride, self.state.samples
         watched = int(self.state.clock[WATCHED_STEP])
         first = stride - (watched - 1) % stride if watched else 1  # a sample is taken at t = 0
         if not len(kept):
             self.step(first)
-            return self.record[None].copy()
+            return self.record[None]
         self.state.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
         while True:
             count = min(most, len(kept), self._at_once)
@@ -82,7 +82,7 @@ class Plant:
             self._restore(before)
             self._at_once = count // 2
         self._at_once = 2 * count
-        return kept[:count].copy()
+        return kept[:count]
 
     def _save(self) -> tuple[Array, Array, Array]:
         """All that stepping depends on and changes: physics, the controller's state, MuJoCo's warnings."""
@@ -127,6 +127,8 @@ class Plant:
 
     def warnings(self) -> dict[str, int]:
         """How often MuJoCo warned so far, by the warning's name."""
+        if not self.data.warning.number.any():
+            return {}
         counts = {
             str(kind.name).removeprefix("mjWARN_"): int(self.data.warning[int(kind)].number)
             for kind in mujoco.mjtWarning.__members__.values()

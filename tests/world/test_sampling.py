@@ -32,7 +32,7 @@ def many_at_once(plant: Plant, most: int = SAMPLES) -> tuple[np.ndarray, np.ndar
     """The same, as many at once as there is room for."""
     samples, episodes, left = [], [], SAMPLES
     while left:
-        samples.append(plant.samples(min(left, most)))
+        samples.append(plant.samples(min(left, most)).copy())
         episodes.append(plant.ended())
         left -= len(samples[-1])
     return np.vstack(samples), np.vstack(episodes)

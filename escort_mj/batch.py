@@ -1,0 +1,118 @@
+"""Many missions in the threads of one process: each has the bits that it has alone, and no trace is kept.
+
+A mission is stepped natively, hundreds of samples at a time, without the interpreter's lock. What a thread
+needs Python for is to build the mission's world and to sum it up. MuJoCo's own `mujoco.batch` steps many states
+of one layout; missions here differ in anything, and each has its own model, its own length and its own end.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import islice
+from typing import TypeVar
+
+from escort_mj.mission import Room, Run, failed, fly
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario.schema import Scenario
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+BESIDE = 1  # one thread more than cores builds a world or sums up while the others step
+AHEAD = 2  # missions that each thread may be ahead of who takes the results
+SWITCH = 2e-4  # s after which a thread that waits for the interpreter gets it
+
+
+class _Forsaken(BaseException):
+    """Ends a mission that nobody waits for any longer."""
+
+
+def fly_many(scenarios: Iterable[Scenario], threads: int, traces: bool = False) -> Iterator[Run]:
+    """Runs scenarios side by side; whatever goes wrong with one is its own outcome.
+
+    Args:
+        scenarios: Checked scenarios, taken as they are needed.
+        threads: How many cores to keep busy; 1 stays in this thread.
+        traces: Whether runs keep what was recorded.
+
+    Yields:
+        A run for each scenario, in their order.
+    """
+    nobody_waits = threading.Event()
+    rooms = threading.local()
+
+    def stop_if_asked(reached: float, duration: float) -> None:
+        if nobody_waits.is_set():
+            raise _Forsaken
+
+    def one(scenario: Scenario) -> Run:
+        if traces:
+            return _flown(scenario, stop_if_asked, None)
+        if not hasattr(rooms, "mine"):
+            rooms.mine = Room()
+        return replace(_flown(scenario, stop_if_asked, rooms.mine), recording=None)
+
+    yield from in_threads(one, scenarios, threads, nobody_waits.set)
+
+
+def _flown(scenario: Scenario, progress: Callable[[float, float], None], room: Room | None) -> Run:
+    try:
+        run = fly(scenario, None, progress, room)
+    except Exception as error:
+        return failed(scenario, error)
+    if run.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
+    return run
+
+
+def in_threads(
+    function: Callable[[Item], Result],
+    items: Iterable[Item],
+    threads: int,
+    forsake: Callable[[], None] = lambda: None,
+) -> Iterator[Result]:
+    """Calls a function for every item, a few ahead of who takes the results.
+
+    Args:
+        function: Mostly native.
+        items: What to call it with, taken as they are needed.
+        threads: How many cores to keep busy; 1 stays in this thread.
+        forsake: Called when nobody takes results any longer; calls under way may then end as they like.
+
+    Yields:
+        One result per item, in the order of the items.
+    """
+    if threads == 1:
+        yield from map(function, items)
+        return
+    waiting = iter(items)
+    flying: deque[Future[Result]] = deque()
+    pool = ThreadPoolExecutor(threads + BESIDE, thread_name_prefix="mission")
+    try:
+        with _switching(SWITCH):
+            while True:
+                for item in islice(waiting, AHEAD * threads + BESIDE - len(flying)):
+                    flying.append(pool.submit(function, item))
+                if not flying:
+                    return
+                yield flying.popleft().result()
+    finally:
+        forsake()
+        pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _switching(interval: float) -> Iterator[None]:
+    """Lets threads take turns with the interpreter more often: who steps asks for it for moments only."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(min(interval, before))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
