@@ -113,7 +113,10 @@ def sweep(
     study: Annotated[Path, typer.Argument(help="A study file.")],
     out: OutOption = None,
     workers: WorkersOption = None,
-    backend: Annotated[Literal["local", "dask"], typer.Option(help="Where runs are computed.")] = "local",
+    backend: Annotated[
+        Literal["local", "threads", "dask"],
+        typer.Option(help="Where runs are computed: processes or threads of this machine, a Dask cluster."),
+    ] = "local",
     scheduler: Annotated[
         str | None, typer.Option(help="A running Dask scheduler, such as tcp://host:8786 [default: our own].")
     ] = None,
@@ -127,7 +130,10 @@ def sweep(
     from escort_mj.study.sweep import sweep as make_runs
 
     design, folder, count = _laid_out(study, out, workers)
-    where = backends.local(count) if backend == "local" else backends.dask(count, scheduler)
+    if backend == "dask":
+        where = backends.dask(count, scheduler)
+    else:
+        where = backends.threads(count) if backend == "threads" else backends.local(count)
     with progress_bar("sweeping", " runs") as progress:
         done = make_runs(design, folder, where, count, yes, progress)
     typer.echo(

@@ -1,4 +1,4 @@
-"""Where the runs of a study are computed: processes of this machine, or workers of a Dask cluster.
+"""Where the runs of a study are computed: processes or threads of this machine, or workers of a Dask cluster.
 
 A backend takes jobs as they are wanted and gives results as they come; what a job computes depends on nothing
 but the job, so every backend gives the same bits. A worker that dies takes nothing with it: its jobs are done
@@ -19,6 +19,7 @@ from itertools import islice
 from multiprocessing.connection import wait as wait_for
 from typing import Any, TypeVar
 
+from escort_mj.batch import in_threads
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.study.parallel import parent_of_workers
 
@@ -35,6 +36,21 @@ def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Iterator[tup
     """Computes jobs in this process, one after the other."""
     for job in jobs:
         yield job, function(job)
+
+
+def threads(workers: int) -> Backend[Any, Any]:
+    """Threads of this process: nothing has to start, but a job that kills its process kills all.
+
+    Args:
+        workers: How many cores to keep busy; 1 computes in this thread.
+    """
+
+    def compute(
+        function: Callable[[Job], Result], jobs: Iterable[Job]
+    ) -> Iterator[tuple[Job, Result | None]]:
+        yield from in_threads(lambda job: (job, function(job)), jobs, workers)
+
+    return compute
 
 
 def _pool(workers: int) -> ProcessPoolExecutor:

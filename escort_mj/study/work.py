@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from dataclasses import asdict
 from functools import lru_cache
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from escort_mj.errors import EscortError
-from escort_mj.mission import fly
+from escort_mj.mission import Room, fly
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import dump_scenario
@@ -41,6 +42,17 @@ class Job(NamedTuple):
     only_failed: bool
 
 
+_mine = threading.local()
+
+
+def _room() -> Room:
+    """This thread's memory for samples."""
+    if not hasattr(_mine, "room"):
+        _mine.room = Room()
+    room: Room = _mine.room
+    return room
+
+
 @lru_cache(maxsize=4)
 def _template(text: str, source: str) -> Template:
     return Template(text, source)
@@ -53,7 +65,7 @@ def perform(job: Job) -> Row:
         scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})
         folder, run = None, None
         if job.folder is None or job.only_failed:
-            run = fly(scenario)
+            run = fly(scenario, room=_room())
         if job.folder is not None and (run is None or not run.passed):
             with RunFolder.create(job.folder) as kept:
                 run = fly(scenario, kept)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.study.backends import Backend, dask, local
+from escort_mj.study.backends import Backend, dask, local, threads
 from tests.study.jobs import Job, stumble, work
 
 
@@ -25,7 +25,10 @@ def backends() -> list[object]:
     return [*found, pytest.param(lambda: dask(2), id="dask")]
 
 
-@pytest.mark.parametrize("make", backends())
+THREADS = pytest.param(lambda: threads(2), id="threads")
+
+
+@pytest.mark.parametrize("make", [*backends(), THREADS])
 def test_every_job_once(make: "type[Backend]", tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path) for number in range(40)]
     results = list(make()(work, iter(jobs)))
@@ -48,7 +51,7 @@ def test_a_job_that_kills_every_worker_becomes_a_result(make: "type[Backend]", t
     assert results == {job: None if job.number == 5 else job.number**2 for job in jobs}
 
 
-@pytest.mark.parametrize("make", backends())
+@pytest.mark.parametrize("make", [*backends(), THREADS])
 def test_an_error_of_the_job_is_an_error(make: "type[Backend]", tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="job 0"):
         list(make()(stumble, iter([Job(0, tmp_path)])))

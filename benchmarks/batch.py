@@ -1,0 +1,149 @@
+"""Many missions at once: two threads against one, whole missions and stepping alone, and `mujoco.batch`.
+
+Missions differ by seed, start, gains, mass and obstacles. Whole missions are built, stepped, recorded, summed
+up and judged. Stepping alone shows what the machine gives: with our threads, and with MuJoCo's own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import mujoco.batch
+import numpy as np
+
+from benchmarks.document import table
+from benchmarks.paired import alternate, paired, seconds
+from escort_mj.api import load_scenario, run_many
+from escort_mj.mission import Run
+from escort_mj.scenario.schema import Scenario
+from escort_mj.world.build import build
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+
+THREADS = 2
+ROUNDS = 15
+STEPS = 2000  # of stepping alone, in a round
+VARIED = {
+    "controller.slope": (10, 20),
+    "robots.mass": (0.8, 1.3),
+    "obstacles[0].position": ([7, 4.5], [7, -4]),
+}
+CASES = {
+    "n = 5, plane, 4 obstacles, 60 s": ("main", ["expect=[{metric: contacts, at_most: 0}]"]),
+    "n = 5, plane, 4 obstacles, 10 s": ("main", ["duration=10", "expect=[{metric: contacts, at_most: 0}]"]),
+}
+
+
+def missions(scenario: str, overrides: list[str]) -> list[Scenario]:
+    """Missions of one kind that differ in everything but their size."""
+    return [
+        load_scenario(scenario, [*overrides, f"seed={seed}", *(f"{key}={value}" for key, value in values)])
+        for seed, values in enumerate(
+            zip(VARIED, choice, strict=True) for choice in itertools.product(*VARIED.values())
+        )
+    ]
+
+
+def digest(run: Run) -> str:
+    """Of all that was recorded."""
+    found = hashlib.sha256()
+    for name in sorted(map(str, run.trace.data_vars)):
+        found.update(run.trace[name].values.tobytes())
+    return found.hexdigest()
+
+
+def resident() -> float:
+    """Memory of this process now [MB]; 0 where the system does not say."""
+    status = Path("/proc/self/statm")
+    return int(status.read_text().split()[1]) * 4096 / 1e6 if status.exists() else 0.0
+
+
+def whole(scenario: str, overrides: list[str]) -> dict[str, Any]:
+    """Times whole missions on one thread and on two.
+
+    Raises:
+        RuntimeError: If their bits differ.
+    """
+    these = missions(scenario, overrides)
+    bits = [[digest(run) for run in run_many(these, count, traces=True)] for count in (1, THREADS)]
+    _same(*bits)
+    before = resident()
+    times = alternate({f"{k}": _timed(lambda k=k: list(run_many(these, k))) for k in (1, THREADS)}, ROUNDS)
+    flown = 2 * ROUNDS * len(these)
+    return _found(times, len(these)) | {"growth": (resident() - before) / flown}
+
+
+def stepping(scenario: str, overrides: list[str]) -> dict[str, dict[str, Any]]:
+    """Times stepping alone, our threads and MuJoCo's, on one thread and on two.
+
+    Raises:
+        RuntimeError: If their bits differ.
+    """
+    worlds = [build(one) for one in missions(scenario, overrides)]
+    plants = {k: [Plant(world) for world in worlds] for k in (1, THREADS)}
+    batches = {k: mujoco.batch.Batch(worlds[0].model, len(worlds), k) for k in (1, THREADS)}
+    pools = {k: ThreadPoolExecutor(k) for k in (1, THREADS)}
+
+    def ours(k: int) -> None:
+        list(pools[k].map(lambda plant: plant.step(STEPS), plants[k]))
+
+    for batch in batches.values():
+        batch.set_models([world.model for world in worlds])
+        batch.reset(stage=mujoco.mjtStage.mjSTAGE_NONE)
+    loops = {f"threads {k}": _timed(lambda k=k: ours(k)) for k in plants}
+    loops |= {f"batch {k}": _timed(lambda k=k: batches[k].step(nstep=STEPS)) for k in batches}
+    with native_loop(*worlds):
+        times = alternate(loops, ROUNDS)
+    for pool in pools.values():
+        pool.shutdown()
+    places = [np.array([plant.data.qpos for plant in team]).tobytes() for team in plants.values()]
+    _same(*places, *(batch.qpos.tobytes() for batch in batches.values()))
+    return {
+        way: _found({f"{k}": times[f"{way} {k}"] for k in (1, THREADS)}, len(worlds))
+        for way in ("threads", "batch")
+    }
+
+
+def _timed(function: Callable[[], object]) -> Callable[[], float]:
+    return lambda: seconds(function)
+
+
+def _same(first: Any, *others: Any) -> None:
+    """Raises RuntimeError unless all are the same."""
+    if any(other != first for other in others):
+        raise RuntimeError("bits depend on the number of threads")
+
+
+def _found(times: Any, count: int) -> dict[str, Any]:
+    """Missions a second on one thread and on two, and the paired ratio."""
+    rates = {f"rate {k}": count / float(np.median(times[f"{k}"])) for k in (1, THREADS)}
+    return rates | {"ratio": paired(times, "1", f"{THREADS}")}
+
+
+def measure() -> list[dict[str, Any]]:
+    """Measures every case."""
+    rows = [{"case": f"{name}: whole missions"} | whole(*case) for name, case in CASES.items()]
+    alone = stepping(*next(iter(CASES.values())))
+    named = {"threads": "our threads", "batch": "`mujoco.batch`"}
+    steps = f"{STEPS} steps alone of each"
+    return [*rows, *({"case": f"{steps}: {named[way]}"} | row for way, row in alone.items())]
+
+
+def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
+    """What was measured, as a table."""
+    cells = [
+        [
+            row["case"],
+            *(f"{row[f'rate {k}']:.3g}" for k in (1, THREADS)),
+            f"**{row['ratio']:.2f}**",
+            f"{row['growth']:.2f}" if "growth" in row else "",
+        ]
+        for row in rows
+    ]
+    head = ["missions", "1 thread [1/s]", f"{THREADS} threads [1/s]", "ratio", "memory kept a mission [MB]"]
+    return {"batch": table(head, cells)}
