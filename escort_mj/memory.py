@@ -201,6 +201,11 @@ class _ViewModel(models.StructModel):
         super().__init__(manager, kind, [("plan", types.intp), ("memory", types.intp)])
 
 
+def view_type(name: str, axes: int | None) -> ViewType:
+    """Type in kernels of the view that the class of a name declares."""
+    return next(ViewType(view, axes) for view, (_, kind) in _LAYOUTS.items() if kind.__name__ == name)
+
+
 def viewer(layout: Layout, kind: type, function: Any) -> None:
     """Makes a Python function that reads a view known to kernels, which get theirs in its place.
 

@@ -19,6 +19,7 @@ from escort_mj.control.plan import (
     State,
 )
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory, vector_at
+from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
 
@@ -26,7 +27,7 @@ NO_CONFLICT = math.pi / 2
 NOBODY = -1.0  # ruling behavior of a robot whose behaviors are all inactive
 
 
-@inlined
+@on_demand
 def weigh_tasks(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     """Writes the task signals of one robot: errors, wishes, what projections removed, angles, who rules.
 

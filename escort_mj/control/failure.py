@@ -12,7 +12,8 @@ from escort_mj.control.noise import uniform
 from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.reform import reform
-from escort_mj.kernels import inlined, merged
+from escort_mj.kernels import inlined
+from escort_mj.on_demand import on_demand
 
 if TYPE_CHECKING:
     from escort_mj.control.plan import Plan, State
@@ -51,7 +52,7 @@ class Failure(Parameters):
 NEVER = [UNLIMITED, DEAD, UNLIMITED, 0.0]  # row of a robot that does not fail
 
 
-@merged
+@on_demand
 def notice_losses(plan: Plan, state: State) -> None:
     """Marks robots of which the team now knows that they failed; the others re-form (remark 2)."""
     n = state.lost.shape[0]
@@ -63,8 +64,14 @@ def notice_losses(plan: Plan, state: State) -> None:
             news = True
         if state.lost[i] == 0.0:
             left += 1
-    if not news:
-        return
+    if news:
+        _close_ranks(left, plan, state)
+
+
+@on_demand
+def _close_ranks(left: int, plan: Plan, state: State) -> None:
+    """The formation of those left: chords pass over lost robots, and a smaller figure is placed."""
+    n = state.lost.shape[0]
     for c in range(state.predecessors.shape[0]):
         _close_ring(state.predecessors[c], state.lost)
     state.chord_length[0] = 2.0 * plan.radius * math.sin(math.pi / left)
@@ -88,7 +95,7 @@ def _close_ring(predecessors: np.ndarray, lost: np.ndarray) -> None:
         predecessors[i] = other
 
 
-@merged
+@on_demand
 def command_motors(plan: Plan, state: State) -> None:
     """What the motors are told: the law's force where they work, else what is left of them.
 

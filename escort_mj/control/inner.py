@@ -8,6 +8,7 @@ from escort_mj.control.laws.super_twisting import twist
 from escort_mj.control.laws.tracking import is_winding_up
 from escort_mj.control.plan import COMPUTED_TORQUE, DIFFERENTIATING, PD, SLIDING, SUPER_TWISTING, Plan, State
 from escort_mj.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.on_demand import on_demand
 
 
 @inlined
@@ -65,7 +66,7 @@ def _sliding_mode(plan: Plan, state: State) -> None:
             _demand(plan, state, i, k, tau, plan.mu * state.s[i, k])
 
 
-@merged
+@on_demand
 def _super_twisting(plan: Plan, state: State) -> None:
     """See `laws/super_twisting.py`."""
     n, p = state.q.shape
@@ -77,7 +78,7 @@ def _super_twisting(plan: Plan, state: State) -> None:
             _demand(plan, state, i, k, tau, plan.mu * switched)
 
 
-@merged
+@on_demand
 def _pd(plan: Plan, state: State) -> None:
     """See `laws/pd.py`."""
     n, p = state.q.shape
@@ -87,7 +88,7 @@ def _pd(plan: Plan, state: State) -> None:
             _demand(plan, state, i, k, tau, 0.0)
 
 
-@merged
+@on_demand
 def _computed_torque(plan: Plan, state: State) -> None:
     """See `laws/computed_torque.py`. The filtered reference follows v_d at the rate that stands for a_d."""
     n, p = state.q.shape

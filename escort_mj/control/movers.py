@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from escort_mj.control.plan import Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
-from escort_mj.kernels import kernel, merged
+from escort_mj.kernels import merged
+from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
 
@@ -43,7 +44,7 @@ def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
     return state.obstacle_position
 
 
-@kernel
+@on_demand
 def drive(plan: Plan, state: State) -> None:
     """Finds where moving bodies are and what force drives them.
 

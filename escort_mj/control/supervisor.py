@@ -12,7 +12,8 @@ from escort_mj.control.behaviors import BehaviorParameters
 from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.plan import Plan, State
-from escort_mj.kernels import inlined, merged
+from escort_mj.kernels import merged
+from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
 
@@ -82,7 +83,7 @@ class Phase(NamedTuple):
         return row
 
 
-@inlined
+@on_demand
 def supervise(plan: Plan, state: State) -> None:
     """Chooses each robot's phase: the last one whose time and condition hold; phase 0 always does.
 

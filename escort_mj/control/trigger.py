@@ -13,6 +13,7 @@ from escort_mj.control.parameters import Parameters
 from escort_mj.control.plan import AVOID_OBSTACLES, Plan, State
 from escort_mj.control.supervisor import FIRST, LEVELS
 from escort_mj.kernels import inlined, merged
+from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
 
@@ -51,11 +52,18 @@ def refresh(plan: Plan, state: State) -> bool:
     Returns:
         Whether anybody runs it.
     """
-    n, p = state.q.shape
+    n = state.q.shape[0]
     if plan.trigger_distance == 0.0:
         for i in range(n):
             state.fresh[i] = 1.0
         return True
+    return _refresh_some(plan, state)
+
+
+@on_demand
+def _refresh_some(plan: Plan, state: State) -> bool:
+    """Lets those robots run the outer loop that have reason to; returns whether anybody has."""
+    n, p = state.q.shape
     someone = False
     losses = 0.0
     for i in range(n):

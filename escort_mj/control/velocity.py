@@ -17,7 +17,8 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
-from escort_mj.kernels import DOUBLE, kernel, matrix_at, merged, stack_memory, vector_at
+from escort_mj.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
+from escort_mj.on_demand import on_demand
 
 
 @merged
@@ -39,7 +40,7 @@ def reference_velocity(i: int, first: int, levels: int, plan: Plan, state: State
         _filter(i, first, levels, plan, state)
 
 
-@kernel
+@on_demand
 def _add_up(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     """Potential fields: the sum of all wishes and repulsions, slowed down where it is too fast."""
     p = state.q.shape[1]
@@ -71,7 +72,7 @@ def _add_up(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     _slow_down(i, plan, state)
 
 
-@kernel
+@on_demand
 def _filter(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     """Barrier filter: changes the velocity of the escort behaviors by as little as safety takes.
 

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.plan import Plan, State
-from escort_mj.kernels import inlined, kernel, merged
+from escort_mj.kernels import inlined, kernel
+from escort_mj.on_demand import on_demand
 from escort_mj.signals import (
     CLOSING_SPEED,
     DEPTH,
@@ -135,7 +136,7 @@ def settle(state: State, time: float, timestep: float) -> None:
             now[row, IMPULSE] += force * timestep
 
 
-@merged
+@on_demand
 def touch_overlaps(plan: Plan, state: State, target_radius: float) -> None:
     """Notes the pairs of bodies that overlap in all axes: contacts without force, where MuJoCo can find none.
 
@@ -147,6 +148,7 @@ def touch_overlaps(plan: Plan, state: State, target_radius: float) -> None:
         target_radius: [m].
     """
     n, m = state.q.shape[0], plan.obstacle_radius.shape[0]
+    begin(state)
     for i in range(n):
         for j in range(i + m + 1):  # robots before this one, the target, obstacles
             other = j if j < i else j - i + n
@@ -172,3 +174,4 @@ def touch_overlaps(plan: Plan, state: State, target_radius: float) -> None:
                 distance = math.sqrt(square)
                 speed = approach / distance if distance > 0.0 else 0.0
                 touch(state, state.time[0], other, i, 0.0, radius - distance, speed)
+    settle(state, state.time[0], plan.timestep)

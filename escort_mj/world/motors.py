@@ -9,6 +9,7 @@ from escort_mj.control.attitude import fly, hold_height
 from escort_mj.control.failure import DEAD, KIND, START, STUCK
 from escort_mj.control.plan import Plan, State
 from escort_mj.kernels import DOUBLE, inlined, merged, stack_memory, vector_at
+from escort_mj.on_demand import on_demand
 from escort_mj.scenario.kinds import ROTORS
 from escort_mj.world.wiring import Wiring
 
@@ -55,7 +56,7 @@ def command_motors(controls: int, qpos: Array, qvel: Array, plan: Plan, state: S
             rotors[rotor] = 0.0 if failure == DEAD else past_dead_zone(rotors[rotor], zone)
 
 
-@merged
+@on_demand
 def _pilot(i: int, qpos: Array, qvel: Array, plan: Plan, state: State, wiring: Wiring, rotors: Array) -> None:
     """Thrusts of one quadrotor for the force that the law wants, within its limit, and the lift."""
     p = state.q.shape[1]

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.plan import Plan, State
-from escort_mj.kernels import DOUBLE, inlined, kernel, pointer_at, stack_memory, vector_at
+from escort_mj.kernels import DOUBLE, inlined, pointer_at, stack_memory, vector_at
+from escort_mj.on_demand import on_demand
 from escort_mj.world.layout import offset
 from escort_mj.world.library import geom_distance
 from escort_mj.world.wiring import Wiring
@@ -25,7 +26,7 @@ FARTHEST = 1e7  # of any two geoms [m]
 DATA_PLACE, DATA_TURN = offset("mjData", "geom_xpos"), offset("mjData", "geom_xmat")
 
 
-@kernel
+@on_demand
 def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> None:
     """Writes `obstacle_point`: what each robot and the target find of each obstacle.
 

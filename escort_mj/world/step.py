@@ -11,8 +11,9 @@ import ctypes
 import mujoco
 
 from escort_mj.control.controller import evaluate
-from escort_mj.control.plan import MAGIC, State, unpack_plan, unpack_state
-from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, kernel, merged, pointer_at, vector_at
+from escort_mj.control.plan import MAGIC, Plan, State, unpack_plan, unpack_state
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, merged, pointer_at, vector_at
+from escort_mj.on_demand import on_demand
 from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps
 from escort_mj.world.layout import offset, structure
 from escort_mj.world.mass import INT, kinetic_energy, mass_block
@@ -50,7 +51,7 @@ def is_ours(m: int) -> bool:
     return int_at(m + MODEL_NUMBERS) > 0 and double_at(pointer_at(m + MODEL_NUMERIC)) == MAGIC
 
 
-@inlined
+@on_demand
 def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
     """Shows the law MuJoCo's own mass matrix and bias force, which are those of the present state."""
     n, p = state.q.shape
@@ -136,13 +137,9 @@ def look(m: int, d: int, axes: int) -> None:
     if again(plan, state):
         return
     if axes > IN_SPACE:
-        begin(state)
         touch_overlaps(plan, state, wiring.target_radius)
-        settle(state, state.time[0], plan.timestep)
     elif int_at(d + DATA_NCON) > 0 or state.tally[UNDER_WAY] > 0.0:
-        begin(state)
-        look_at_contacts(m, d, state, wiring)
-        settle(state, state.time[0], plan.timestep)
+        look_at_contacts(m, d, plan, state, wiring)
     energy = kinetic_energy(
         pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
         pointer_at(m + MODEL_COLUMNS), pointer_at(d + DATA_QVEL), int_at(m + MODEL_FREEDOMS),
@@ -151,8 +148,8 @@ def look(m: int, d: int, axes: int) -> None:
     keep(pointer_at(d + DATA_USERDATA), plan, state)
 
 
-@kernel
-def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
+@on_demand
+def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> None:
     """Notes MuJoCo's contacts of the solved step, each with its pair of bodies.
 
     The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
@@ -165,6 +162,7 @@ def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
     first = pointer_at(d + DATA_CONTACT)
     forces, velocities = pointer_at(d + DATA_EFC_FORCE), pointer_at(d + DATA_EFC_VELOCITY)
     pyramidal = int_at(m + MODEL_CONE) == PYRAMIDAL
+    begin(state)
     for c in range(int_at(d + DATA_NCON)):
         contact = first + c * CONTACT_SIZE
         efc, distance = int_at(contact + CONTACT_EFC), double_at(contact + CONTACT_DISTANCE)
@@ -185,3 +183,4 @@ def look_at_contacts(m: int, d: int, state: State, wiring: Wiring) -> None:
                 moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL + DOUBLE * k)
                 opening += moved if body2 == target else -moved
         touch(state, state.time[0], body1, body2, force, -distance, -opening)
+    settle(state, state.time[0], plan.timestep)

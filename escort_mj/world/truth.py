@@ -8,13 +8,14 @@ from __future__ import annotations
 import math
 
 from escort_mj.control.plan import WATCHED_STEP, Plan, State
-from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, kernel, merged
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, merged
+from escort_mj.on_demand import on_demand
 from escort_mj.world.lyapunov import account
 from escort_mj.world.mass import INT, mass_block
 from escort_mj.world.wiring import Wiring
 
 
-@kernel
+@on_demand
 def observe(
     plan: Plan,
     state: State,

@@ -11,6 +11,7 @@ from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.neighbors import candidate, number_of_candidates
 from escort_mj.control.plan import WATCHED_STEP, Plan, State
 from escort_mj.kernels import inlined, merged
+from escort_mj.on_demand import on_demand
 from escort_mj.scenario.bodies import GROUPS
 
 Array = NDArray[np.float64]
@@ -127,7 +128,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
                 _note(state.target_clearance, state.target_clearance_body, g, square, bodies, body)
 
 
-@merged
+@on_demand
 def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None:
     """Clearances to bodies that are watched by themselves."""
     n, p = state.q.shape
