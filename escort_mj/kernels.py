@@ -18,6 +18,7 @@ import platformdirs
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.typing.templates import infer_global
 from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
 from numba.np.arrayobj import make_array, populate_array
 from numpy.typing import NDArray
@@ -72,10 +73,19 @@ def kernel(function: F) -> F:
     return compiled
 
 
+_inlined: list[Any] = []  # numba's types hold them weakly
+
+
 def inlined(function: F) -> F:
-    """Like `kernel`, for small functions that LLVM is to merge into their callers."""
-    compiled: F = numba.njit(cache=True, forceinline=True, **OPTIONS)(function)
-    return compiled
+    """For small functions that LLVM is to merge into the kernels that call them; plain Python to Python.
+
+    They are no kernels by themselves: nobody calls their machine code, so none is wrapped or kept.
+    """
+    alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    dispatcher = numba.njit(forceinline=True, **alone, **OPTIONS)(function)
+    _inlined.append(dispatcher)
+    infer_global(function, types.Dispatcher(dispatcher))
+    return function
 
 
 def merged(function: F) -> F:
@@ -83,7 +93,7 @@ def merged(function: F) -> F:
 
     It also keeps what the caller knows of its arguments, such as a literal number of axes.
     """
-    compiled: F = numba.njit(cache=True, inline="always", **OPTIONS)(function)
+    compiled: F = numba.njit(inline="always", **OPTIONS)(function)
     return compiled
 
 

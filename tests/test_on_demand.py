@@ -1,0 +1,64 @@
+"""Kernels that are compiled when a mission first reaches them: once for all processes, on any thread."""
+
+import json
+import subprocess
+import sys
+
+MISSION = {
+    "robots": {"positions": [[5, 3], [-1, 5], [-5, 0], [-2, -5], [4, -4]]},
+    "target": {"position": ["0.3*t", 0]},
+    "mission": {
+        "trigger": {"distance": 0.05},
+        "supervisor": [{"name": "alone", "after": 1, "behaviors": ["surface"]}],
+    },
+}
+REACHED = {"supervise", "_refresh_some", "weigh_tasks"}
+PROGRAM = """
+import json, sys
+from numba.core import event
+compiled = event.RecordingListener()
+event.register("numba:compile", compiled)
+from mujoco import batch
+from escort_mj import on_demand
+from escort_mj.scenario.schema import Scenario
+from escort_mj.world.build import build
+from escort_mj.world.callback import native_loop
+from escort_mj.world.plant import Plant
+world = build(Scenario.model_validate(json.loads(sys.argv[1])))
+with native_loop(world):
+    if sys.argv[2] == "batch":
+        many = batch.Batch(world.model, nsim=4, nthread=2)
+        memory = many.bind("userdata")
+        many.step(nstep=1500)
+        bits = {memory[i].tobytes().hex() for i in range(4)}
+    else:
+        plant = Plant(world)
+        plant.step(1500)
+        bits = {plant.data.userdata.tobytes().hex()}
+(bits,) = bits
+filled = sorted(e.dispatcher.py_func.__name__ for e in on_demand._entries.values() if e.slot.value)
+print(json.dumps([bits, filled, len(compiled.buffer)]))
+"""
+
+
+def stepped(how: str) -> tuple[str, set[str], int]:
+    """A fresh process: its state after 1500 steps, which kernels on demand it has, how many it compiled."""
+    command = [sys.executable, "-c", PROGRAM, json.dumps(MISSION), how]
+    bits, filled, events = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+    return bits, set(filled), events
+
+
+def test_what_is_reached_is_there_in_every_process_with_the_same_bits() -> None:
+    """Its addresses differ from process to process: machine code from the cache must hold none."""
+    first = stepped("alone")
+    second = stepped("alone")
+    assert first[1] == second[1] == REACHED
+    assert first[0] == second[0]
+    assert second[2] == 0, "the first process left something uncompiled"
+
+
+def test_threads_without_python_reach_it_first() -> None:
+    """A batch's threads ask for it side by side, each in the midst of a step."""
+    many = stepped("batch")
+    assert many[1] == REACHED
+    assert many[0] == stepped("alone")[0]
