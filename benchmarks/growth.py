@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.document import table
 from benchmarks.loop import copy_state, no_timer
-from benchmarks.paired import alternate, paired, seconds
+from benchmarks.paired import alternate, effort, paired
 from benchmarks.peers.ours import mission
 from escort_mj.report.style import figure
 from escort_mj.world.build import build
@@ -54,12 +54,12 @@ def compare(n: int, **what: Any) -> dict[str, float]:
 
     def native() -> float:
         with native_loop(world):
-            return seconds(lambda: plant.step(steps)) / steps
+            return effort(lambda: plant.step(steps)) / steps
 
     def bare() -> float:
         copy_state(world, plant.data, held)
         with no_timer():
-            return seconds(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
+            return effort(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
 
     native(), bare()
     times = alternate({"bare": bare, "native": native}, ROUNDS)

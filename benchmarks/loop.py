@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from benchmarks.document import table
-from benchmarks.paired import alternate, paired, seconds
+from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
 from escort_mj.control.reference import ReferenceController
 from escort_mj.world.build import World, build
@@ -77,12 +77,12 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
 
     def native() -> float:
         with native_loop(world):
-            return seconds(lambda: plant.step(steps)) / steps
+            return effort(lambda: plant.step(steps)) / steps
 
     def bare() -> float:
         copy_state(world, plant.data, held)
         with no_timer():
-            return seconds(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
+            return effort(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
 
     def twin() -> float:
         copy_state(world, plant.data, slow)
@@ -90,7 +90,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
         law.reset(slow.qpos.reshape(n, p))
         mujoco.set_mjcb_control(control)
         with no_timer():
-            taken = seconds(lambda: mujoco.mj_step(world.model, slow, nstep=few)) / few
+            taken = effort(lambda: mujoco.mj_step(world.model, slow, nstep=few)) / few
         mujoco.set_mjcb_control(None)
         return taken
 

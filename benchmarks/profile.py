@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.document import table
 from benchmarks.loop import copy_state, no_timer
-from benchmarks.paired import alternate, seconds
+from benchmarks.paired import alternate, effort
 from benchmarks.peers.ours import BEHAVIORS, mission
 from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
@@ -59,14 +59,14 @@ class Variant:
         with native_loop(self.world):
             if not self.watched:
                 mujoco.set_mjcb_sensor(None)
-            return seconds(lambda: self.plant.step(self.steps)) / self.steps
+            return effort(lambda: self.plant.step(self.steps)) / self.steps
 
     def bare(self) -> float:
         """The same of MuJoCo alone, from the same state under the same forces."""
         held = mujoco.MjData(self.world.model)
         copy_state(self.world, self.plant.data, held)
         with no_timer():
-            return seconds(lambda: mujoco.mj_step(self.world.model, held, nstep=self.steps)) / self.steps
+            return effort(lambda: mujoco.mj_step(self.world.model, held, nstep=self.steps)) / self.steps
 
     def stages(self) -> dict[str, float]:
         """Shares of MuJoCo's stages in its own step, medians over rounds."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.document import table
 from benchmarks.loop import UNTIL_FAR, WARM_UP
-from benchmarks.paired import alternate, paired, seconds
+from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
 from escort_mj.mission import BLOCK
 from escort_mj.record.episodes import NONE
@@ -65,7 +65,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, 
         plant.step(WARM_UP)
         loops = {loop.__name__: loop for loop in (alone, sampled, written)}
         times = alternate(
-            {name: lambda loop=loop: seconds(loop) / steps for name, loop in loops.items()}, rounds
+            {name: lambda loop=loop: effort(loop) / steps for name, loop in loops.items()}, rounds
         )
         journal.close()
     found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
