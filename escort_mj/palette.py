@@ -69,6 +69,8 @@ _RAMP = tuple(
 )
 
 MOST_DISTINCT = len(_DISTINCT)
+MOST_LINES = 60
+"""Robots that pictures show one by one, each with a line of its own; of more they show the crowd."""
 
 
 def robot_color(index: int, count: int) -> Color:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
@@ -22,6 +23,8 @@ BINS = 1200  # points across a panel; more cannot be seen
 AVERAGED = 1.0  # window of a running average [s]; less in a short run
 BOUND: Any = (0, (4, 2))
 TWIN: Any = (0, (4, 4))  # of the second color over the first
+CROWD = palette.from_hex("0072B2")
+ALL, NINE_TENTHS = 0.18, 0.35  # opacity of the bands of a crowd
 FAINT = 0.5  # width of a line that stands behind its own average
 LEAST, MOST = 1e-7, 1e9  # what a plot shows of a quantity that goes to zero or diverges
 
@@ -35,7 +38,7 @@ def draw_curves(
     lowest: bool = False,
     lost: Flags | None = None,
 ) -> None:
-    """One curve per column.
+    """One curve per column; of a crowd the range of all columns, of most, and their median.
 
     Args:
         axes: Where to draw.
@@ -50,6 +53,9 @@ def draw_curves(
     many = values.shape[1] > palette.MOST_DISTINCT
     width = 0.6 if many else 1.1
     values = np.clip(values, -MOST, MOST)
+    if values.shape[1] > palette.MOST_LINES:
+        _draw_bands(axes, time, values if lost is None else np.where(lost, np.nan, values))
+        return
     for column, color in enumerate(colors):
         curve = values[:, column]
         end = len(time) if lost is None else int((~lost[:, column]).sum())
@@ -67,6 +73,32 @@ def draw_curves(
         axes.plot(x, y, color=first, linewidth=width, **style)
         for other in second:
             axes.plot(x, y, color=other, linewidth=width, linestyle=TWIN, **style)
+
+
+def _draw_bands(axes: Axes, time: Array, values: Array) -> None:
+    """What a crowd does: the range of all, of 90 %, and the median at each time; lost robots are NaN."""
+    gone = np.isnan(values).all(axis=1)
+    rows = np.flatnonzero(~gone)[:: max(1, len(time) // BINS)]
+    least, low, middle, high, most = np.nanpercentile(values[rows], [0, 5, 50, 95, 100], axis=1)
+    for below, above, alpha in ((least, most, ALL), (low, high, NINE_TENTHS)):
+        axes.fill_between(time[rows], below, above, color=CROWD, alpha=alpha, linewidth=0)
+    axes.plot(time[rows], middle, color=CROWD, linewidth=1.3)
+
+
+def curve_keys(count: int, words: str) -> list[Key]:
+    """Legend entries that say how the curves of so many robots are drawn.
+
+    Args:
+        count: Number of robots.
+        words: What the average of a robot's curve is, where robots have one.
+    """
+    if count > palette.MOST_LINES:
+        return [
+            ("median robot", Line2D([], [], color=CROWD, linewidth=1.3)),
+            ("90 % of robots", Patch(color=CROWD, alpha=NINE_TENTHS, linewidth=0)),
+            ("all robots", Patch(color=CROWD, alpha=ALL, linewidth=0)),
+        ]
+    return average_keys(words) if words and count <= palette.MOST_DISTINCT else []
 
 
 def thin(time: Array, values: Array, lowest: bool = False) -> tuple[Array, Array]:

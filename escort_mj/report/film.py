@@ -28,6 +28,7 @@ ENDING = 1.5  # how long the last frame stays, with how the run ended [s of the 
 GLOW = 0.5  # how long a short event stays visible [s of the video]
 CALM = 2.0  # how slowly a gliding camera answers [s of the video]
 MOST_MARKS = 20000
+FINE, COARSE = (32, 16), (20, 10)  # slices and stacks of a ball: of a few large ones, and of many small ones
 
 
 def frame_times(start: float, end: float, video: Video) -> np.ndarray:
@@ -131,8 +132,8 @@ def _model(path: Path, replay: Replay, video: Video) -> mujoco.MjModel:
         raise RenderError(f"{path} has {model.nq} coordinates, the trace has {replay.qpos.shape[1]}")
     model.vis.global_.offwidth, model.vis.global_.offheight = video.width, video.height
     model.light_castshadow[:] = False  # half of a frame's cost; the scenery lays soft discs instead
-    fine = replay.count <= MOST_DISTINCT
-    model.vis.quality.numslices, model.vis.quality.numstacks = (48, 24) if fine else (20, 10)
+    detail = FINE if replay.count <= MOST_DISTINCT else COARSE
+    model.vis.quality.numslices, model.vis.quality.numstacks = detail
     return model
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.record.episodes import apart_from, pair
 from escort_mj.record.evenness import lost
-from escort_mj.report.curves import BOUND, draw_curves, limit_line, timeline
+from escort_mj.report.curves import BOUND, curve_keys, draw_curves, limit_line, timeline
 from escort_mj.report.losses import lost_keys
 from escort_mj.report.replay import safe_radius
 from escort_mj.report.style import Key, name_robots
@@ -57,7 +57,7 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
         grid[0].set_ylabel("m")
     _lanes(grid[-1], trace)
     timeline(grid, time)
-    name_robots(figure, grid, count, [*others, *lost_keys(trace)])
+    name_robots(figure, grid, count, [*others, *curve_keys(count, ""), *lost_keys(trace)])
 
 
 def clearances(figure: Figure, trace: xarray.Dataset) -> None:
@@ -88,7 +88,7 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
         axes.set_ylabel("N")
     _lanes(grid[-1], trace)
     timeline(grid, time)
-    name_robots(figure, grid, count, lost_keys(trace))
+    name_robots(figure, grid, count, [*curve_keys(count, ""), *lost_keys(trace)])
 
 
 def clearances_height(trace: xarray.Dataset) -> float:
@@ -141,9 +141,10 @@ def _lanes(axes: Axes, trace: xarray.Dataset) -> None:
     count = active.shape[1]
     axes.set_title("Avoidance active")
     if count > palette.MOST_DISTINCT:
-        axes.fill_between(time, active.sum(axis=1), step="post", color=palette.OBSTACLE, linewidth=0)
-        axes.set_ylabel("robots")
-        axes.set_ylim(0.0, count)
+        busy = active.sum(axis=1)
+        axes.fill_between(time, busy, step="post", color=palette.OBSTACLE, linewidth=0)
+        axes.set_ylabel(f"robots\nof {count}")
+        axes.set_ylim(0.0, max(1.1 * float(busy.max()), 1.0))
         return
     for index, color in enumerate(palette.robot_colors(count)):
         axes.fill_between(

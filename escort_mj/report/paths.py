@@ -6,16 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.palette import MOST_DISTINCT
+from escort_mj.palette import MOST_DISTINCT, MOST_LINES
 from escort_mj.record.evenness import lost
 from escort_mj.report.curves import BOUND
 from escort_mj.report.losses import LOST, links, links_at, lost_keys
@@ -63,7 +65,7 @@ def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
     moments = _moments(trace)
     _plan(axes, trace, moments, links(trace))
     _words(axes, trace, moments)
-    name_robots(figure, [axes], trace.sizes["robot"], _keys(trace))
+    name_robots(figure, [axes], trace.sizes["robot"], _keys(trace), one_by_one=True)
 
 
 def pairs_height(trace: xarray.Dataset) -> float:
@@ -81,7 +83,7 @@ def pairs_view(figure: Figure, trace: xarray.Dataset) -> None:
         _plan(axes, trace.isel(axis=pair), [trace.sizes["time"] - 1], formations)
     for axes in grid[len(pairs) :]:
         axes.set_axis_off()
-    name_robots(figure, grid, trace.sizes["robot"], _keys(trace))
+    name_robots(figure, grid, trace.sizes["robot"], _keys(trace), one_by_one=True)
 
 
 def _pairs(trace: xarray.Dataset) -> list[list[int]]:
@@ -171,7 +173,7 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
     q, target = trace["q"].values, trace["target_position"].values
     rows, count = _rows(len(q)), q.shape[1]
     colors = palette.robot_colors(count)
-    for index, color in enumerate(colors):
+    for index, color in enumerate(colors if count <= MOST_LINES else ()):
         x, y, _ = np.clip(q[rows, index][~lost(trace)[rows, index]], -RANGE, RANGE).T
         axes.plot(x, y, floor, color=color, linewidth=0.5, alpha=0.25, zorder=1)
     safe = safe_radius(trace).max(axis=0, initial=0.0)
@@ -203,7 +205,7 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
     for artist in (*axes.lines, *axes.collections):
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
         artist.set_in_layout(False)
-    name_robots(figure, [axes], count, _keys(trace))
+    name_robots(figure, [axes], count, _keys(trace), one_by_one=True)
 
 
 def _step(span: float) -> float:
@@ -229,12 +231,21 @@ def _moments(trace: xarray.Dataset) -> list[int]:
 
 
 def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: Formations) -> None:
-    """Links between neighbors and the robots' places at a few moments."""
+    """Links between neighbors and the robots' places at a few moments; of a crowd also where it starts."""
     q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
-    for moment in moments:
-        for i, j in links_at(formations, moment):
-            axes.plot(*q[moment, [i, j]].T, color=ESCORT, linewidth=0.7, alpha=0.7, zorder=2.5)
-        if moment == moments[-1] or q.shape[1] > MOST_DISTINCT:
+    crowd = q.shape[1] > MOST_LINES
+    for moment in [0, *moments] if crowd else moments:
+        pairs = q[moment][links_at(formations, moment)]
+        if len(pairs) and not crowd:
+            look: dict[str, Any] = {"colors": [ESCORT], "linewidths": 0.7, "alpha": 0.7, "zorder": 2.5}
+            lines = Line3DCollection if q.shape[2] == 3 else LineCollection
+            axes.add_collection(lines(pairs, **look))
+        if crowd:
+            dots: dict[str, Any] = {"s": 4.0, "linewidths": 0, "zorder": 3.6}
+            here = ~gone[moment]
+            dots["c"] = np.array(palette.robot_colors(q.shape[1]))[here]
+            axes.scatter(*q[moment, here].T, **dots)
+        if crowd or moment == moments[-1] or q.shape[1] > MOST_DISTINCT:
             continue
         for index, color in enumerate(palette.robot_colors(q.shape[1])):
             if gone[moment, index]:
@@ -243,8 +254,10 @@ def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int], formation
 
 
 def _ways(axes: Axes, trace: xarray.Dataset, rows: NDArray[np.int64]) -> None:
-    """Every robot's path; gray and faint from where it was lost, as far as the picture goes."""
+    """Every robot's path, none of a crowd's; gray and faint from where it was lost, to the picture's rim."""
     q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
+    if q.shape[1] > MOST_LINES:
+        return
     low, high = bounds(trace)
     width = _width(q.shape[1])
     for index, color in enumerate(palette.robot_colors(q.shape[1])):
@@ -262,9 +275,10 @@ def _ends(axes: Axes, trace: xarray.Dataset) -> None:
     q, target = np.clip(trace["q"].values, -RANGE, RANGE), trace["target_position"].values
     size = 6.5 if q.shape[1] <= MOST_DISTINCT else 3.5
     known = (~lost(trace)).sum(axis=0)
+    colors = palette.robot_colors(q.shape[1]) if q.shape[1] <= MOST_LINES else ()
     for path, color, scale in [
         (target, palette.TARGET, 1.1),
-        *((q[: known[i] or 1, i], color, 1.0) for i, color in enumerate(palette.robot_colors(q.shape[1]))),
+        *((q[: known[i] or 1, i], color, 1.0) for i, color in enumerate(colors)),
     ]:
         start, end = path[0][:, None], path[-1][:, None]
         axes.plot(

@@ -1,13 +1,14 @@
 """Lines, balls and discs drawn into MuJoCo's scene beside the model.
 
 Everything long is made of mjGEOM_LINE, which costs a software renderer almost nothing; capsules cost
-forty times as much.
+forty times as much. So do cylinders, hundreds of faces each: discs are made of a few triangles.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 
 import mujoco
 import numpy as np
@@ -59,12 +60,14 @@ class Pen:
             geom.size[:] = radius
             geom.pos[:] = center
 
-    def disc(self, center: Array, radius: float, color: Color, alpha: float) -> None:
-        """A flat disc lying on the floor."""
-        if geom := self._add((*color, alpha)):
-            geom.type = mujoco.mjtGeom.mjGEOM_CYLINDER
-            geom.size[:] = (radius, radius, 0.002)
-            geom.pos[:] = center
+    def disc(self, center: Array, radius: float, color: Color, alpha: float, pieces: int) -> None:
+        """A flat disc lying on the floor: a fan of triangles, whose corners their frames are bent to."""
+        rim = radius * _rim(pieces)
+        for piece in range(pieces):
+            if geom := self._add((*color, alpha)):
+                geom.type = mujoco.mjtGeom.mjGEOM_TRIANGLE
+                geom.pos[:] = center
+                geom.mat[:, 0], geom.mat[:, 1] = rim[piece], rim[piece + 1]
 
     def _add(self, rgba: Sequence[float]) -> mujoco.MjvGeom | None:
         """A geom of this color at the end of the scene; None where the scene is full."""
@@ -78,6 +81,12 @@ class Pen:
         )
         geom.specular = 0.0
         return geom
+
+
+@cache
+def _rim(pieces: int) -> Array:
+    """A closed circle of radius 1 on the floor, shape (pieces + 1, 3)."""
+    return circle(_ORIGIN, 1.0, pieces, _IDENTITY[:3], _IDENTITY[3:6])
 
 
 def circle(center: Array, radius: float, pieces: int, across: Array, up: Array) -> Array:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.control.formation import widest_spacing
 from escort_mj.report.losses import LOST, links_at
 from escort_mj.report.pen import Pen, circle
 from escort_mj.report.replay import Flags, Moment, Replay
@@ -14,8 +15,9 @@ from escort_mj.scenario.geometry import in_space, outward
 
 Array = NDArray[np.float64]
 
-TRAIL_PIECES = 120
-MOST_TRAIL_PIECES = 1500  # of all robots together
+NEAR = 1.7  # spacings up to which neighbors in a crowd are linked
+TRAIL_PIECES = 60
+MOST_TRAIL_PIECES = 1000  # of all robots together; a crowd has no trails
 
 _X, _Y, _Z = np.eye(3)
 _FLAT = np.array([1.0, 1.0, 0.0])
@@ -45,6 +47,8 @@ class Scenery:
         self._pixel = max(width / 1280.0, 0.5)
         self._colors = palette.robot_colors(replay.count)
         self._pieces = max(6, min(TRAIL_PIECES, MOST_TRAIL_PIECES // replay.count))
+        self._crowd = replay.count > palette.MOST_LINES
+        self._near = NEAR * widest_spacing(replay.count, 2 if replay.planar else 3, replay.radius)
         self._safe = np.maximum(replay.safe_radius, 0.0)
 
     def draw(self, scene: mujoco.MjvScene, moment: Moment, avoiding: Flags, touching: Flags) -> None:
@@ -89,13 +93,15 @@ class Scenery:
     def _shadows(self, pen: Pen, moment: Moment) -> None:
         """Soft discs below everything: what a vertical sun would cast, at no cost."""
         replay = self.replay
-        bodies = [*zip(moment.robots, replay.robot_radius, strict=True)]
+        bodies = [] if self._crowd else [*zip(moment.robots, replay.robot_radius, strict=True)]
         bodies += [*zip(moment.obstacles, replay.obstacle_radius, strict=True)]
         bodies.append((moment.target, 1.5 * float(replay.robot_radius.mean())))
         for center, radius in bodies:
             spot = center * _FLAT + (self.ground + 0.003) * _Z
             for size, alpha in ((1.25, 0.10), (1.0, 0.14)):
-                pen.disc(spot, size * radius, palette.TARGET, alpha)
+                pen.disc(
+                    spot, size * radius, palette.TARGET, alpha, 12 if radius < 0.1 * replay.radius else 24
+                )
 
     def _obstacles(self, pen: Pen, moment: Moment) -> None:
         """The safe circle or sphere of every obstacle; a sphere has its outline, as seen, for a rim.
@@ -119,40 +125,46 @@ class Scenery:
                     )
                 continue
             if self.replay.planar:
-                pen.disc(spot, safe, palette.CONTACT, 0.07)
-                pen.path(circle(spot, safe, 72, _X, _Y), palette.CONTACT, 1.5 * self._pixel, 0.55)
+                pen.disc(spot, safe, palette.CONTACT, 0.07, 36)
+                pen.path(circle(spot, safe, 48, _X, _Y), palette.CONTACT, 1.5 * self._pixel, 0.55)
             else:
                 pen.ball(spot, safe, palette.CONTACT, 0.04)
-                pen.path(circle(spot, safe, 72, across, up), palette.CONTACT, self._pixel, 0.45)
+                pen.path(circle(spot, safe, 48, across, up), palette.CONTACT, self._pixel, 0.45)
 
     def _escort(self, pen: Pen, moment: Moment) -> None:
         """The circle or sphere that the robots are to keep around the target."""
         center, radius = self._down(moment.target, _LINKS), self.replay.radius
         width = 2.0 * self._pixel
         if self.replay.planar:
-            pen.path(circle(center, radius, 120, _X, _Y), palette.LIMIT, width, 0.8, dashed=True)
+            pen.path(circle(center, radius, 96, _X, _Y), palette.LIMIT, width, 0.8, dashed=True)
             return
         pen.ball(center, radius, (0.55, 0.65, 0.80), 0.10)
         for across, up in ((_X, _Y), (_Y, _Z), (_X, _Z)):
-            pen.path(circle(center, radius, 120, across, up), palette.LIMIT, width / 2, 0.45, dashed=True)
+            pen.path(circle(center, radius, 96, across, up), palette.LIMIT, width / 2, 0.45, dashed=True)
 
     def _links(self, pen: Pen, moment: Moment) -> None:
-        """Who is whose neighbor."""
-        for pair in links_at(self.replay.formations, moment.sample):
-            pen.path(moment.robots[pair], palette.LIMIT, 1.5 * self._pixel, 0.35)
+        """Who is whose neighbor; in a crowd once the two are where neighbors are, or all would be gray."""
+        pairs = links_at(self.replay.formations, moment.sample)
+        ends = moment.robots[pairs]
+        if self._crowd:
+            ends = ends[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) < self._near]
+        for pair in ends:
+            pen.path(pair, palette.LIMIT, 1.5 * self._pixel, 0.35)
 
     def _trails(self, pen: Pen, moment: Moment) -> None:
         """Where everyone was lately, fading."""
         replay = self.replay
-        target = self._trail(replay.target, moment.target, moment)
+        target = self._trail(replay.target, moment.target, moment, TRAIL_PIECES)
         pen.path(target, palette.TARGET, 2.0 * self._pixel, _fade(target))
-        robots = self._trail(replay.robots, moment.robots, moment)
+        if self._crowd:
+            return
+        robots = self._trail(replay.robots, moment.robots, moment, self._pieces)
         for index, color in enumerate(self._colors):
             color = LOST if replay.lost[moment.sample, index] else color
             pen.path(robots[:, index], color, 3.5 * self._pixel, _fade(robots))
 
-    def _trail(self, values: Array, present: Array, moment: Moment) -> Array:
-        past = self.replay.past(values, moment, self.trail, self._pieces)
+    def _trail(self, values: Array, present: Array, moment: Moment, pieces: int) -> Array:
+        past = self.replay.past(values, moment, self.trail, pieces)
         return self._down(np.concatenate([past, present[None]]), _TRAILS)
 
     def _events(self, pen: Pen, moment: Moment, avoiding: Flags, touching: Flags) -> None:

@@ -20,7 +20,7 @@ SPACE_ELEVATION = -20.0
 FACING_ELEVATION = -6.0
 ORBIT = 14.0  # degrees to either side: parallax shows depth
 LEAST_CIRCLE = 0.2  # of the picture's height, or else the camera glides along
-FRAMED_POINTS = 400
+FRAMED_POINTS, FRAMED_MOMENTS, MOST_FRAMED = 400, 40, 20_000  # of a path: at most, at least, of all robots
 INSETS = Insets(side=0.025, top=0.12, bottom=0.09)  # room for words
 
 
@@ -135,7 +135,8 @@ def _reach(replay: Replay) -> float:
 
 def _everything(replay: Replay) -> Array:
     """Points that the whole mission needs in the picture, shape (k, 3)."""
-    rows = np.unique(np.linspace(0, len(replay.time) - 1, FRAMED_POINTS).astype(int))
+    moments = max(FRAMED_MOMENTS, min(FRAMED_POINTS, MOST_FRAMED // replay.count))
+    rows = np.unique(np.linspace(0, len(replay.time) - 1, moments).astype(int))
     target = replay.target[rows]
     offset = replay.robots[rows] - target[:, None]
     near = (np.linalg.norm(offset, axis=-1) <= _reach(replay)) & ~replay.lost[rows]

@@ -86,7 +86,9 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         canvas.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix == ".svg" else None)
 
 
-def name_robots(figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Key] = ()) -> None:
+def name_robots(
+    figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Key] = (), one_by_one: bool = False
+) -> None:
     """Says which color is which robot, outside of every panel: entries, or a color bar for a large team.
 
     Args:
@@ -94,9 +96,12 @@ def name_robots(figure: Figure, axes: Iterable[Axes], count: int, others: Sequen
         axes: Its panels, beside which a color bar may stand.
         count: Number of robots.
         others: Further legend entries: words, and one artist or several on top of each other.
+        one_by_one: Whether robots have their colors in a crowd, too.
     """
     keys = list(others)
-    if count <= palette.MOST_DISTINCT:
+    if count > palette.MOST_LINES and not one_by_one:
+        pass
+    elif count <= palette.MOST_DISTINCT:
         keys = robot_keys(count) + keys
     else:
         ramp = ScalarMappable(Normalize(0.5, count + 0.5), ListedColormap(palette.robot_colors(count)))

@@ -16,7 +16,7 @@ from escort_mj.record.evenness import energy_ratios, lost
 from escort_mj.report.curves import (
     BOUND,
     TWIN,
-    average_keys,
+    curve_keys,
     draw_curves,
     limit_line,
     log_scale,
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
+MOST_LIMITS = 4  # wanted distances that have a line each
 NO_LIMIT = 1e100  # [N]; the trace writes 1e300 where a motor has no limit
 
 
@@ -72,8 +73,8 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
         axes.set_xlabel("time [s]")
     timeline(grid.ravel(), time)
     keys: list[Key] = [("wanted", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))]
+    keys += curve_keys(count, "running rms")
     if count <= palette.MOST_DISTINCT:
-        keys += average_keys("running rms")
         if len(ends):
             both = [
                 Line2D([], [], color=colors[i], linestyle=dash)
@@ -98,7 +99,8 @@ def _above_and_below(
     above, below = pair
     above.set_title(title)
     draw_curves(above, time, values, colors, lost=gone)
-    for value in np.unique(np.round(wanted, 3))[:4]:
+    lines = np.unique(np.round(wanted, 3))
+    for value in lines if len(lines) <= MOST_LIMITS else [float(np.median(wanted))]:
         limit_line(above, float(value), f"{symbol} = {value:.4g}")
     above.set_ylabel("m")
     above.set_ylim(bottom=0.0)
@@ -150,8 +152,7 @@ def forces(figure: Figure, trace: xarray.Dataset) -> None:
             axes.set_ylim(-1.08 * limits.max(), 1.08 * limits.max())
     timeline(grid, time)
     keys: list[Key] = [("limit", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))] if len(limits) else []
-    if count <= palette.MOST_DISTINCT:
-        keys += average_keys("running mean")
+    keys += curve_keys(count, "running mean")
     keys += lost_keys(trace)
     name_robots(figure, grid, count, keys)
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
 from escort_mj.report.curves import (
-    average_keys,
+    curve_keys,
     draw_curves,
     log_scale,
     running_mean,
@@ -66,13 +66,14 @@ def truth(figure: Figure, trace: xarray.Dataset) -> None:
         ("largest eigenvalue, estimate", Line2D([], [], linestyle=SECOND, **grey)),
         ("least eigenvalue, true torque", Line2D([], [], **grey)),
     ]
-    if count <= palette.MOST_DISTINCT:
-        keys += average_keys("running rms (b), mean (c)")
+    keys += curve_keys(count, "running rms (b), mean (c)")
     name_robots(figure, panels.values(), count, keys)
 
 
 def _dashed(axes: Axes, trace: xarray.Dataset, values: np.ndarray, colors: list[palette.Color]) -> None:
-    """One dashed curve per robot over those that are there."""
+    """One dashed curve per robot over those that are there; of a crowd the median."""
+    if len(colors) > palette.MOST_LINES:
+        values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
     for column, color in enumerate(colors):
         axes.plot(
             *thin(trace["time"].values, values[:, column]), color=color, linestyle=SECOND, linewidth=0.9
