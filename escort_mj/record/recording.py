@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -48,7 +49,7 @@ class Variable:
     def __init__(self, dims: str | tuple[str, ...], values: Any, attrs: Mapping[str, str]) -> None:
         self.dims = (dims,) if isinstance(dims, str) else dims
         self.values: NDArray[Any] = np.asarray(values)
-        self.attrs = dict(attrs)
+        self.attrs = attrs
 
     @property
     def dtype(self) -> np.dtype[Any]:
@@ -62,8 +63,8 @@ class Variable:
         """What is at some places of a dimension; itself where it has no such dimension."""
         if dim not in self.dims:
             return self
-        where = tuple(places if name == dim else slice(None) for name in self.dims)
-        return Variable(self.dims, self.values[where], self.attrs)
+        before = (slice(None),) * self.dims.index(dim)
+        return Variable(self.dims, self.values[(*before, places)], self.attrs)
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Recording:
     def __contains__(self, name: object) -> bool:
         return name in self.data_vars or name in self.coords
 
-    @property
+    @cached_property
     def sizes(self) -> dict[str, int]:
         """Size of each dimension."""
         every = (*self.coords.values(), *self.data_vars.values())
@@ -113,7 +114,7 @@ class Recording:
         import xarray
 
         def labelled(variables: Mapping[Hashable, Variable]) -> dict[Hashable, Any]:
-            return {name: (one.dims, one.values, one.attrs) for name, one in variables.items()}
+            return {name: (one.dims, one.values, dict(one.attrs)) for name, one in variables.items()}
 
         return xarray.Dataset(labelled(self.data_vars), labelled(self.coords), self.attrs)
 
