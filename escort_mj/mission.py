@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -294,12 +294,20 @@ def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
             "height": world.team.height if scenario.axes == 2 else 0.0,
             "target_radius": scenario.target.radius,
             "least_energy": setup.least_energies or None,
-            "version_escort_mj": version("escort-mj"),
-            "version_mujoco": mujoco_version(),
-            "version_numpy": np.__version__,
-            "version_numba": version("numba"),
-            "version_python": platform.python_version(),
-            "version_platform": platform.platform(),
+            **_versions(),
             "version_git_revision": git_revision(),
         },
+    }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """What took part in a run, asked of the installation once for a process."""
+    return {
+        "version_escort_mj": version("escort-mj"),
+        "version_mujoco": mujoco_version(),
+        "version_numpy": np.__version__,
+        "version_numba": version("numba"),
+        "version_python": platform.python_version(),
+        "version_platform": platform.platform(),
     }

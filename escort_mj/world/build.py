@@ -75,21 +75,22 @@ def build(scenario: Scenario) -> World:
     coordinates = robots.coordinates + len(setup.movers) * scenario.axes
     stride = round(1.0 / (scenario.recording.rate * scenario.physics.timestep))
 
-    root = new_root("arena", "mission")
-    _set_physics(root, scenario)
+    tree = new_root("arena", "mission")
+    _set_physics(tree, scenario)
     if scenario.axes == 2:
-        set_floor(root, scenario.environment)
+        set_floor(tree, scenario.environment)
     obstacles = obstacles_of(scenario)
     stages = _stages(scenario, setup, robots, obstacles)
-    add_obstacles(root, obstacles, stages, len(robots.mass), scenario.mission.radius)
-    target = add_target(root, scenario, setup.target.position(0.0), stages, len(robots.mass))
+    add_robots(tree, robots, gravity_of(scenario), stages, scenario.mission.radius)
+    add_obstacles(tree, obstacles, stages, len(robots.mass), scenario.mission.radius)
+    target = add_target(tree, scenario, setup.target.position(0.0), stages, len(robots.mass))
     low, high = corners(stages)
     if scenario.axes == 2:
         low[2], high[2] = (
             0.0,
             high[2] + max(robots.radius.max(), scenario.target.radius, *(_above(body) for body in obstacles)),
         )
-    add_cameras(root, target, scenario, low, high)
+    add_cameras(tree, target, scenario, low, high)
     bodies = bodies_of(scenario)
     truth = scenario.recording.truth
     sizes = {
@@ -103,11 +104,9 @@ def build(scenario: Scenario) -> World:
     record = record_size(sizes)
     samples = 0 if truth else room_for(record), record  # truth needs Python at every sample
     plan = pack(setup, stride, coordinates, truth, sizes["group"], bodies.columns, samples)
-    root.size.nuserdata = state_size(plan)
-    root.sensor.add("user", name="watch", dim=1, needstage="acc", datatype="real")
-
-    tree = ElementTree.fromstring(root.to_xml_string())
-    add_robots(tree, robots, gravity_of(scenario), stages, scenario.mission.radius)
+    write(section(tree, "size"), nuserdata=state_size(plan))
+    watch = ElementTree.SubElement(section(tree, "sensor"), "user", name="watch")
+    write(watch, dim=1, needstage="acc", datatype="real")
     if scenario.axes > IN_SPACE:  # a body's parts may lie on another's while the two are far apart
         for geom in tree.iter("geom"):
             write(geom, contype=0, conaffinity=0)
@@ -143,14 +142,17 @@ def _add_numbers(tree: Element, name: str, numbers: NDArray[Any]) -> None:
         write(numeric, data=numbers[first : first + MOST_NUMBERS])
 
 
-def _set_physics(root: Any, scenario: Scenario) -> None:
+def _set_physics(tree: Element, scenario: Scenario) -> None:
     """Writes MuJoCo's options; a state that turns NaN stays visible instead of being reset."""
-    physics = scenario.physics
-    root.option.timestep = physics.timestep
-    root.option.integrator = INTEGRATORS[physics.integrator]
-    root.option.solver = SOLVERS[contact_physics(scenario).solver]
-    root.option.gravity = gravity_of(scenario)
-    root.option.flag.autoreset = "disable"
+    physics, option = scenario.physics, section(tree, "option")
+    write(
+        option,
+        timestep=physics.timestep,
+        integrator=INTEGRATORS[physics.integrator],
+        solver=SOLVERS[contact_physics(scenario).solver],
+        gravity=gravity_of(scenario),
+    )
+    write(section(option, "flag"), autoreset="disable")
 
 
 def _set_contacts(tree: Element, contacts: ContactPhysics, count: int) -> None:

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import math
 from typing import Any
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.scenario.schema import Scenario
+from escort_mj.world.parts import named, section, write
 
 FIELD_OF_VIEW = math.radians(45.0)
 ELEVATION = math.radians(58.0)
 MARGIN = 1.08
 
 
-def add_cameras(root: Any, target: Any, scenario: Scenario, low: NDArray[Any], high: NDArray[Any]) -> None:
+def add_cameras(
+    tree: Element, target: Element, scenario: Scenario, low: NDArray[Any], high: NDArray[Any]
+) -> None:
     """Adds the cameras and the extent of the scene.
 
     Args:
-        root: MJCF tree.
+        tree: MJCF tree.
         target: The target's body, which holds the `follow` camera.
         scenario: Gives the mission's radius and the picture's aspect.
         low: Lower corner of everything that happens, shape (3,) [m].
@@ -27,17 +31,17 @@ def add_cameras(root: Any, target: Any, scenario: Scenario, low: NDArray[Any], h
     """
     center, half = (low + high) / 2, (high - low) / 2 * MARGIN
     aspect = scenario.video.width / scenario.video.height
-    root.statistic.center = center
-    root.statistic.extent = float(np.linalg.norm(half))
+    write(section(tree, "statistic"), center=center, extent=np.linalg.norm(half))
+    world = section(tree, "worldbody")
     overview = _distance(half, ELEVATION, aspect)
-    root.worldbody.add(
-        "camera", name="overview", pos=center + overview * _back(ELEVATION), xyaxes=_axes(ELEVATION)
-    )
+    camera = SubElement(world, "camera", name="overview")
+    write(camera, pos=center + overview * _back(ELEVATION), xyaxes=_axes(ELEVATION))
     top = _distance(half, math.pi / 2, aspect)
-    root.worldbody.add("camera", name="top", pos=center + [0.0, 0.0, top], xyaxes=_axes(math.pi / 2))
+    camera = SubElement(world, "camera", name="top")
+    write(camera, pos=center + [0.0, 0.0, top], xyaxes=_axes(math.pi / 2))
     around = np.full(3, 1.6 * scenario.mission.radius)
-    follow = target.find("camera", "target_follow")
-    follow.pos, follow.xyaxes = _distance(around, ELEVATION, aspect) * _back(ELEVATION), _axes(ELEVATION)
+    place = _distance(around, ELEVATION, aspect) * _back(ELEVATION)
+    write(named(target, "camera", "target_follow"), pos=place, xyaxes=_axes(ELEVATION))
 
 
 def _distance(half: NDArray[Any], elevation: float, aspect: float) -> float:

@@ -14,7 +14,7 @@ from escort_mj import palette
 from escort_mj.scenario.kinds import ROTORS, Loaded, Quadrotor, Slung
 from escort_mj.scenario.placement import Team
 from escort_mj.signals import axis_names
-from escort_mj.world.parts import copied, load_plain, named, section, write
+from escort_mj.world.parts import copied, load_part, named, section, write
 from escort_mj.world.stages import THIN, Stage, robot_steps
 
 Array = NDArray[np.float64]
@@ -31,22 +31,18 @@ def add_robots(
     """The bodies of each robot, one for each stage, and its motors.
 
     Args:
-        tree: MJCF tree that receives them, before every other body.
+        tree: MJCF tree that receives them; robots come before every other body.
         robots: What they are.
         gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
         radius: Distance to keep from the target [m].
     """
     count, world = len(robots.mass), section(tree, "worldbody")
-    others = world.findall("body")
-    for body in others:
-        world.remove(body)
     for i, (steps, position) in enumerate(zip(robot_steps(count), robots.position, strict=True)):
         for stage in stages:
             _add_body(tree, robots, i, stage, stage.place(position, steps), gravity)
             if stage.is_abacus:
                 _add_rail(world, f"robot_{i + 1}_rail", stage, steps, radius)
-    world.extend(others)
 
 
 def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Sequence[float]) -> None:
@@ -81,7 +77,7 @@ def _add_body(
     kind, radius = robots.kind[i], float(robots.radius[i])
     name = f"robot_{i + 1}{stage.suffix}"
     unused = tuple(set("xyz") - set(stage.directions))
-    body = copied(named(load_plain(kind.kind), "body", "robot"), name, skip=unused)
+    body = copied(named(load_part(kind.kind), "body", "robot"), name, skip=unused)
     section(tree, "worldbody").append(body)
     write(body, pos=[*place[:2], radius] if kind.rolls else place)
     rgba = [*palette.robot_color(i, len(robots.mass)), 1.0]
@@ -105,7 +101,7 @@ def _add_body(
 
 def _add_motors(tree: Element, body: Element, stage: Stage, robots: Team, i: int) -> None:
     """One motor for each axis of a stage; the joints of these measure positions in the mission."""
-    part = load_plain(robots.kind[i].kind)
+    part = load_part(robots.kind[i].kind)
     axes, position = np.arange(robots.position.shape[1])[stage.axes], robots.position[i][stage.axes]
     names = axis_names(robots.position.shape[1])[stage.axes]
     joints = {joint.get("name"): joint for joint in body if joint.tag in ("joint", "freejoint")}
@@ -156,7 +152,7 @@ def _add_rotors(
     hub = named(body, "geom", f"{name}_hub")
     write(hub, size=[HUB * radius, HUB * radius, HUB * radius / 2], rgba=[*rgb, 1.0])
     write(named(body, "geom", f"{name}_body"), rgba=[*rgb, GLASS / 2])
-    part, places = load_plain("quadrotor"), []
+    part, places = load_part("quadrotor"), []
     most = kind.craft(robots.mass[i], radius, gravity, 0.0).rotor_limit
     for number in range(1, ROTORS + 1):
         rotor = f"rotor_{number}"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,7 @@ from escort_mj.scenario.environment import Environment
 from escort_mj.scenario.obstacle_body import Body
 from escort_mj.scenario.obstacle_tables import Drive
 from escort_mj.scenario.schema import Scenario
-from escort_mj.world.parts import graft, load_part, section, write
+from escort_mj.world.parts import copied, load_part, named, section, write
 from escort_mj.world.stages import THIN, Stage
 
 Array = NDArray[np.float64]
@@ -23,90 +22,96 @@ AXIS = {"x": [1.0, 0.0, 0.0], "y": [0.0, 1.0, 0.0], "z": [0.0, 0.0, 1.0]}
 
 
 def add_obstacles(
-    root: Any, bodies: Sequence[Body], stages: Sequence[Stage], count: int, radius: float
+    tree: Element, bodies: Sequence[Body], stages: Sequence[Stage], count: int, radius: float
 ) -> None:
     """The bodies of obstacles and walls, one of each for each stage.
 
     Args:
-        root: MJCF tree.
+        tree: MJCF tree.
         bodies: What stands in the way.
         stages: Where the axes of the mission are.
         count: Number of robots.
         radius: Distance to keep from the target [m].
     """
-    part = load_part("obstacle").find("body", "obstacle")
+    part, world = named(load_part("obstacle"), "body", "obstacle"), section(tree, "worldbody")
     for body in bodies:
         rgba = [*(palette.NAMED[body.color] if body.color else palette.OBSTACLE), 1.0]
         for stage in stages:
             name = body.name + stage.suffix
-            copy = graft(part, root.worldbody, name)
-            copy.pos = stage.place(body.position) + [0.0, 0.0, body.lift]
-            geom = copy.find("geom", f"{name}_body")
-            geom.set_attributes(rgba=rgba, group=stage.number)
+            copy = copied(part, name)
+            world.append(copy)
+            write(copy, pos=stage.place(body.position) + [0.0, 0.0, body.lift])
+            geom = named(copy, "geom", f"{name}_body")
+            write(geom, rgba=rgba, group=stage.number)
             if stage.is_abacus:  # a band across all columns: this far the obstacle reaches along the axis
                 size = [stage.width(count) / 2, THIN * radius, body.bounding_radius]
-                geom.set_attributes(type="box", size=size, rgba=[*rgba[:3], 0.3])
+                write(geom, type="box", size=size, rgba=[*rgba[:3], 0.3])
             elif body.shape == "mesh":
-                vertices = body.vertices.ravel()
-                mesh = root.asset.add("mesh", name=name, vertex=vertices, inertia="exact")
-                del geom.size
-                geom.set_attributes(type="mesh", mesh=mesh.name, quat=body.orientation)
+                mesh = SubElement(section(tree, "asset"), "mesh", name=name, inertia="exact")
+                write(mesh, vertex=body.vertices.ravel())
+                del geom.attrib["size"]
+                write(geom, type="mesh", mesh=name, quat=body.orientation)
             else:
-                geom.set_attributes(type=body.shape, size=body.size, quat=body.orientation)
+                write(geom, type=body.shape, size=body.size, quat=body.orientation)
             if body.drive is not None:
                 _set_free(copy, geom, name, body.drive, stage, body.position)
 
 
-def add_target(root: Any, scenario: Scenario, start: Array, stages: Sequence[Stage], count: int) -> Any:
+def add_target(
+    tree: Element, scenario: Scenario, start: Array, stages: Sequence[Stage], count: int
+) -> Element:
     """The bodies of the target, one for each stage; the first is returned.
 
     Args:
-        root: MJCF tree.
+        tree: MJCF tree.
         scenario: Gives its size and drive, and the mission's radius.
         start: Its position at the start, shape (p,) [m].
         stages: Where the axes of the mission are.
         count: Number of robots.
     """
-    part = load_part("target").find("body", "target")
+    part, world = named(load_part("target"), "body", "target"), section(tree, "worldbody")
     radius = scenario.mission.radius
     for stage in stages:
         name = f"target{stage.suffix}"
-        body = graft(part, root.worldbody, name, skip=("follow",) if stage.suffix else ())
-        body.pos = stage.place(start)
-        geom = body.find("geom", f"{name}_body")
-        geom.set_attributes(size=[scenario.target.radius], rgba=[*palette.TARGET, 1.0], group=stage.number)
+        body = copied(part, name, skip=("follow",) if stage.suffix else ())
+        world.append(body)
+        write(body, pos=stage.place(start))
+        geom = named(body, "geom", f"{name}_body")
+        write(geom, size=scenario.target.radius, rgba=[*palette.TARGET, 1.0], group=stage.number)
         if scenario.target.body is not None:
-            del body.mocap
+            del body.attrib["mocap"]
             _set_free(body, geom, name, scenario.target.body, stage, start)
         if stage.is_abacus:  # bars across all columns: at the target, and as far from it as robots can be
             half = stage.width(count) / 2
-            geom.set_attributes(type="box", size=[half, THIN * radius, THIN * radius])
+            write(geom, type="box", size=[half, THIN * radius, THIN * radius])
             for side in (-1.0, 1.0):
-                body.add(
-                    "geom", type="box", pos=[0.0, 0.0, side * radius], rgba=[*palette.LIMIT, 0.6],
-                    size=[half, THIN * radius / 2, THIN * radius / 2], group=stage.number,
+                write(
+                    SubElement(body, "geom"), type="box", pos=[0.0, 0.0, side * radius],
+                    rgba=[*palette.LIMIT, 0.6], size=[half, THIN * radius / 2, THIN * radius / 2],
+                    group=stage.number,
                 )  # fmt: skip
         elif stage.suffix:
             rgba = [*palette.LIMIT, 0.08]
-            body.add("geom", type="sphere", size=[radius], rgba=rgba, group=stage.number)
-    return root.find("body", "target")
+            write(SubElement(body, "geom"), type="sphere", size=radius, rgba=rgba, group=stage.number)
+    return named(world, "body", "target")
 
 
-def _set_free(body: Any, geom: Any, name: str, drive: Drive, stage: Stage, start: Array) -> None:
+def _set_free(body: Element, geom: Element, name: str, drive: Drive, stage: Stage, start: Array) -> None:
     """Lets a body slide along the mission's axes, with its mass; its weight is borne."""
-    geom.mass, body.gravcomp = drive.mass, 1.0
+    write(geom, mass=drive.mass)
+    write(body, gravcomp=1.0)
     for axis, value in zip(stage.directions, start[stage.axes], strict=True):
-        body.add("joint", name=f"{name}_{axis}", type="slide", axis=AXIS[axis], ref=float(value))
+        write(SubElement(body, "joint", name=f"{name}_{axis}"), type="slide", axis=AXIS[axis], ref=value)
 
 
-def set_floor(root: Any, environment: Environment) -> None:
+def set_floor(tree: Element, environment: Environment) -> None:
     """The floor and its friction, which rules whatever touches it."""
     floor = environment.floor
-    geom = graft(load_part("floor").find("geom", "floor"), root.worldbody, "floor")
-    geom.friction = [floor.friction, 0.005, floor.rolling_friction]
-    geom.priority = 1
+    geom = copied(named(load_part("floor"), "geom", "floor"), "floor")
+    section(tree, "worldbody").append(geom)
+    write(geom, friction=[floor.friction, 0.005, floor.rolling_friction], priority=1)
     if floor.rolling_friction > 0.0:
-        geom.condim = 6
+        write(geom, condim=6)
 
 
 def set_medium(tree: Element, environment: Environment) -> None:

@@ -5,11 +5,11 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from escort_mj.world.parts import copied, load_plain, named, section, write
+from escort_mj.world.parts import copied, load_part, named, section, write
 
 
 def test_a_copy_is_named_after_its_robot_and_leaves_out_what_it_is_told() -> None:
-    source = named(load_plain("slung"), "body", "robot")
+    source = named(load_part("slung"), "body", "robot")
     copy = copied(source, "robot_7", skip=("z",))
     names = [element.get("name") for element in copy.iter() if "name" in element.attrib]
     assert names[:4] == ["robot_7", "robot_7_x", "robot_7_y", "robot_7_body"]
