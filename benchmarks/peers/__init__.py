@@ -73,5 +73,8 @@ def _differences(rows: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]
 
 
 def _short(rate: float) -> str:
-    """A rate in k or M."""
-    return f"{rate / 1e6:.3g} M" if rate >= 1e6 else f"{rate / 1e3:.3g} k"
+    """A rate to three digits, in k or M."""
+    for unit, size in (("M", 1e6), ("k", 1e3)):
+        if rate >= size:
+            return f"{rate / size:.3g} {unit}"
+    return f"{rate:.3g}"

@@ -45,6 +45,10 @@ class RobotKind(Parameters):
         """Number of its motors: one per axis, or its rotors."""
         return axes
 
+    def actuators(self, axes: int) -> int:
+        """Number of MuJoCo's actuators that its motors are made of."""
+        return self.motors(axes)
+
     def burden(self) -> float:
         """Mass of what it carries unknown to the controller [kg]."""
         return 0.0
@@ -161,6 +165,10 @@ class Quadrotor(RobotKind):
     def motors(self, axes: int) -> int:
         """Its rotors."""
         return ROTORS
+
+    def actuators(self, axes: int) -> int:
+        """One for the torques of each rotor, and one along each of the world's axes for the thrust of all."""
+        return ROTORS + 3
 
     def height(self, radius: float) -> float:
         """Clear of the floor, whatever its height does [m]."""

@@ -34,6 +34,7 @@ DATA_ARRAYS = (
     "qpos",
     "qvel",
     "ctrl",
+    "act",
     "userdata",
     "qfrc_applied",
     "actuator_force",
@@ -87,7 +88,7 @@ def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
         RuntimeError: If this MuJoCo's memory is not laid out as its introspection data says.
     """
     for field in DATA_ARRAYS:
-        if field == "mocap_pos" and not model.nmocap:  # NumPy's view of nothing is anywhere
+        if not getattr(data, field).size:  # NumPy's view of nothing is anywhere
             continue
         _compare("mjData", field, data._address, ctypes.c_void_p, getattr(data, field).ctypes.data)
     for field in MODEL_ARRAYS:

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 RAIL = [0.72, 0.74, 0.77, 1.0]
 GLASS = 0.3  # alpha of a hull that something is to be seen in
+THRUSTS = ("thrust_x", "thrust_y", "thrust_z")
 LOAD, CABLE, HUB, ROTOR = 0.3, 0.06, 0.3, 0.28  # sizes of what is seen of a robot, of its radius
 TOUCHABLE = 1  # contype of what robots, obstacles and target are
 
@@ -145,7 +146,7 @@ def _hang_payload(body: Element, name: str, kind: Slung, radius: float) -> None:
 def _add_rotors(
     tree: Element, body: Element, name: str, kind: Quadrotor, robots: Team, i: int, gravity: Sequence[float]
 ) -> None:
-    """Gives a quadrotor its mass, arms and rotors; a rotor's motor pushes and turns at a site of its own."""
+    """Gives a quadrotor its mass, arms, rotors, and the motors for what rotors do: turn it, and push it."""
     radius, arm = float(robots.radius[i]), kind.arm_length(float(robots.radius[i]))
     write(section(body, "inertial"), mass=robots.mass[i], diaginertia=kind.moments(robots.mass[i], radius))
     rgb = palette.robot_color(i, len(robots.mass))
@@ -156,14 +157,17 @@ def _add_rotors(
     most = kind.craft(robots.mass[i], radius, gravity, 0.0).rotor_limit
     for number in range(1, ROTORS + 1):
         rotor = f"rotor_{number}"
-        site, disc = named(body, "site", f"{name}_{rotor}"), named(body, "geom", f"{name}_{rotor}")
+        disc = named(body, "geom", f"{name}_{rotor}")
         places.append(np.sign(_numbers(disc, "pos")) * arm / np.sqrt(2.0))
-        write(site, pos=places[-1])
         write(disc, pos=places[-1], size=[ROTOR * radius, 0.03 * radius], rgba=[*rgb, 1.0])
-        gear = np.sign(_numbers(named(part, "motor", rotor), "gear"))
-        gear[5] *= kind.torque_per_thrust
-        where = {"site": f"{name}_{rotor}", "gear": gear}
+        turns = np.sign(_numbers(named(part, "motor", rotor), "gear")[5])
+        gear = [0.0, 0.0, 0.0, places[-1][1], -places[-1][0], turns * kind.torque_per_thrust]
+        where = {"joint": f"{name}_free", "gear": gear}
         _add_motor(tree, f"{name}_{rotor}", robots, i, number - 1, (0.0, most), **where)
+    for thrust in THRUSTS:
+        along = named(part, "motor", thrust).get("gear")
+        motor = SubElement(section(tree, "actuator"), "motor", name=f"{name}_{thrust}")
+        write(motor, joint=f"{name}_free", gear=along)
     for number, (one, other) in enumerate(((1, 3), (2, 4)), 1):
         fromto = [*places[one - 1], *places[other - 1]]
         write(named(body, "geom", f"{name}_arm_{number}"), size=0.04 * radius, fromto=fromto)

@@ -31,6 +31,7 @@ MODEL_CONE, MODEL_FREEDOMS = offset("mjModel", "opt.cone"), offset("mjModel", "n
 DATA_TIME, DATA_USERDATA = offset("mjData", "time"), offset("mjData", "userdata")
 DATA_QPOS, DATA_QVEL, DATA_CTRL = offset("mjData", "qpos"), offset("mjData", "qvel"), offset("mjData", "ctrl")
 DATA_APPLIED, DATA_MOCAP = offset("mjData", "qfrc_applied"), offset("mjData", "mocap_pos")
+DATA_ACTIVATION = offset("mjData", "act")
 DATA_MASS, DATA_BIAS = offset("mjData", "M"), offset("mjData", "qfrc_bias")
 DATA_ACCELERATION = offset("mjData", "qacc")
 MODEL_ROW_SIZES, MODEL_ROW_STARTS = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
@@ -98,7 +99,8 @@ def control(m: int, d: int, axes: int) -> None:
         force = vector_at(pointer_at(d + DATA_APPLIED) + DOUBLE * int(wiring.mover_dof[b]), p)
         for k in range(p):
             force[k] = state.mover_force[b, k]
-    command_motors(pointer_at(d + DATA_CTRL), qpos, qvel, plan, state, wiring)
+    controls, activations = pointer_at(d + DATA_CTRL), pointer_at(d + DATA_ACTIVATION)
+    command_motors(controls, activations, qpos, qvel, plan, state, wiring)
     applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
     for i in range(n):
         for k in range(p):

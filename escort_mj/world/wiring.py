@@ -13,7 +13,7 @@ from escort_mj.control.attitude import Craft
 from escort_mj.control.plan import MAGIC, size_of
 from escort_mj.kernels import DOUBLE, shared
 from escort_mj.memory import Layout, viewer
-from escort_mj.scenario.kinds import Quadrotor
+from escort_mj.scenario.kinds import ROTORS, Quadrotor
 from escort_mj.scenario.placement import Team
 from escort_mj.world.stages import Stage
 
@@ -36,6 +36,8 @@ class Wiring(NamedTuple):
     ]  # force that is fed forward against a flying robot's weight, world frame [N]
     pilot: Annotated[Array, "n"]  # row in `crafts` of each robot that flies, else -1
     crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `attitude`
+    rotor_gain: Annotated[Array, "flying", ROTORS]  # of each rotor's motor [1]
+    rotor_state: Annotated[Array, "flying"]  # first activation of rotors that lag, else -1
     geom_body: Annotated[Array, "geoms"]  # which of the mission's bodies each geom belongs to, -1 for none
     robot_geom: Annotated[Array, "seers"]  # geom of each robot, and last of the target
     obstacle_geom: Annotated[Array, "m"]  # geom of each obstacle
@@ -82,7 +84,8 @@ def wire(
         if isinstance(kind, Quadrotor):
             lift[i], pilot[i] = kind.lift(mass, gravity), len(crafts)
             crafts.append(kind.craft(mass, radius, gravity, team.height))
-    motors = [kind.motors(len(places)) for kind in team.kind]
+    flying = [i for i, kind in enumerate(team.kind) if isinstance(kind, Quadrotor)]
+    motors = [kind.actuators(len(places)) for kind in team.kind]
     return LAYOUT.pack(
         {
             "n": robots,
@@ -105,6 +108,8 @@ def wire(
             "lift": lift,
             "pilot": pilot,
             "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),
+            "rotor_gain": np.reshape([team.gains[i] for i in flying], (len(flying), ROTORS)),
+            "rotor_state": [model.actuator(f"robot_{i + 1}_rotor_1").actadr[0] for i in flying],
             "geom_body": geom_bodies(model, names),
             "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
             "obstacle_geom": [model.geom(f"{name}_body").id for name in obstacles],

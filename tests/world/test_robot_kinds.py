@@ -117,7 +117,9 @@ def test_a_quadrotor_hovers(lag: float, drifting, record_steps) -> None:
         {"kind": "quadrotor", "positions": [[1.0, 2.0, 3.0]], "mass": 1.3, "actuators": {"lag": lag}}, axes=3
     )
     thrusts = []
-    record = record_steps(world, 1000, after=lambda plant: thrusts.append(plant.data.actuator_force.copy()))
+    record = record_steps(
+        world, 1000, after=lambda plant: thrusts.append(plant.data.actuator_force[:4].copy())
+    )
     np.testing.assert_allclose(thrusts, np.full((1000, 4), 1.3 * G / 4), rtol=1e-9)
     np.testing.assert_allclose(record["q"][:, 0], np.tile([1.0, 2.0, 3.0], (1000, 1)), rtol=0, atol=1e-9)
     assert np.abs(record["force"]).max() < 1e-9
@@ -154,7 +156,9 @@ def test_a_quadrotor_stays_upright_whatever_is_asked(make_world, record_steps) -
         mission={"radius": 1.0, "behaviors": ["surface"]},
     )
     thrusts = []
-    record = record_steps(world, 3000, after=lambda plant: thrusts.append(plant.data.actuator_force.copy()))
+    record = record_steps(
+        world, 3000, after=lambda plant: thrusts.append(plant.data.actuator_force[:4].copy())
+    )
     most = world.model.actuator_forcerange[0, 1]
     angle = tilt(record["qpos"])
     print(f"tilt up to {angle.max():.3f} rad, thrust up to {np.max(thrusts) / most:.3f} of the limit")
@@ -242,3 +246,41 @@ def test_a_payload_touches_only_if_asked(collides: bool, drifting, record_steps)
         lambda plant: touches.append(plant.data.ncon),
     )
     assert (max(touches) > 0) == collides
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.03])
+def test_a_quadrotor_is_pushed_where_its_rotors_are(lag: float, make_world, record_steps) -> None:
+    """What its motors do together is what thrusts and reactions at the rotors' places do to a rigid body."""
+    world = make_world(
+        axes=3,
+        robots={
+            "kind": "quadrotor",
+            "positions": [[4.0, 0.0, 0.0], [-4.0, 0.0, 1.0]],
+            "actuators": {"lag": lag, "gain_error": 0.2},
+        },
+        target={"position": ["3*sin(2*t)", "3*cos(2*t)", "sin(3*t)"]},
+        mission={"radius": 2.0, "behaviors": ["surface"]},
+    )
+    model = world.model
+    discs = [[model.geom(f"robot_{i}_rotor_{number}").id for number in (1, 2, 3, 4)] for i in (1, 2)]
+    tilts = []
+
+    def compare(plant) -> None:
+        data, expected = plant.data, np.zeros(model.nv)
+        mujoco.mj_forward(model, data)
+        for body, rotors in enumerate(discs):
+            orientation = data.body(f"robot_{body + 1}").xmat.reshape(3, 3)
+            tilts.append(orientation[2, 2])
+            for number, geom in enumerate(rotors):
+                thrust = data.actuator_force[model.actuator(f"robot_{body + 1}_rotor_{number + 1}").id]
+                push, reaction = (
+                    thrust * orientation[:, 2],
+                    (-1) ** number * 0.016 * thrust * orientation[:, 2],
+                )
+                mujoco.mj_applyFT(
+                    model, data, push, reaction, data.geom_xpos[geom], model.geom_bodyid[geom], expected
+                )
+        np.testing.assert_allclose(data.qfrc_actuator, expected, rtol=0, atol=1e-12 * 20.0)
+
+    record_steps(world, 300, after=compare)
+    assert min(tilts) < 0.95, "they lean, or the test would not see which way thrust goes"

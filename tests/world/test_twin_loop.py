@@ -131,7 +131,17 @@ class Driver:
             force[2] += nominal * (omega**2 * lag - 2.0 * omega * data.qvel[dof + 2])
         orientation, rate = data.qpos[place + 3 : place + 7], data.qvel[dof + 3 : dof + 6]
         thrusts = thrusts_for(force, orientation, rate, craft)
-        return np.sign(thrusts) * np.maximum(np.abs(thrusts) - zone, 0.0)
+        told = np.sign(thrusts) * np.maximum(np.abs(thrusts) - zone, 0.0)
+        rotors = [self.model.actuator(f"robot_{robot + 1}_rotor_{number}") for number in (1, 2, 3, 4)]
+        turning = [data.act[rotor.actadr[0]] for rotor in rotors] if rotors[0].actadr[0] >= 0 else told
+        pushes = np.clip(
+            [rotor.gainprm[0] * turned for rotor, turned in zip(rotors, turning, strict=True)],
+            0.0,
+            craft.rotor_limit,
+        )
+        matrix = np.empty(9)
+        mujoco.mju_quat2Mat(matrix, orientation)
+        return np.concatenate([told, pushes.sum() * matrix.reshape(3, 3)[:, 2]])
 
     def __call__(self, model: mujoco.MjModel, data: mujoco.MjData) -> ReferenceSignals:
         self.signals = self.twin.evaluate(data.time, data.qpos[self.qpos], data.qvel[self.dof])
