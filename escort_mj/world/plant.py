@@ -75,7 +75,8 @@ class Plant:
         self.state.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
         while True:
             count = min(most, len(kept), self._at_once)
-            before = self._save()
+            if count > 1:
+                before = self._save()
             self.step(first + (count - 1) * stride)
             if count == 1 or self.state.tally[ENDED] < len(self.state.episodes):
                 break

@@ -11,11 +11,16 @@ from escort_mj.kernels import inlined, vector_at
 
 MOST_SAMPLES = 256  # kept at once
 MOST_NUMBERS = 2**17  # in them: a megabyte a mission
+FEW = 16  # fewer are not worth it
 
 
 def room_for(record: int) -> int:
-    """How many samples of so many numbers a mission keeps until Python takes them off."""
-    return max(1, min(MOST_SAMPLES, MOST_NUMBERS // record))
+    """How many samples of so many numbers a mission keeps until Python takes them off.
+
+    Crowds of a hundred and more keep one: to save their state before each look would cost more than to look.
+    """
+    room = min(MOST_SAMPLES, MOST_NUMBERS // record)
+    return room if room >= FEW else 1
 
 
 @inlined
