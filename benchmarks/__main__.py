@@ -14,7 +14,7 @@ from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from benchmarks import batch, growth, loop, machine, peers, profile, recording, watch  # noqa: E402
+from benchmarks import batch, growth, loop, machine, peers, profile, recording, start, watch  # noqa: E402
 from benchmarks.document import DOCS, publish  # noqa: E402
 
 PAGE = "performance.md"
@@ -25,6 +25,7 @@ SECTIONS = {
     "profile": profile,
     "watch": watch,
     "recording": recording,
+    "start": start,
     "batch": batch,
     "peers": peers,
 }

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 import hashlib
 import importlib.metadata
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -32,24 +34,36 @@ OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "no
 DOUBLE = 8  # bytes
 
 
-def cache_key() -> str:
+def sources(package: Path) -> list[Path]:
+    """The files of the package that kernels and the constants in them come from, in order."""
+    folders = (".", "control/**", "scenario", "world")
+    return sorted({source for folder in folders for source in package.glob(f"{folder}/*.py")})
+
+
+def cache_key(package: Path = Path(__file__).parent) -> str:
     """Digest of everything compiled kernels depend on.
 
     numba checks only the file a kernel stands in, not the kernels and constants that it uses, and not
     the layout of MuJoCo's structures. A folder per digest makes a stale kernel impossible.
+
+    Args:
+        package: Where the package is.
     """
     digest = hashlib.sha256()
-    for package in ("mujoco", "numba", "llvmlite", "numpy"):
-        digest.update(f"{package}={importlib.metadata.version(package)};".encode())
-    root = Path(__file__).parent
-    for source in sorted([*root.glob("*.py"), *root.glob("control/**/*.py"), *root.glob("world/*.py")]):
-        digest.update(source.read_bytes())
+    for name in ("mujoco", "numba", "llvmlite", "numpy"):
+        digest.update(f"{name}={importlib.metadata.version(name)};".encode())
+    for source in sources(package):
+        content = source.read_bytes()
+        digest.update(f"{source.relative_to(package).as_posix()}:{len(content)};".encode())
+        digest.update(content)
     return digest.hexdigest()[:16]
 
 
 def _cache_folder() -> str:
-    """Folder for compiled kernels; a private temporary one where the user's cache cannot be written."""
-    folder = platformdirs.user_cache_path("escort_mj") / "kernels" / cache_key()
+    """Folder for compiled kernels, by their key; a private temporary one where nothing can be written."""
+    asked = os.environ.get("NUMBA_CACHE_DIR")
+    folder = Path(asked) if asked else platformdirs.user_cache_path("escort_mj") / "kernels"
+    folder /= cache_key()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if os.access(folder, os.W_OK):
@@ -63,8 +77,19 @@ def _cache_folder() -> str:
 # tuned as for Zen 2, with all features of the machine, a controlled step takes 6 % less.
 if numba.config.CPU_NAME is None and llvmlite.binding.get_host_cpu_name() in ("znver3", "znver4", "znver5"):
     numba.config.CPU_NAME = "znver2"
-if "NUMBA_CACHE_DIR" not in os.environ:
-    numba.config.CACHE_DIR = _cache_folder()
+numba.config.CACHE_DIR = _cache_folder()
+
+
+@contextmanager
+def compiling() -> Iterator[None]:
+    """Lets garbage lie while kernels are compiled: looking for it took a fifth of the time, in vain."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def kernel(function: F) -> F:

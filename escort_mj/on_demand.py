@@ -23,7 +23,7 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin
 
-from escort_mj.kernels import OPTIONS
+from escort_mj.kernels import OPTIONS, compiling
 from escort_mj.memory import ViewType, view_type
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -120,7 +120,8 @@ def _request(address: int) -> None:
     try:
         entry = _entries[address]
         wanted = _signature(entry.dispatcher.py_func, entry.axes)
-        entry.dispatcher.compile(wanted)
+        with compiling():
+            entry.dispatcher.compile(wanted)
         result = entry.dispatcher.overloads[wanted.args]
         entry.slot.value = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
     except BaseException:  # no error can pass through the compiled code that waits for an address

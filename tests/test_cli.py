@@ -1,7 +1,6 @@
 """The user's way: commands, their exit codes, and what they print."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -116,10 +115,3 @@ def test_help_names_the_commands_and_exit_codes(command) -> None:
     assert code == 0
     for word in ("run", "show", "render", "reproduce", "compare", "schema", "1 a verdict failed"):
         assert word in out
-
-
-def test_it_starts_without_loading_what_draws() -> None:
-    script = "import sys, escort_mj.cli, escort_mj; print(sorted(set(sys.modules) & set(sys.argv[1:])))"
-    heavy = ["matplotlib", "mediapy", "mujoco", "xarray", "h5py", "numba", "pandas"]
-    done = subprocess.run([sys.executable, "-c", script, *heavy], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

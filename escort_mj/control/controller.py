@@ -12,7 +12,7 @@ from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.measure import measure
 from escort_mj.control.movers import drive
-from escort_mj.control.neighbors import keep_neighbors
+from escort_mj.control.neighbors import keep_all_neighbors
 from escort_mj.control.plan import EVALUATED, LAST_TIME, STARTED, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.control.supervisor import FIRST, LEVELS, supervise
@@ -36,15 +36,7 @@ def evaluate(plan: Plan, state: State) -> None:
         drive(plan, state)
     measure(plan, state)
     if state.neighbors.shape[0] > 0:
-        keep_neighbors(
-            state.q, plan.robot_radius, state.neighbors, state.neighbors_places, state.neighbors_note,
-            state.cells,
-        )  # fmt: skip
-    if state.seen_neighbors.shape[0] > 0:
-        keep_neighbors(
-            state.q_measured, plan.robot_radius, state.seen_neighbors, state.seen_neighbors_places,
-            state.seen_neighbors_note, state.cells,
-        )  # fmt: skip
+        keep_all_neighbors(plan, state)
     n, p = state.q.shape
     for i in range(n):
         for k in range(p):

@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
+from escort_mj.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from escort_mj.control.plan import State
+    from escort_mj.control.plan import Plan, State
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,20 @@ DEVIATIONS, TRIMMED = 2.5, 3  # robots so far from the mean, taken so often, cou
 CELLS = 3.0  # per robot, at most
 # Rows of the scratch; three are of PLACE, and all from CELL_FIRST on are one.
 CELL_OF, ORDER, RADIUS, SQUARES, SLOTS, PLACE, CELL_FIRST, CELL_ROWS = 0, 1, 2, 3, 4, 5, 8, 12
+
+
+@on_demand
+def keep_all_neighbors(plan: Plan, state: State) -> None:
+    """Keeps the lists for true positions, and those for measured ones where they differ."""
+    keep_neighbors(
+        state.q, plan.robot_radius, state.neighbors, state.neighbors_places, state.neighbors_note,
+        state.cells,
+    )  # fmt: skip
+    if state.seen_neighbors.shape[0] > 0:
+        keep_neighbors(
+            state.q_measured, plan.robot_radius, state.seen_neighbors, state.seen_neighbors_places,
+            state.seen_neighbors_note, state.cells,
+        )  # fmt: skip
 
 
 @merged

@@ -26,7 +26,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from escort_mj.control.plan import axes_of
-from escort_mj.kernels import DOUBLE, OPTIONS, pointer_at
+from escort_mj.kernels import DOUBLE, OPTIONS, compiling, pointer_at
 from escort_mj.world.build import World
 from escort_mj.world.library import library
 from escort_mj.world.step import MODEL_NUMERIC, control, is_ours, look
@@ -46,7 +46,7 @@ Callbacks = tuple[Any, Any]
 
 def callbacks(axes: int) -> Callbacks:
     """The callbacks for models of so many axes, compiled or read from the cache; others are left alone."""
-    with _compiling:
+    with _compiling, compiling():
         return _compiled(min(axes, MANY))
 
 

@@ -194,7 +194,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
             state.robot_distance_min[i] = math.sqrt(nearest)
 
 
-@merged
+@on_demand
 def _watch_crowd(plan: Plan, state: State, sampled: bool) -> None:
     """As `_watch_robots`, by the lists of neighbors."""
     q, lists = state.q, state.neighbors

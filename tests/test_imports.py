@@ -1,0 +1,30 @@
+"""What is not needed to simulate is not imported before it is."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+DRAWING = {"matplotlib", "mediapy", "imageio_ffmpeg", "PIL"}
+STORAGE = {"xarray", "h5netcdf", "h5py", "pandas", "sqlite3"}
+SEARCHES = {"optuna", "cmaes", "distributed", "dask"}
+HEAVY = {"numpy", "numba", "mujoco", "pydantic", "dm_control"}
+
+
+def imported(module: str) -> set[str]:
+    """Packages that a fresh process has after one import."""
+    program = f"import json, sys, {module}; print(json.dumps([name.split('.')[0] for name in sys.modules]))"
+    found = subprocess.run([sys.executable, "-c", program], check=True, stdout=subprocess.PIPE)
+    return set(json.loads(found.stdout))
+
+
+@pytest.mark.parametrize("module", ["escort_mj", "escort_mj.cli"])
+def test_the_package_and_its_command_line_import_next_to_nothing(module: str) -> None:
+    assert not imported(module) & (DRAWING | STORAGE | SEARCHES | HEAVY)
+
+
+def test_what_runs_missions_neither_draws_nor_stores() -> None:
+    found = imported("escort_mj.api")
+    assert HEAVY <= found, "the test looks for names that nobody has"
+    assert not found & (DRAWING | STORAGE | SEARCHES)
