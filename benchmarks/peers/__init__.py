@@ -64,12 +64,16 @@ def _differences(rows: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]
     cells = []
     for mode in MODES:
         found = next((row for row in rows if row["mode"] == mode.title and "why" not in row), None)
-        version, step = (
-            (found["version"], f"{1e3 * found['theirs']['timestep']:.3g} ms") if found else ("", "")
-        )
-        said = [mode.dynamics, step, mode.contacts, mode.control, mode.precision]
-        cells.append([f"{mode.title} {version}".strip(), *said, mode.kind.replace("_", " ")])
-    return ["simulator", "robots", "step", "contacts", "control", "numbers", "our robots"], cells
+        measured = [found["version"], f"{1e3 * found['theirs']['timestep']:.3g} ms"] if found else ["", ""]
+        said = [mode.dynamics, mode.contacts, mode.control, mode.precision, _ours(mode)]
+        cells.append([mode.title, *measured, *said])
+    head = ["simulator", "version", "step", "its robots", "contacts", "control", "numbers", "our robots"]
+    return head, cells
+
+
+def _ours(mode: Mode) -> str:
+    """What of ours takes turns with it."""
+    return mode.kind.replace("_", " ") + (", a mission on each core" if mode.many else "")
 
 
 def _short(rate: float) -> str:

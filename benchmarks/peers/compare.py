@@ -14,6 +14,7 @@ from benchmarks.peers import ours
 from benchmarks.peers.flight import Flight, timed
 from benchmarks.peers.modes import Mode
 from benchmarks.peers.remote import Remote
+from escort_mj.study.parallel import cores
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import native_loop
 
@@ -55,7 +56,7 @@ def compare(mode: Mode, n: int, python: Path) -> dict[str, Any]:
         and `per_core`, the same by processor time.
     """
     world = world_of(mode.kind, n, mode.axes)
-    own = ours.fly(world)
+    own = ours.fly_many(world, cores()) if mode.many else ours.fly(world)
 
     def fly_own(count: int) -> tuple[float, float]:
         with native_loop(world):

@@ -22,6 +22,7 @@ class Mode(NamedTuple):
         control: What tells its robots where to go, and how often.
         precision: Of its numbers.
         sizes: Numbers of robots.
+        many: Whether it flies many missions at once; ours then flies one on each core.
     """
 
     peer: str
@@ -35,6 +36,7 @@ class Mode(NamedTuple):
     control: str
     precision: str
     sizes: tuple[int, ...] = SIZES
+    many: bool = False
 
 
 DRONES, BALLS, DISCS, CARTS, FLOW = (
@@ -123,6 +125,7 @@ MODES = (
         "the same",
         "single",
         (5,),
+        True,
     ),
     Mode(
         "vmas",
@@ -148,6 +151,7 @@ MODES = (
         "the same",
         "single",
         (5,),
+        True,
     ),
     Mode(
         "irsim",

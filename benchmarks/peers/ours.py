@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from typing import Any
 
@@ -77,3 +78,18 @@ def fly(world: World) -> Flight:
 
     robots = world.sizes["robot"]
     return Flight(step, error, world.model.opt.timestep, robots, version("escort-mj"), world.stride)
+
+
+def fly_many(world: World, count: int) -> Flight:
+    """So many missions under way at once, each in a thread of its own."""
+    flights = [fly(world) for _ in range(count)]
+    pool = ThreadPoolExecutor(count)
+    one = flights[0]
+
+    def step(steps: int) -> None:
+        list(pool.map(lambda flight: flight.step(steps), flights))
+
+    def error() -> float:
+        return float(np.mean([flight.error() for flight in flights]))
+
+    return Flight(step, error, one.timestep, count * one.robots, one.version, one.chunk)
