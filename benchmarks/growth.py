@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.document import table
 from benchmarks.loop import copy_state, no_timer
 from benchmarks.paired import alternate, effort, paired
-from benchmarks.peers.ours import mission
+from benchmarks.peers.ours import advance, mission
 from escort_mj.report.style import figure
 from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
@@ -50,11 +50,11 @@ def compare(n: int, **what: Any) -> dict[str, float]:
     """
     world = build(mission("point_mass", n, **what))
     plant, held = Plant(world), mujoco.MjData(world.model)
-    steps = max(20, WORK // n)
+    steps = max(2, WORK // n // world.stride) * world.stride
 
     def native() -> float:
         with native_loop(world):
-            return effort(lambda: plant.step(steps)) / steps
+            return effort(lambda: advance(plant, steps)) / steps
 
     def bare() -> float:
         copy_state(world, plant.data, held)

@@ -60,16 +60,21 @@ def mission(
     return load_scenario(BASES[kind], told | dict(changes or {}))
 
 
+def advance(plant: Plant, steps: int) -> None:
+    """Takes steps as a run does, samples and episodes of contact taken off on the way."""
+    left = steps // plant.world.stride
+    while left > 0:
+        left -= len(plant.samples(left))
+        if plant.has_ended:
+            plant.ended()
+
+
 def fly(world: World) -> Flight:
     """A mission under way; to be stepped inside `native_loop(world)`."""
     plant = Plant(world)
 
     def step(count: int) -> None:
-        left = count // world.stride
-        while left > 0:
-            left -= len(plant.samples(left))
-            if plant.has_ended:
-                plant.ended()
+        advance(plant, count)
 
     def error() -> float:
         state = plant.state
