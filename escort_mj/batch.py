@@ -1,6 +1,6 @@
 """Many missions in the threads of one process: each has the bits that it has alone, and no trace is kept.
 
-A mission is stepped natively, hundreds of samples at a time, without the interpreter's lock. What a thread
+A mission is stepped natively, dozens of samples at a time, without the interpreter's lock. What a thread
 needs Python for is to build the mission's world and to sum it up. MuJoCo's own `mujoco.batch` steps states of
 one layout; missions here differ in anything, and each has its own model, its own length and its own end.
 """

@@ -9,15 +9,15 @@ from __future__ import annotations
 from escort_mj.control.plan import KEPT, WATCHED_STEP, Plan, State
 from escort_mj.kernels import inlined, vector_at
 
-MOST_SAMPLES = 256  # kept at once
-MOST_NUMBERS = 2**17  # in them: a megabyte a mission
+MOST_SAMPLES = 64  # kept at once; of five robots, they stay in the cache of a core
+MOST_NUMBERS = 2**16  # in them: half a megabyte a mission
 FEW = 16  # fewer are not worth it
 
 
 def room_for(record: int) -> int:
     """How many samples of so many numbers a mission keeps until Python takes them off.
 
-    Crowds of a hundred and more keep one: to save their state before each look would cost more than to look.
+    Crowds of eighty and more keep one: to save their state before each look would cost more than to look.
     """
     room = min(MOST_SAMPLES, MOST_NUMBERS // record)
     return room if room >= FEW else 1
