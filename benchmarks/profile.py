@@ -1,20 +1,22 @@
-"""Where the time of a step goes: parts of the controlled loop taken away in turn, and MuJoCo's own stages.
+"""Where the time of a step goes: parts of the controlled loop taken away one by one, and MuJoCo's own stages.
 
-The law is compiled into one function, so its parts are told apart by ablation: the same mission without one
-of them, in turns with the whole. What is left when all are away is measuring, the last behavior, the inner
-loop and the motors. MuJoCo times its own stages.
+The law is compiled into one function, so its parts are told apart by ablation: the same mission with less and
+less in it, all in turns. What is left at the end is measuring, the last behavior, the inner loop and motors.
+MuJoCo times its own stages.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.document import table
 from benchmarks.loop import copy_state, no_timer
-from benchmarks.paired import alternate, effort
+from benchmarks.paired import Times, alternate, effort
 from benchmarks.peers.ours import BEHAVIORS, advance, mission
 from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
@@ -29,8 +31,8 @@ TEAMS = {
 PARTS: dict[str, dict[str, Any]] = {
     "noise of measurements": {"sensing": {}},
     "disturbance": {"uncertainty.disturbance": None},
-    "avoidance of obstacles and teammates": {"mission.behaviors": BEHAVIORS[1:]},
     "places in the formation": {"mission.behaviors": [BEHAVIORS[0], BEHAVIORS[2]]},
+    "avoidance of obstacles and teammates": {"mission.behaviors": BEHAVIORS[2:]},
 }
 WATCH, REST, BARE = "watching every step, sampling", "all else of the law", "MuJoCo"
 STAGES = {
@@ -46,7 +48,7 @@ WORK, ROUNDS = 50_000, 15  # robot-steps in a round, and rounds
 
 
 class Variant:
-    """The mission of a team, with one of its parts away."""
+    """The mission of a team, with some of its parts away."""
 
     def __init__(self, n: int, axes: int, changes: dict[str, Any], watched: bool = True) -> None:
         self.world = build(mission("point_mass", n, axes, changes=changes))
@@ -91,15 +93,23 @@ def compare(n: int, axes: int) -> dict[str, Any]:
         `whole`, a step of all of it [us]; `parts`, what each adds, as a share of it; `stages`, shares
         of MuJoCo's own.
     """
-    whole = Variant(n, axes, {})
-    without = {part: Variant(n, axes, changes) for part, changes in PARTS.items()}
-    without[WATCH] = Variant(n, axes, {}, watched=False)
-    loops = {name: variant.fly for name, variant in without.items()}
-    times = alternate({"whole": whole.fly, BARE: whole.bare, **loops}, ROUNDS)
-    parts = {name: float(np.median(1.0 - times[name] / times["whole"])) for name in without}
-    bare = float(np.median(times[BARE] / times["whole"]))
-    parts = {BARE: bare, **parts, REST: 1.0 - bare - sum(parts.values())}
+    variants = {"whole": Variant(n, axes, {}), WATCH: Variant(n, axes, {}, watched=False)}
+    changes: dict[str, Any] = {}
+    for part, change in PARTS.items():
+        changes |= change
+        variants[part] = Variant(n, axes, dict(changes), watched=False)
+    whole, last = variants["whole"], list(variants)[-1]
+    loops = {name: variant.fly for name, variant in variants.items()}
+    times = alternate(loops | {BARE: whole.bare}, ROUNDS)
+    parts = {after: _share(times[before] - times[after], times) for before, after in pairwise(variants)}
+    parts[REST] = _share(times[last] - times[BARE], times)
+    parts[BARE] = 1.0 - sum(parts.values())
     return {"whole": 1e6 * float(np.median(times["whole"])), "parts": parts, "stages": whole.stages()}
+
+
+def _share(spent: NDArray[np.float64], times: Times) -> float:
+    """Of the whole, median over rounds."""
+    return float(np.median(spent / times["whole"]))
 
 
 def measure() -> list[dict[str, Any]]:
