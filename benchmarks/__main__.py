@@ -16,6 +16,7 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 from benchmarks import batch, growth, loop, machine, peers, profile, recording, start, watch  # noqa: E402
 from benchmarks.document import DOCS, publish  # noqa: E402
+from benchmarks.peers.environments import REQUIREMENTS  # noqa: E402
 
 PAGE = "performance.md"
 FOUND = Path("renders") / "benchmarks.json"
@@ -36,11 +37,18 @@ def main(arguments: Any = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"of {', '.join(SECTIONS)}; else all")
     parser.add_argument("--docs", action="store_true", help=f"write the tables into docs/{PAGE}")
-    parser.add_argument("--python", action="append", default=[], metavar="PEER=PATH", help="has that peer")
+    parser.add_argument(
+        "--python",
+        action="append",
+        default=[],
+        type=_interpreter,
+        metavar="PEER=PATH",
+        help=f"an interpreter that has a peer: {', '.join(REQUIREMENTS)}",
+    )
     asked = parser.parse_args(arguments)
     if unknown := set(asked.sections) - set(SECTIONS):
         parser.error(f"{', '.join(sorted(unknown))}: expected {', '.join(SECTIONS)}")
-    peers.PYTHONS.update((name, Path(path)) for name, path in (each.split("=", 1) for each in asked.python))
+    peers.PYTHONS.update(asked.python)
     found = json.loads(FOUND.read_text()) if FOUND.exists() and asked.sections else {}
     FOUND.parent.mkdir(exist_ok=True)
     for name in asked.sections or SECTIONS:
@@ -52,6 +60,14 @@ def main(arguments: Any = None) -> None:
             SECTIONS[name].draw(rows, DOCS / "figures")
     publish(PAGE, machine.tables(machine.describe()), asked.docs)
     print(f"wrote {FOUND}")
+
+
+def _interpreter(text: str) -> tuple[str, Path]:
+    """A peer and the interpreter of an environment that has it."""
+    peer, _, path = text.partition("=")
+    if peer not in REQUIREMENTS or not Path(path).is_file():
+        raise argparse.ArgumentTypeError(f"{text}: expected PEER=PATH, PEER of {', '.join(REQUIREMENTS)}")
+    return peer, Path(path)
 
 
 if __name__ == "__main__":
