@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.nsb import INACTIVE, TANGENT, leave
-from escort_mj.control.outer import intrusion, wish
+from escort_mj.control.outer import wish
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     CHORDS,
@@ -64,7 +64,7 @@ def weigh_tasks(i: int, first: int, levels: int, plan: Plan, state: State) -> No
         column = int(row[COLUMN])
         state.ruling[i] = column
         state.task_wish[i, column] = _norm(wishes[level])
-        state.task_error[i, column] = _error(row, rank, weights[level], wishes[level], plan, state, i)
+        state.task_error[i, column] = _error(row, rank, weights[level], speeds, wishes[level], plan, state)
         for lower in range(level + 1, levels):
             if ranks[lower] == INACTIVE:
                 continue
@@ -90,10 +90,12 @@ def _norm(x: Array) -> float:
 
 
 @merged
-def _error(row: Array, rank: int, weights: Array, wished: Array, plan: Plan, state: State, i: int) -> float:
+def _error(
+    row: Array, rank: int, weights: Array, speeds: Array, wished: Array, plan: Plan, state: State
+) -> float:
     """How far an active task is from done, as a length [m]; root mean square over a task's directions."""
     if row[0] == AVOID_OBSTACLES:
-        return intrusion(i, row, plan, state)
+        return float(speeds[1])
     if rank == TANGENT:
         return _norm(wished) / row[1]
     length = state.chord_length[0] if row[0] == CHORDS else plan.radius

@@ -13,12 +13,16 @@ from escort_mj.control.inner import inner_loop
 from escort_mj.control.measure import measure
 from escort_mj.control.movers import drive
 from escort_mj.control.neighbors import keep_all_neighbors
-from escort_mj.control.plan import EVALUATED, LAST_TIME, STARTED, Plan, State
+from escort_mj.control.plan import EVALUATED, LAST_TIME, STARTED, STEP, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
+from escort_mj.control.program import value_of
+from escort_mj.control.side_by_side import outer_loops
 from escort_mj.control.supervisor import FIRST, LEVELS, supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocity
 from escort_mj.kernels import inlined, merged
+from escort_mj.lanes import WIDTH, copy_numbers, load, store
+from escort_mj.on_demand import on_demand
 
 
 @inlined
@@ -30,6 +34,7 @@ def evaluate(plan: Plan, state: State) -> None:
         state: Its state; `tau` is the force demanded, `command` what the motors are told, `disturbance` the
             force that the plant is to add.
     """
+    state.clock[STEP] = round(state.time[0] / plan.timestep)
     moved = advance(plan, state)
     follow_time(plan, state)
     if plan.drives.shape[0] > 0:
@@ -38,35 +43,44 @@ def evaluate(plan: Plan, state: State) -> None:
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)
     n, p = state.q.shape
-    for i in range(n):
-        for k in range(p):
-            state.e[i, k] = state.q_d[i, k] - state.q_measured[i, k]
+    for at in range(0, n * p, WIDTH):
+        store(state.e, at, n * p - at, load(state.q_d, at) - load(state.q_measured, at))
     failing = plan.failures.shape[0] > 0
     if failing:
         notice_losses(plan, state)
     if plan.phases.shape[0] > 1:
         supervise(plan, state)
-    someone = refresh(plan, state)
+    someone = plan.side_by_side or refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
         turn_figure(
             state.q_measured, state.target_position_measured, state.lost, state.vertices, state.rotation
         )
-    sampled = round(state.time[0] / plan.timestep) % plan.stride == 0
-    for i in range(n):
-        phase = plan.phases[int(state.phase[i])]
-        first, levels = int(phase[FIRST]), int(phase[LEVELS])
-        if state.fresh[i] != 0.0:
-            reference_velocity(i, first, levels, plan, state)
-            if moved and state.lost[i] == 0.0:
-                state.outer_updates[i] += 1.0
-        if sampled:
-            weigh_tasks(i, first, levels, plan, state)
+    if plan.side_by_side:
+        for i in range(0, n, WIDTH):
+            outer_loops(i, int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS]), plan, state)
+        for i in range(n if moved else 0):
+            state.outer_updates[i] += 1.0
+    else:
+        _run_one_by_one(plan, state, moved)
+    if int(state.clock[STEP]) % plan.stride == 0:
+        for i in range(n):
+            phase = plan.phases[int(state.phase[i])]
+            weigh_tasks(i, int(phase[FIRST]), int(phase[LEVELS]), plan, state)
     inner_loop(plan, state)
-    for i in range(n):
-        for k in range(p):
-            state.command[i, k] = state.tau[i, k]
+    copy_numbers(state.tau, state.command, n * p)
     if failing:
         command_motors(plan, state)
+
+
+@on_demand
+def _run_one_by_one(plan: Plan, state: State, moved: bool) -> None:
+    """The outer loops of those robots that run theirs now, each by the ladder of its phase."""
+    for i in range(state.q.shape[0]):
+        if state.fresh[i] != 0.0:
+            phase = plan.phases[int(state.phase[i])]
+            reference_velocity(i, int(phase[FIRST]), int(phase[LEVELS]), plan, state)
+            if moved and state.lost[i] == 0.0:
+                state.outer_updates[i] += 1.0
 
 
 @merged
@@ -102,10 +116,11 @@ def advance(plan: Plan, state: State) -> bool:
     elif time > clock[LAST_TIME]:
         moved = True
         clock[EVALUATED] += 1.0
-        for i in range(n):
-            for k in range(p):
-                state.q_d[i, k] += plan.timestep * state.q_d_rate[i, k]
-                state.rho_hat[i, k] += plan.timestep * state.rho_hat_rate[i, k]
+        for at in range(0, n * p, WIDTH):
+            left = n * p - at
+            store(state.q_d, at, left, load(state.q_d, at) + plan.timestep * load(state.q_d_rate, at))
+            estimate = load(state.rho_hat, at) + plan.timestep * load(state.rho_hat_rate, at)
+            store(state.rho_hat, at, left, estimate)
         for i in range(state.v_d_rate.shape[0]):
             for k in range(p):
                 state.v_d_filtered[i, k] += plan.timestep * state.v_d_rate[i, k]
@@ -122,13 +137,7 @@ def follow_time(plan: Plan, state: State) -> None:
         state.target_position[k], state.target_velocity[k] = evaluate_program(
             plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
         )
-        push, _ = evaluate_program(
-            plan.code,
-            int(plan.disturbance[k, 0]),
-            int(plan.disturbance[k, 1]),
-            plan.pieces,
-            time,
-            state.stack,
-        )
+        first, count = int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1])
+        push = value_of(plan.code, first, count, plan.pieces, time, state.stack)
         for i in range(n):
             state.disturbance[i, k] = push

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from numba import types
-from numba.extending import intrinsic
-
 from escort_mj.kernels import inlined
+from escort_mj.lanes import Lanes, copysign, least, two_to
 
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH = 6.93147180369123816490e-01  # trailing bits zero, so that n * high is exact
@@ -16,28 +12,14 @@ _SATURATED = 20.0  # tanh(20) rounds to 1
 _ROUND = 1.5 * 2.0**52  # adding it rounds to a whole number
 
 
-@intrinsic
-def _power_of_two(context: Any, shifted: Any) -> Any:
-    """2**n for n + _ROUND: adding _ROUND leaves n in the lowest bits, from where it moves to the exponent."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        integer = context.get_value_type(types.int64)
-        bits = builder.bitcast(arguments[0], integer)
-        exponent = builder.shl(builder.add(bits, integer(1023)), integer(52))
-        return builder.bitcast(exponent, context.get_value_type(types.float64))
-
-    return types.float64(types.float64), generate
-
-
 @inlined
-def tanh(x: float) -> float:
+def tanh(x: Lanes) -> Lanes:
     """Tanh x = -q / (q + 2) with q = exp(-2|x|) - 1, by its series after taking out powers of two."""
-    y = -2.0 * min(abs(x), _SATURATED)
+    y = -2.0 * least(_SATURATED, abs(x))  # in this order a NaN stays one
     shifted = y * _LOG2_E + _ROUND
     n = shifted - _ROUND
     r = (y - n * _LN2_HIGH) - n * _LN2_LOW
-    series = 1.0 / 6227020800.0
-    series = series * r + 1.0 / 479001600.0
+    series = r * (1.0 / 6227020800.0) + 1.0 / 479001600.0
     series = series * r + 1.0 / 39916800.0
     series = series * r + 1.0 / 3628800.0
     series = series * r + 1.0 / 362880.0
@@ -49,7 +31,6 @@ def tanh(x: float) -> float:
     series = series * r + 1.0 / 6.0
     series = series * r + 0.5
     series = (series * r + 1.0) * r
-    power = _power_of_two(shifted)
+    power = two_to(shifted)
     q = power * series + (power - 1.0)
-    y = -q / (q + 2.0)
-    return y if x >= 0.0 else -y
+    return copysign(q / (q + 2.0), x)

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 from escort_mj.control.laws.computed_torque import force_of
-from escort_mj.control.laws.sliding import smooth_signs
+from escort_mj.control.laws.sliding import smooth_sign, smooth_signs
 from escort_mj.control.laws.super_twisting import twist
 from escort_mj.control.laws.tracking import is_winding_up
 from escort_mj.control.plan import COMPUTED_TORQUE, DIFFERENTIATING, PD, SLIDING, SUPER_TWISTING, Plan, State
 from escort_mj.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.lanes import WIDTH, load, store, where
 from escort_mj.on_demand import on_demand
 
 
 @inlined
 def inner_loop(plan: Plan, state: State) -> None:
     """Forces demanded of all robots and the rates of their state (eqs. 7, 9, 10, 17)."""
-    n, p = state.q.shape
-    for i in range(n):
-        for k in range(p):
-            e_dot = state.v_d[i, k] - state.v_measured[i, k]
-            s = e_dot + plan.slope * state.e[i, k]
-            state.e_dot[i, k] = e_dot
-            state.s[i, k] = s
-            state.switching[i * p + k] = s / plan.boundary_layer
+    count = state.q.shape[0] * state.q.shape[1]
+    for at in range(0, count, WIDTH):
+        e_dot = load(state.v_d, at) - load(state.v_measured, at)
+        store(state.e_dot, at, count - at, e_dot)
+        store(state.s, at, count - at, e_dot + plan.slope * load(state.e, at))
     if plan.law == SLIDING:
         _sliding_mode(plan, state)
     elif plan.law == SUPER_TWISTING:
@@ -52,24 +50,28 @@ def _demand(plan: Plan, state: State, i: int, k: int, tau: float, rate: float) -
 
 @merged
 def _sliding_mode(plan: Plan, state: State) -> None:
-    """Eq. 9, of which APD-SMC, ASMC and PD-SMC are cases."""
-    n, p = state.q.shape
-    smooth_signs(state.switching, plan.smoothing)
-    for i in range(n):
-        for k in range(p):
-            tau = (
-                state.rho_hat[i, k]
-                + plan.kp * state.e[i, k]
-                + plan.kd * state.e_dot[i, k]
-                + plan.k * state.switching[i * p + k]
-            )
-            _demand(plan, state, i, k, tau, plan.mu * state.s[i, k])
+    """Eq. 9, of which APD-SMC, ASMC and PD-SMC are cases; axes of all robots in a row."""
+    count = state.q.shape[0] * state.q.shape[1]
+    for at in range(0, count, WIDTH):
+        left, s = count - at, load(state.s, at)
+        tau = load(state.rho_hat, at) + plan.kp * load(state.e, at) + plan.kd * load(state.e_dot, at)
+        tau = tau + plan.k * smooth_sign(s / plan.boundary_layer, plan.smoothing)
+        store(state.tau, at, left, tau)
+        rate, velocity = plan.mu * s, load(state.v_d, at)
+        if plan.anti_windup:
+            held = (abs(tau) > load(plan.force_limits, at)) & (tau * s > 0.0)
+            rate, velocity = where(held, 0.0, rate), where(held, load(state.v_measured, at), velocity)
+        store(state.rho_hat_rate, at, left, rate)
+        store(state.q_d_rate, at, left, velocity)
 
 
 @on_demand
 def _super_twisting(plan: Plan, state: State) -> None:
     """See `laws/super_twisting.py`."""
     n, p = state.q.shape
+    for i in range(n):
+        for k in range(p):
+            state.switching[i * p + k] = state.s[i, k] / plan.boundary_layer
     smooth_signs(state.switching, plan.smoothing)
     for i in range(n):
         for k in range(p):

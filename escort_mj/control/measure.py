@@ -10,12 +10,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.noise import OF_ROBOT, OF_TARGET, chance, draw_points
-from escort_mj.control.plan import EVALUATED, Plan, State
+from escort_mj.control.noise import OF_ROBOT, OF_TARGET, PER_BLOCK, chance, draw_points, first_coordinates
+from escort_mj.control.plan import EVALUATED, STEP, Plan, State
 from escort_mj.control.sensing import BIAS, DELAY, DROPOUT, NOISE, PAST, RESOLUTION
-from escort_mj.kernels import inlined, matrix_at, merged, stack_memory
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
+from escort_mj.lanes import copy_numbers
 
 Array = NDArray[np.float64]
+
+AHEAD = 4  # bodies whose streams are begun together: the processor works on all at once
 
 
 @merged
@@ -27,16 +30,27 @@ def measure(plan: Plan, state: State) -> None:
         state: Gives time and truth; the measured positions and velocities are written, and the past.
     """
     n, p = state.q.shape
-    step = round(state.time[0] / plan.timestep)
+    if plan.perfect:
+        copy_numbers(state.q, state.q_measured, n * p)
+        copy_numbers(state.v, state.v_measured, n * p)
+        for k in range(p):
+            state.target_position_measured[k] = state.target_position[k]
+            state.target_velocity_measured[k] = state.target_velocity[k]
+        return
+    step = int(state.clock[STEP])
     evaluated = int(state.clock[EVALUATED])
-    points = matrix_at(stack_memory(), 2, p)
+    memory = stack_memory()
+    points, coordinates = matrix_at(memory, 2, p), matrix_at(memory + DOUBLE * 2 * p, AHEAD, PER_BLOCK)
     for body in range(n + 1):
+        if body % AHEAD == 0:
+            _begin_streams(body, n, step, plan, coordinates)
         of_robot = body < n
         index, use, bodies = (body, OF_ROBOT, n) if of_robot else (0, OF_TARGET, 1)
         first = 0 if of_robot else 2  # channel of the position; that of the velocity follows
         draw_points(
-            points, plan.sensors[first, NOISE], plan.sensors[first + 1, NOISE], plan.seed, use, index, step
-        )
+            points, plan.sensors[first, NOISE], plan.sensors[first + 1, NOISE], plan.seed, use, index, step,
+            coordinates[body % AHEAD],
+        )  # fmt: skip
         for rate in range(2):
             if of_robot:
                 truth = state.q[index] if rate == 0 else state.v[index]
@@ -61,6 +75,16 @@ def measure(plan: Plan, state: State) -> None:
                 if sensor[RESOLUTION] > 0.0:
                     value = np.rint(value / sensor[RESOLUTION]) * sensor[RESOLUTION]
                 measured[k] = value
+
+
+@inlined
+def _begin_streams(first: int, n: int, step: int, plan: Plan, coordinates: Array) -> None:
+    """The first coordinates of the noise of several bodies."""
+    for body in range(first, min(first + AHEAD, n + 1)):
+        channel = 0 if body < n else 2
+        if plan.sensors[channel, NOISE] > 0.0 or plan.sensors[channel + 1, NOISE] > 0.0:
+            use, index = (OF_ROBOT, body) if body < n else (OF_TARGET, 0)
+            first_coordinates(coordinates[body - first], plan.seed, use, index, step)
 
 
 @inlined

@@ -18,6 +18,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.cells import (
+    CELL_OF,
+    ORDER,
+    PLACE,
+    RADIUS,
+    SLOTS,
+    SQUARES,
+    choose_cells,
+    find_box,
+    high_end,
+    low_end,
+    slots_of,
+    sort_into_cells,
+)
 from escort_mj.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
 from escort_mj.on_demand import on_demand
 
@@ -28,19 +42,16 @@ Array = NDArray[np.float64]
 
 COUNT, FIRST = 0, 1  # places in a robot's row: how many candidates follow
 ALL = -1.0  # in place of their number: more than a row holds, so all robots have to be looked at
-SKIN, AGE, SPACING = range(3)  # places in the note of a set of lists
+SKIN, AGE, SPACING, LENGTH = range(4)  # places in the note of a set of lists
 SHORT, LONG = 24.0, 96.0  # steps that a set should hold
-THINNEST, THICKEST = 0.01, 0.4  # skin, as a share of the spacing
+FULL = 8.0  # candidates, in the mean; more cost more than making the lists again
+THINNEST, THICKEST = 0.05, 0.7  # skin, as a share of the spacing
 ROUNDING = 1.000001
-DEVIATIONS, TRIMMED = 2.5, 3  # robots so far from the mean, taken so often, count to the outermost cells
-CELLS = 3.0  # per robot, at most
-# Rows of the scratch; three are of PLACE, and all from CELL_FIRST on are one.
-CELL_OF, ORDER, RADIUS, SQUARES, SLOTS, PLACE, CELL_FIRST, CELL_ROWS = 0, 1, 2, 3, 4, 5, 8, 12
 
 
 @on_demand
 def keep_all_neighbors(plan: Plan, state: State) -> None:
-    """Keeps the lists for true positions, and those for measured ones where they differ."""
+    """Keeps the lists of a crowd valid for the present step: by true positions, and by measured ones."""
     keep_neighbors(
         state.q, plan.robot_radius, state.neighbors, state.neighbors_places, state.neighbors_note,
         state.cells,
@@ -63,8 +74,8 @@ def keep_neighbors(
         radius: Shape (n,) [m].
         lists: The set, a row per robot: number of candidates, and they in ascending order.
         places: Positions when the set was made, shape (n, p) [m].
-        note: Its skin [m], how many steps it has held, and the harmonic mean of the distances to the nearest
-            when it was made [m].
+        note: Its skin [m], how many steps it has held, the harmonic mean of the distances to
+            the nearest when it was made [m], and the mean number of candidates, shape (4,).
         cells: Scratch, shape (CELL_ROWS, n).
     """
     note[AGE] += 1.0
@@ -141,125 +152,29 @@ def _list_neighbors(
         vector_at(memory + 6 * DOUBLE, 3),
     )
     counts, here = vector_at(memory + 9 * DOUBLE, 3), vector_at(memory + 12 * DOUBLE, 3)
-    _find_box(points, corner, width)
+    find_box(points, corner, width)
     least = 1.5 * note[SPACING] + 2.0 * note[SKIN]
-    size = _choose_cells(n, least, width, rate, counts)
-    _sort_into_cells(points, radius, corner, rate, counts, cells)
+    size = choose_cells(n, least, width, rate, counts)
+    sort_into_cells(points, radius, corner, rate, counts, cells)
     largest = 0.0
     for i in range(n):
         largest = max(largest, radius[i])
         for k in range(p):
             places[i, k] = points[i, k]
-    if note[AGE] < SHORT:
-        note[SKIN] = max(1.5 * note[SKIN], THINNEST * note[SPACING])
+    if note[LENGTH] > FULL:
+        note[SKIN] *= 0.7
+    elif note[AGE] < SHORT:
+        note[SKIN] = max(2.0 * note[SKIN], THINNEST * note[SPACING])
     elif note[AGE] > LONG:
-        note[SKIN] *= 0.75
+        note[SKIN] *= 0.7
     note[SKIN] = min(note[SKIN], THICKEST * note[SPACING])
-    total = 0.0
+    total = length = 0.0
     for slot in range(n):
         total += 1.0 / _list_one(slot, note[SKIN], largest, size, counts, here, lists, points, cells)
-    note[SPACING] = n / total
-    note[AGE] = 0.0
-
-
-@inlined
-def _find_box(points: Array, corner: Array, width: Array) -> None:
-    """The box that the grid divides: around the robots, but not for the sake of a few that are far out."""
-    n, p = points.shape
-    for k in range(3):
-        corner[k] = width[k] = 0.0
-    for k in range(min(p, 3)):
-        low, high = -math.inf, math.inf
-        for _ in range(TRIMMED):
-            least, most, mean, square, inside = math.inf, -math.inf, 0.0, 0.0, 0.0
-            for i in range(n):
-                x = points[i, k]
-                if low <= x <= high:
-                    least, most = min(least, x), max(most, x)
-                    mean += x
-                    inside += 1.0
-            mean /= inside
-            for i in range(n):
-                if low <= points[i, k] <= high:
-                    square += (points[i, k] - mean) ** 2
-            reach = DEVIATIONS * math.sqrt(square / inside)
-            low, high = max(least, mean - reach), min(most, mean + reach)
-        corner[k], width[k] = low, high - low
-
-
-@inlined
-def _choose_cells(n: int, least: float, width: Array, rate: Array, counts: Array) -> float:
-    """Divides the box into at most 3 n cells, nearly cubes; axes shorter than a cell are left whole.
-
-    Args:
-        n: Number of robots.
-        least: Side of a cell that suffices [m].
-        width: Of the box, shape (3,) [m].
-        rate: Result: cells per meter along each axis.
-        counts: Result: cells along each axis.
-
-    Returns:
-        A length that no side of a divided axis is below [m].
-    """
-    size = 0.0
-    for _ in range(3):
-        volume, axes = 1.0, 0
-        for k in range(3):
-            if size < width[k] < math.inf:
-                volume *= width[k]
-                axes += 1
-        if axes > 0:
-            size = max((volume / (CELLS * n)) ** (1.0 / axes), least)
-    for k in range(3):
-        divided = 0.0 < size < width[k] < math.inf
-        counts[k] = float(int(width[k] / size)) if divided else 1.0
-        rate[k] = counts[k] / width[k] if divided else 0.0
-    return size
-
-
-@inlined
-def _sort_into_cells(
-    points: Array, radius: Array, corner: Array, rate: Array, counts: Array, cells: Array
-) -> None:
-    """Sorts the robots by their cells (counting sort): into the rows of `cells`."""
-    n, p = points.shape
-    first, cell_of, order = _cell_ends(cells), cells[CELL_OF], cells[ORDER]
-    total = int(counts[0] * counts[1] * counts[2])
-    for cell in range(total + 1):
-        first[cell] = 0.0
     for i in range(n):
-        place, stride = 0, 1
-        for k in range(min(p, 3)):
-            x, last = (points[i, k] - corner[k]) * rate[k], counts[k] - 1.0
-            inside = int(min(x, last)) if x > 0.0 else 0  # no number counts as 0, too
-            place += stride * inside
-            stride *= int(counts[k])
-        cell_of[i] = place
-        first[place] += 1.0
-    end = float(n)
-    for back in range(total):
-        cell = total - 1 - back
-        end -= first[cell]
-        first[cell] = end
-    for i in range(n):  # `first` runs on to the end of each cell: that of the next one's begin
-        cell = int(cell_of[i])
-        slot = int(first[cell])
-        first[cell] += 1.0
-        order[slot] = i
-        cells[RADIUS, slot] = radius[i]
-        for k in range(p):
-            if k < 3:
-                cells[PLACE + k, slot] = points[i, k]
-    for back in range(total):
-        cell = total - back
-        first[cell] = first[cell - 1]
-    first[0] = 0.0
-
-
-@merged
-def _cell_ends(cells: Array) -> Array:
-    """First slot of each cell, and last the number of robots: the rows of the scratch from CELL_FIRST on."""
-    return cells[CELL_FIRST:].reshape(-1)
+        length += lists[i, COUNT] if lists[i, COUNT] != ALL else lists.shape[1]
+    note[SPACING], note[LENGTH] = n / total, length / n
+    note[AGE] = 0.0
 
 
 @inlined
@@ -278,7 +193,7 @@ def _list_one(
         here: Scratch, shape (3,).
         lists: A row is written.
         points: Positions of all robots, shape (n, p) [m].
-        cells: See `_sort_into_cells`; `SQUARES` is scratch.
+        cells: See `sort_into_cells`; `SQUARES` is scratch.
 
     Returns:
         Its distance to the nearest robot [m]; infinite where there is none.
@@ -323,26 +238,6 @@ def _insert(row: Array, count: int, robot: float) -> None:
 
 
 @inlined
-def _low(here: Array, axis: int, around: int) -> int:
-    """First cell of a block along an axis."""
-    return max(int(here[axis]) - around, 0)
-
-
-@inlined
-def _high(here: Array, counts: Array, axis: int, around: int) -> int:
-    """One past the last cell of a block along an axis."""
-    return min(int(here[axis]) + around + 1, int(counts[axis]))
-
-
-@inlined
-def _run(b: int, c: int, around: int, counts: Array, here: Array, cells: Array) -> tuple[int, int]:
-    """First slot, and one past the last, of a block's cells in one row of the grid: they are neighbors."""
-    row = (c * int(counts[1]) + b) * int(counts[0])
-    first = _cell_ends(cells)
-    return int(first[row + _low(here, 0, around)]), int(first[row + _high(here, counts, 0, around)])
-
-
-@inlined
 def _list_block(
     slot: int, around: int, counts: Array, here: Array, points: Array, cells: Array
 ) -> tuple[int, float, float]:
@@ -354,9 +249,9 @@ def _list_block(
     own, count = cells[RADIUS, slot], 0
     x, y, z = cells[PLACE, slot], cells[PLACE + 1, slot], cells[PLACE + 2, slot]
     nearest = clearance = math.inf
-    for c in range(_low(here, 2, around), _high(here, counts, 2, around)):
-        for b in range(_low(here, 1, around), _high(here, counts, 1, around)):
-            begin, end = _run(b, c, around, counts, here, cells)
+    for c in range(low_end(here, 2, around), high_end(here, counts, 2, around)):
+        for b in range(low_end(here, 1, around), high_end(here, counts, 1, around)):
+            begin, end = slots_of(b, c, around, counts, here, cells)
             for other in range(begin, end):
                 apart = (
                     (x - cells[PLACE, other]) ** 2

@@ -26,7 +26,7 @@ _M0, _M1 = np.uint64(0xD2E7470EE14C6C93), np.uint64(0xCA5A826395121157)
 _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)
 _HALF, _LOWER = np.uint64(32), np.uint64(0xFFFFFFFF)
 _UNUSED = np.uint64(11)  # bits of a word beyond what a double holds
-_PER_BLOCK = 8  # coordinates
+PER_BLOCK = 8  # coordinates
 _ROUNDS = 10
 OF_ROBOT, OF_TARGET = 0, 1  # uses of a stream: noise of whom
 _DROPOUTS = 2  # added to these: whether their measurements arrive
@@ -76,9 +76,24 @@ def _coordinate(half: Any) -> float:
 
 
 @inlined
+def first_coordinates(coordinates: Array, seed: int, use: int, robot: int, step: int) -> None:
+    """The coordinates with which a stream begins; found for several robots in a row, they overlap in time.
+
+    Args:
+        coordinates: Result, shape (PER_BLOCK,).
+        seed: Key of the stream.
+        use: `OF_ROBOT` or `OF_TARGET`.
+        robot: Which robot, from 0; 0 for the target.
+        step: Physics step.
+    """
+    _fill(coordinates, seed, 1, use, robot, step)
+
+
+@inlined
 def draw_points(
-    points: Array, radius_q: float, radius_v: float, seed: int, use: int, robot: int, step: int
-) -> None:
+    points: Array, radius_q: float, radius_v: float, seed: int, use: int, robot: int, step: int,
+    coordinates: Array,
+) -> None:  # fmt: skip
     """Draws points uniformly from unit balls, for the noise of a position and of a velocity.
 
     Args:
@@ -89,9 +104,9 @@ def draw_points(
         use: `OF_ROBOT` or `OF_TARGET`.
         robot: Which robot, from 0; 0 for the target.
         step: Physics step.
+        coordinates: The stream's first, see `first_coordinates`; used up.
     """
-    coordinates = vector_at(stack_memory(), _PER_BLOCK)
-    block, used = 0, _PER_BLOCK
+    block, used = 1, 0
     for channel in range(2):
         radius = radius_q if channel == 0 else radius_v
         if radius == 0.0:
@@ -100,7 +115,7 @@ def draw_points(
         while square > 1.0:
             square = 0.0
             for k in range(points.shape[1]):
-                if used == _PER_BLOCK:
+                if used == PER_BLOCK:
                     block, used = block + 1, 0
                     _fill(coordinates, seed, block, use, robot, step)
                 x = coordinates[used]
@@ -136,8 +151,8 @@ def uniform(robot: int, most: float, seed: int, draw: int, result: Array) -> Non
         draw: Number of the draw, from 0; the same draw gives the same numbers.
         result: Result, shape (p,).
     """
-    coordinates = vector_at(stack_memory(), _PER_BLOCK)
+    coordinates = vector_at(stack_memory(), PER_BLOCK)
     for k in range(result.shape[0]):
-        if k % _PER_BLOCK == 0:
-            _fill(coordinates, seed, _FORCES + k // _PER_BLOCK, OF_ROBOT, robot, draw)
-        result[k] = most * coordinates[k % _PER_BLOCK]
+        if k % PER_BLOCK == 0:
+            _fill(coordinates, seed, _FORCES + k // PER_BLOCK, OF_ROBOT, robot, draw)
+        result[k] = most * coordinates[k % PER_BLOCK]

@@ -49,7 +49,8 @@ def wish(
         state: Its state.
         directions: Result: the task's Jacobians x, shape (>= 2, p).
         weights: Result: 1 / |x|^2, shape (>= 2,).
-        speeds: Scratch: task velocities in terms of x, shape (>= 2,).
+        speeds: Result: task velocities in terms of x, shape (>= 2,); of avoidance the task's
+            speed, and how deep the worst intruder is [m].
         part: Result: the wanted velocity, shape (p,) [m/s]; 0 while inactive.
 
     Returns:
@@ -62,7 +63,7 @@ def wish(
             obstacles_seen(i, plan, state), plan.obstacle_radius, plan.robot_radius,
             row, plan.slope, directions[0],
         )  # fmt: skip
-        weights[0] = 1.0
+        weights[0], speeds[1] = 1.0, depth
         for k in range(part.shape[0]):
             part[k] = speeds[0] * directions[0, k] if depth > 0.0 else 0.0
         return 1 if depth > 0.0 else INACTIVE

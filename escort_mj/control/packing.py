@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
+from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Repulsion
 from escort_mj.control.failure import FAILURE_SIZE, NEVER
 from escort_mj.control.laws import ComputedTorque, Pd
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
-from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     CELLS_PER_PAIR,
@@ -26,8 +26,9 @@ from escort_mj.control.plan import (
 )
 from escort_mj.control.program import Op
 from escort_mj.control.reform import scratch_size
-from escort_mj.control.sensing import Channel, sensor_table
+from escort_mj.control.sensing import sensor_table
 from escort_mj.control.setup import Setup
+from escort_mj.control.side_by_side import AXES
 from escort_mj.control.supervisor import Phase
 
 Array = NDArray[np.float64]
@@ -71,6 +72,7 @@ def pack(
         "obstacle_radius": setup.obstacle_radius,
         "robot_radius": setup.robot_radius,
         "force_limit": setup.force_limit,
+        "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), p, axis=1),
         "failures": _failures(setup),
         "figures": figures,
         "turns": (setup.reforming.turns if setup.reforming else np.zeros((0, p, p))).reshape(-1, p),
@@ -102,7 +104,7 @@ def pack(
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "held": p + 3,
         "crowd": n * (n >= LISTED),
-        "misled": n * (n >= LISTED and setup.sensing.position != Channel()),
+        "misled": n * (n >= LISTED and not setup.sensing.position.is_perfect),
         "biased": len(bias),
         "past": past,
         "kept": samples[0],
@@ -149,10 +151,18 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "trigger_dwell": trigger.dwell if trigger else 0.0,
         "trigger_longest": trigger.longest if trigger else 0.0,
         "shaped": setup.shaped,
+        "perfect": all(channel.is_perfect for channel in setup.sensing.channels),
+        "side_by_side": _side_by_side(setup),
         "nearest_within": setup.nearest_within,
         "sensing_robots": setup.sensing.robots,
         "sensing_obstacles": setup.sensing.obstacles,
     }
+
+
+def _side_by_side(setup: Setup) -> bool:
+    """Whether the robots' outer loops can be run four at a time: nothing tells one from another."""
+    alike = not (setup.phases or setup.failures or setup.trigger) and isinstance(setup.outer, Nsb)
+    return alike and setup.axes <= AXES and not any(isinstance(each, Repulsion) for each in setup.behaviors)
 
 
 def _functions(setup: Setup) -> dict[str, Array]:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import Chords, Repulsion, Surface, Vertices
+from escort_mj.control.cells import CELL_ROWS
 from escort_mj.control.failure import FAILURE_SIZE
 from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
-from escort_mj.control.neighbors import CELL_ROWS
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.sensing import SENSOR_SIZE
@@ -87,6 +87,8 @@ class Plan(NamedTuple):
     trigger_longest: float
     shaped: bool  # whether some obstacle is no sphere
     nearest_within: float  # from here on the box around a shape will do for its nearest point [m]
+    perfect: bool  # whether what is measured is the truth
+    side_by_side: bool  # whether all robots run one ladder at every step, see `side_by_side`
     sensing_robots: float  # how far robots see each other, surface to surface [m]
     sensing_obstacles: float
     sensors: Annotated[Array, 4, SENSOR_SIZE]  # see `sensing`
@@ -99,6 +101,7 @@ class Plan(NamedTuple):
     obstacle_radius: Annotated[Array, "m"]
     robot_radius: Annotated[Array, "n"]
     force_limit: Annotated[Array, "n"]
+    force_limits: Annotated[Array, "n", "p"]  # the same, axis by axis
     target: Annotated[Array, "p", 2]  # first instruction and number of instructions of each axis
     columns: Annotated[Array, "bodies", 2]  # see `Bodies.columns`
     disturbance: Annotated[Array, "p", 2]
@@ -202,10 +205,10 @@ class State(NamedTuple):
     # Of a crowd, see `neighbors`: by true positions, and by measured ones where those differ
     neighbors: Annotated[Array, "crowd", NEIGHBORS]
     neighbors_places: Annotated[Array, "crowd", "p"]
-    neighbors_note: Annotated[Array, 3]
+    neighbors_note: Annotated[Array, 4]
     seen_neighbors: Annotated[Array, "misled", NEIGHBORS]
     seen_neighbors_places: Annotated[Array, "misled", "p"]
-    seen_neighbors_note: Annotated[Array, 3]
+    seen_neighbors_note: Annotated[Array, 4]
     cells: Annotated[Array, CELL_ROWS, "crowd"]  # scratch
     samples: Annotated[Array, "kept", "record"]  # kept since somebody took them off, see `world/sampling`
 
@@ -214,6 +217,7 @@ class State(NamedTuple):
 STARTED, LAST_TIME, WATCHED_STEP = 0, 1, 2
 KEPT = 4  # samples in `State.samples`
 EVALUATED = 3  # steps evaluated before the present one
+STEP = 5  # number of the present step
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 
 LAYOUT = Layout(MAGIC, Plan, State)

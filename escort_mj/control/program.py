@@ -49,18 +49,18 @@ class Op(IntEnum):
 
 
 @inlined
-def _unary(op: int, a: float, x: float) -> tuple[float, float]:
-    """Value and derivative of a one-argument instruction at x."""
+def _unary(op: int, a: float, x: float, moves: bool) -> tuple[float, float]:
+    """Value and derivative of a one-argument instruction at x; no derivative where x does not move."""
     if op == Op.SHIFT:
         return x + a, 1.0
     if op == Op.SCALE:
         return x * a, a
     if op == Op.SIN:
-        return math.sin(x), math.cos(x)
+        return math.sin(x), math.cos(x) if moves else 0.0
     if op == Op.COS:
-        return math.cos(x), -math.sin(x)
+        return math.cos(x), -math.sin(x) if moves else 0.0
     if op == Op.POWER:
-        return x**a, a * x ** (a - 1.0) if a != 0.0 else 0.0
+        return x**a, a * x ** (a - 1.0) if moves and a != 0.0 else 0.0
     if op == Op.TAN:
         y = math.tan(x)
         return y, 1.0 + y * y
@@ -134,12 +134,25 @@ def evaluate(
         return 0.0, 0.0
     if count == 1 and int(code[first, 0]) <= Op.AFFINE:
         return code[first, 1] + code[first, 2] * t, code[first, 2]
-    return run(code, first, count, table, t, stack)
+    return run(code, first, count, table, t, 1.0, stack)
+
+
+@inlined
+def value_of(code: Array, first: int, count: int, table: Array, t: float, stack: Array) -> float:
+    """The value that `evaluate` gives, without the derivative, which costs as much."""
+    if count == 0:
+        return 0.0
+    if count == 1 and int(code[first, 0]) <= Op.AFFINE:
+        return code[first, 1] + code[first, 2] * t
+    value, _ = run(code, first, count, table, t, 0.0, stack)
+    return value
 
 
 @kernel
-def run(code: Array, first: int, count: int, table: Array, t: float, stack: Array) -> tuple[float, float]:
-    """Runs one program on the stack machine; as `evaluate`."""
+def run(
+    code: Array, first: int, count: int, table: Array, t: float, rate: float, stack: Array
+) -> tuple[float, float]:
+    """Runs one program on the stack machine; as `evaluate`, with the derivative of t itself, 1 or 0."""
     top = -2
     for row in range(first, first + count):
         op, a, b = int(code[row, 0]), code[row, 1], code[row, 2]
@@ -148,16 +161,17 @@ def run(code: Array, first: int, count: int, table: Array, t: float, stack: Arra
             stack[top], stack[top + 1] = a, 0.0
         elif op == Op.AFFINE:
             top += 2
-            stack[top], stack[top + 1] = a + b * t, b
+            stack[top], stack[top + 1] = a + b * t, rate * b
         elif op == Op.PIECEWISE:
             top += 2
-            stack[top], stack[top + 1] = _piecewise(table, int(a), int(b), t)
+            stack[top], slope = _piecewise(table, int(a), int(b), t)
+            stack[top + 1] = rate * slope
         elif op <= Op.DIVIDE or op >= Op.MIN:
             x, dx = stack[top], stack[top + 1]
             top -= 2
             stack[top], stack[top + 1] = _binary(op, stack[top], stack[top + 1], x, dx)
         else:
             x, dx = stack[top], stack[top + 1]
-            y, slope = _unary(op, a, x)
+            y, slope = _unary(op, a, x, dx != 0.0)
             stack[top], stack[top + 1] = y, slope * dx
     return stack[0], stack[1]

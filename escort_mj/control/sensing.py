@@ -29,6 +29,11 @@ class Channel(NamedTuple):
     dropout: float = 0.0
     resolution: float = 0.0
 
+    @property
+    def is_perfect(self) -> bool:
+        """Whether it shows the truth."""
+        return self.bias is None and not any((self.noise, self.delay, self.dropout, self.resolution))
+
 
 class Sensors(NamedTuple):
     """Every channel; plain ones show the truth.

@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.kernels import DOUBLE, double_at, inlined, int_at
+from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, vector_at
+from escort_mj.lanes import WIDTH, everywhere, load, total
 
 INT = 4  # bytes
 
 
 @inlined
 def kinetic_energy(
-    mass: int, row_sizes: int, row_starts: int, columns: int, velocities: int, count: int
+    mass: int, row_sizes: int, row_starts: int, columns: int, velocities: int, count: int, entries: int
 ) -> float:
     """Kinetic energy v M v / 2 of all degrees of freedom [J].
 
@@ -23,7 +24,10 @@ def kinetic_energy(
         columns: Address of `mjModel.M_colind`, column of each entry.
         velocities: Address of `mjData.qvel`.
         count: Number of degrees of freedom.
+        entries: Number of entries of the mass matrix.
     """
+    if entries == count:
+        return _energy_apart(vector_at(mass, count), vector_at(velocities, count))
     energy = 0.0
     for row in range(count):
         momentum = 0.0
@@ -34,6 +38,20 @@ def kinetic_energy(
             momentum += share * double_at(mass + DOUBLE * entry) * double_at(velocities + DOUBLE * column)
         energy += momentum * double_at(velocities + DOUBLE * row)
     return energy
+
+
+@inlined
+def _energy_apart(mass: NDArray[np.float64], velocities: NDArray[np.float64]) -> float:
+    """Kinetic energy where the mass matrix is diagonal [J]."""
+    count, energies = mass.shape[0], everywhere(0.0)
+    whole = count - count % WIDTH
+    for at in range(0, whole, WIDTH):
+        v = load(velocities, at)
+        energies = energies + load(mass, at) * v * v
+    energy = total(energies)
+    for dof in range(whole, count):
+        energy += mass[dof] * velocities[dof] * velocities[dof]
+    return 0.5 * energy
 
 
 @inlined

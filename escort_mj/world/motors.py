@@ -28,7 +28,7 @@ def past_dead_zone(command: float, zone: float) -> float:
     return command - min(max(command, -zone), zone)
 
 
-@merged
+@on_demand
 def command_motors(
     controls: int, activations: int, qpos: Array, qvel: Array, plan: Plan, state: State, wiring: Wiring
 ) -> None:

@@ -13,6 +13,7 @@ import mujoco
 from escort_mj.control.controller import evaluate
 from escort_mj.control.plan import MAGIC, Plan, State, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, merged, pointer_at, vector_at
+from escort_mj.lanes import copy_numbers
 from escort_mj.on_demand import on_demand
 from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps
 from escort_mj.world.layout import offset, structure
@@ -35,6 +36,7 @@ DATA_ACTIVATION = offset("mjData", "act")
 DATA_MASS, DATA_BIAS = offset("mjData", "M"), offset("mjData", "qfrc_bias")
 DATA_ACCELERATION = offset("mjData", "qacc")
 MODEL_ROW_SIZES, MODEL_ROW_STARTS = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
+MODEL_ENTRIES = offset("mjModel", "nC")
 MODEL_COLUMNS = offset("mjModel", "M_colind")
 DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "qfrc_actuator"), offset("mjData", "efc_force")
 DATA_EFC_VELOCITY = offset("mjData", "efc_vel")
@@ -79,12 +81,15 @@ def control(m: int, d: int, axes: int) -> None:
     qpos = vector_at(pointer_at(d + DATA_QPOS), nq)
     qvel = vector_at(pointer_at(d + DATA_QVEL), nq)  # of which there are no more
     state.time[0] = double_at(d + DATA_TIME)
-    for c in range(nq):
-        state.qpos[c] = qpos[c]
-    for i in range(n):
-        for k in range(p):
-            state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
-            state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
+    copy_numbers(qpos, state.qpos, nq)
+    if wiring.in_row:
+        copy_numbers(qpos, state.q, n * p)
+        copy_numbers(qvel, state.v, n * p)
+    else:
+        for i in range(n):
+            for k in range(p):
+                state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
+                state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
     for b in range(state.mover_position.shape[0]):
         here = vector_at(pointer_at(d + DATA_QPOS) + DOUBLE * int(wiring.mover_qpos[b]), p)
         speed = vector_at(pointer_at(d + DATA_QVEL) + DOUBLE * int(wiring.mover_dof[b]), p)
@@ -99,12 +104,16 @@ def control(m: int, d: int, axes: int) -> None:
         force = vector_at(pointer_at(d + DATA_APPLIED) + DOUBLE * int(wiring.mover_dof[b]), p)
         for k in range(p):
             force[k] = state.mover_force[b, k]
-    controls, activations = pointer_at(d + DATA_CTRL), pointer_at(d + DATA_ACTIVATION)
-    command_motors(controls, activations, qpos, qvel, plan, state, wiring)
     applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
-    for i in range(n):
-        for k in range(p):
-            applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
+    if wiring.in_row:
+        copy_numbers(state.command, vector_at(pointer_at(d + DATA_CTRL), n * p), n * p)
+        copy_numbers(state.disturbance, applied, n * p)
+    else:
+        controls, activations = pointer_at(d + DATA_CTRL), pointer_at(d + DATA_ACTIVATION)
+        command_motors(controls, activations, qpos, qvel, plan, state, wiring)
+        for i in range(n):
+            for k in range(p):
+                applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
     mocap = pointer_at(d + DATA_MOCAP)
     for k in range(p if wiring.target_address[0] >= 0.0 else 0):  # where it will be when MuJoCo next looks
         target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
@@ -121,9 +130,12 @@ def look(m: int, d: int, axes: int) -> None:
     wiring = unpack_wiring(behind(numbers), axes)
     n, p = state.q.shape
     applied = vector_at(pointer_at(d + DATA_FORCE), state.qpos.shape[0])
-    for i in range(n):
-        for k in range(p):
-            state.force[i, k] = applied[int(wiring.dof_address[i]) + k] - wiring.lift[i, k]
+    if wiring.in_row:
+        copy_numbers(applied, state.force, n * p)
+    else:
+        for i in range(n):
+            for k in range(p):
+                state.force[i, k] = applied[int(wiring.dof_address[i]) + k] - wiring.lift[i, k]
     if plan.truth:
         observe(
             plan,
@@ -136,7 +148,7 @@ def look(m: int, d: int, axes: int) -> None:
             pointer_at(d + DATA_BIAS),
             pointer_at(d + DATA_ACCELERATION),
         )
-    if again(plan, state):
+    if again(state):
         return
     if axes > IN_SPACE:
         touch_overlaps(plan, state, wiring.target_radius)
@@ -145,6 +157,7 @@ def look(m: int, d: int, axes: int) -> None:
     energy = kinetic_energy(
         pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
         pointer_at(m + MODEL_COLUMNS), pointer_at(d + DATA_QVEL), int_at(m + MODEL_FREEDOMS),
+        int_at(m + MODEL_ENTRIES),
     )  # fmt: skip
     watch(plan, state, wiring.target_radius, energy)
     keep(pointer_at(d + DATA_USERDATA), plan, state)

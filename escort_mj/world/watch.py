@@ -9,8 +9,23 @@ from numpy.typing import NDArray
 
 from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.neighbors import candidate, number_of_candidates
-from escort_mj.control.plan import WATCHED_STEP, Plan, State
-from escort_mj.kernels import inlined, merged
+from escort_mj.control.plan import STEP, WATCHED_STEP, Plan, State
+from escort_mj.control.side_by_side import obstacle_places
+from escort_mj.kernels import inlined, matrix_at, merged, stack_memory
+from escort_mj.lanes import (
+    WIDTH,
+    Lanes,
+    any_of,
+    copy_numbers,
+    everywhere,
+    gather,
+    greatest,
+    lane_numbers,
+    load,
+    scatter,
+    store,
+    where,
+)
 from escort_mj.on_demand import on_demand
 from escort_mj.scenario.bodies import GROUPS
 
@@ -22,9 +37,9 @@ MANY = len(GROUPS)  # what is watched beyond these are single bodies
 
 
 @inlined
-def again(plan: Plan, state: State) -> bool:
+def again(state: State) -> bool:
     """Whether this step has been watched before: mj_forward at the same time brings nothing new."""
-    return round(state.time[0] / plan.timestep) + 1.0 == state.clock[WATCHED_STEP]
+    return state.clock[STEP] + 1.0 == state.clock[WATCHED_STEP]
 
 
 @inlined
@@ -37,19 +52,21 @@ def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float)
         target_radius: [m].
         kinetic_energy: Of all that moves freely [J].
     """
-    step = round(state.time[0] / plan.timestep) + 1.0  # 0 is "never"
-    clock = state.clock
-    first = clock[WATCHED_STEP] == 0.0
-    clock[WATCHED_STEP] = step
-    if first or (int(step) - 2) % plan.stride == 0:
+    step = int(state.clock[STEP])
+    first = state.clock[WATCHED_STEP] == 0.0
+    state.clock[WATCHED_STEP] = step + 1.0  # 0 is "never"
+    if first or (step - 1) % plan.stride == 0:
         _forget(state)
     state.kinetic_energy[0] = max(state.kinetic_energy[0], kinetic_energy)
-    _watch_speeds(state)
-    _watch_obstacles(plan, state, target_radius, (int(step) - 1) % plan.stride == 0)
-    _watch_robots(plan, state, (int(step) - 1) % plan.stride == 0)
+    sampled = step % plan.stride == 0
+    _watch_motion(plan, state, first)
+    _watch_obstacles(plan, state, target_radius, sampled)
+    if state.neighbors.shape[0] > 0:
+        _watch_crowd(plan, state, sampled)
+    else:
+        _watch_robots(plan, state, sampled)
     if state.target_clearance.shape[0] > MANY:
         _watch_single_bodies(plan, state, target_radius)
-    _watch_effort(plan, state, first)
 
 
 @merged
@@ -65,14 +82,31 @@ def _forget(state: State) -> None:
 
 
 @merged
-def _watch_speeds(state: State) -> None:
-    """The largest speeds."""
-    for i in range(state.q.shape[0]):
-        square = 0.0
-        for k in range(state.q.shape[1]):
-            square += state.v[i, k] * state.v[i, k]
-        if square > state.speed_max[i] * state.speed_max[i]:
-            state.speed_max[i] = math.sqrt(square)
+def _watch_motion(plan: Plan, state: State, first: bool) -> None:
+    """The largest speeds, and running totals of what the motors did; four robots at once."""
+    n, p = state.q.shape
+    dt = plan.timestep
+    for i in range(0, n, WIDTH):
+        square, effort, work = everywhere(0.0), everywhere(0.0), everywhere(0.0)
+        variation, wanted, left = everywhere(0.0), everywhere(0.0), n - i
+        for k in range(p):
+            v, force = gather(state.v, i * p + k, p), gather(state.force, i * p + k, p)
+            square = square + v * v
+            effort = effort + force * force
+            work = work + abs(force * v)
+            variation = variation + abs(force - gather(state.force_before, i * p + k, p))
+            wanted = greatest(wanted, abs(gather(state.tau, i * p + k, p)))
+        fastest = load(state.speed_max, i)
+        faster = square > fastest * fastest
+        if any_of(faster):
+            store(state.speed_max, i, left, where(faster, math.sqrt(square), fastest))
+        store(state.effort, i, left, load(state.effort, i) + dt * effort)
+        store(state.work, i, left, load(state.work, i) + dt * work)
+        if not first:
+            store(state.force_variation, i, left, load(state.force_variation, i) + variation)
+        saturated = where(wanted > load(plan.force_limit, i), dt, 0.0)
+        store(state.saturated_time, i, left, load(state.saturated_time, i) + saturated)
+    copy_numbers(state.force, state.force_before, n * p)
 
 
 @inlined
@@ -96,36 +130,69 @@ def _note(least: Array, nearest: Array, g: int, square: float, bodies: float, bo
             least[g], nearest[g] = clearance, body
 
 
+@inlined
+def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, state: State) -> None:
+    """As `_note`, for robots i to i + 3 and one body."""
+    groups, left = state.clearance.shape[1], state.q.shape[0] - i
+    least = gather(state.clearance, i * groups + g, groups)
+    reach = least + bodies
+    if any_of(square < reach * reach):
+        clearance, nearest = math.sqrt(square) - bodies, gather(state.clearance_body, i * groups + g, groups)
+        nearer = clearance < least
+        scatter(state.clearance, i * groups + g, groups, left, where(nearer, clearance, least))
+        scatter(state.clearance_body, i * groups + g, groups, left, where(nearer, body, nearest))
+
+
 @merged
 def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bool) -> None:
     """Clearances to target and obstacles; in a step that is sampled also distances center to center."""
     q, radius = state.q, plan.robot_radius
     n, p = q.shape
+    m = plan.obstacle_radius.shape[0]
     robots, target = int(plan.columns[0, GROUP]), int(plan.columns[n, GROUP])
-    for i in range(n):
+    for i in range(0, n, WIDTH):
+        own, left = load(radius, i), n - i
+        square = everywhere(0.0)
+        for k in range(p):
+            x = gather(q, i * p + k, p) - state.target_position[k]
+            square = square + x * x
+        _note_robots(i, target, square, own + target_radius, float(n), state)
+        reach = state.target_clearance[robots] + (own + target_radius)
+        if any_of(square < reach * reach):
+            _note_robots_of_target(i, robots, target_radius, plan, state)
+        for j in range(m):
+            body = n + 1 + j
+            square = everywhere(0.0)
+            for k in range(p):
+                x = gather(q, i * p + k, p) - obstacle_places(i, j, k, plan, state)
+                square = square + x * x
+            bodies = own + plan.obstacle_radius[j]
+            _note_robots(i, int(plan.columns[body, GROUP]), square, bodies, float(body), state)
+            if sampled:
+                scatter(state.obstacle_distance, i * m + j, m, left, math.sqrt(square))
+    seen = obstacles_seen(n, plan, state)
+    for j in range(m):
+        body = n + 1 + j
+        square_of_target = 0.0
+        for k in range(p):
+            square_of_target += (state.target_position[k] - seen[j, k]) ** 2
+        _note(
+            state.target_clearance, state.target_clearance_body, int(plan.columns[body, GROUP]),
+            square_of_target, plan.obstacle_radius[j] + target_radius, body,
+        )  # fmt: skip
+
+
+@inlined
+def _note_robots_of_target(i: int, g: int, target_radius: float, plan: Plan, state: State) -> None:
+    """Notes the target's distances to robots i to i + 3."""
+    n, p = state.q.shape
+    for robot in range(i, min(i + WIDTH, n)):
         square = 0.0
         for k in range(p):
-            x = q[i, k] - state.target_position[k]
+            x = state.q[robot, k] - state.target_position[k]
             square += x * x
-        bodies = radius[i] + target_radius
-        _note(state.clearance[i], state.clearance_body[i], target, square, bodies, n)
-        _note(state.target_clearance, state.target_clearance_body, robots, square, bodies, i)
-    for i in range(n + 1):  # the target last
-        seen = obstacles_seen(i, plan, state)
-        for j in range(plan.obstacle_radius.shape[0]):
-            body = n + 1 + j
-            g = int(plan.columns[body, GROUP])
-            square = 0.0
-            for k in range(p):
-                x = (q[i, k] if i < n else state.target_position[k]) - seen[j, k]
-                square += x * x
-            bodies = plan.obstacle_radius[j] + (radius[i] if i < n else target_radius)
-            if i < n:
-                _note(state.clearance[i], state.clearance_body[i], g, square, bodies, body)
-                if sampled:
-                    state.obstacle_distance[i, j] = math.sqrt(square)
-            else:
-                _note(state.target_clearance, state.target_clearance_body, g, square, bodies, body)
+        bodies = plan.robot_radius[robot] + target_radius
+        _note(state.target_clearance, state.target_clearance_body, g, square, bodies, robot)
 
 
 @on_demand
@@ -161,37 +228,33 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
 @merged
 def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     """Clearances between robots; in a step that is sampled also distances center to center."""
-    q, radius, least, who = state.q, plan.robot_radius, state.clearance, state.clearance_body
+    q, radius = state.q, plan.robot_radius
     n, p = q.shape
-    g = int(plan.columns[0, GROUP])
-    if state.neighbors.shape[0] > 0:
-        _watch_crowd(plan, state, sampled)
-        return
-    for i in range(n):
-        for j in range(i):
-            square = 0.0
+    g, groups = int(plan.columns[0, GROUP]), state.clearance.shape[1]
+    here = matrix_at(stack_memory(), p, WIDTH)
+    for i in range(0, n, WIDTH):
+        own, nearest = load(radius, i), everywhere(math.inf)
+        for k in range(p):
+            store(here, WIDTH * k, WIDTH, gather(q, i * p + k, p))
+        least = gather(state.clearance, i * groups + g, groups)
+        who = gather(state.clearance_body, i * groups + g, groups)
+        for j in range(n):
+            square = everywhere(0.0)
             for k in range(p):
-                x = q[i, k] - q[j, k]
-                square += x * x
-            bodies = radius[i] + radius[j]
-            reach = max(least[i, g], least[j, g]) + bodies
-            if square < reach * reach:
+                x = load(here, WIDTH * k) - q[j, k]
+                square = square + x * x
+            bodies, another = own + radius[j], lane_numbers() + float(i) != float(j)
+            reach = least + bodies
+            if any_of((square < reach * reach) & another):
                 clearance = math.sqrt(square) - bodies
-                if clearance < least[i, g]:
-                    least[i, g], who[i, g] = clearance, j
-                if clearance < least[j, g]:
-                    least[j, g], who[j, g] = clearance, i
-    if sampled:
-        for i in range(n):
-            nearest = math.inf
-            for j in range(n):
-                square = 0.0
-                for k in range(p):
-                    x = q[i, k] - q[j, k]
-                    square += x * x
-                if j != i:
-                    nearest = min(nearest, square)
-            state.robot_distance_min[i] = math.sqrt(nearest)
+                nearer = (clearance < least) & another
+                least, who = where(nearer, clearance, least), where(nearer, float(j), who)
+            if sampled:
+                nearest = where((square < nearest) & another, square, nearest)
+        scatter(state.clearance, i * groups + g, groups, n - i, least)
+        scatter(state.clearance_body, i * groups + g, groups, n - i, who)
+        if sampled:
+            store(state.robot_distance_min, i, n - i, math.sqrt(nearest))
 
 
 @on_demand
@@ -215,21 +278,3 @@ def _watch_crowd(plan: Plan, state: State, sampled: bool) -> None:
             _note(state.clearance[i], state.clearance_body[i], g, square, bodies, j)
         if sampled:
             state.robot_distance_min[i] = math.sqrt(nearest)
-
-
-@merged
-def _watch_effort(plan: Plan, state: State, first: bool) -> None:
-    """Running totals of what the motors did."""
-    n, p = state.q.shape
-    for i in range(n):
-        saturated = False
-        for k in range(p):
-            force = state.force[i, k]
-            saturated = saturated or abs(state.tau[i, k]) > plan.force_limit[i]
-            state.effort[i] += plan.timestep * force * force
-            state.work[i] += plan.timestep * abs(force * state.v[i, k])
-            if not first:
-                state.force_variation[i] += abs(force - state.force_before[i, k])
-            state.force_before[i, k] = force
-        if saturated:
-            state.saturated_time[i] += plan.timestep

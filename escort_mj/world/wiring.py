@@ -29,6 +29,7 @@ class Wiring(NamedTuple):
     target_address: Annotated[Array, "p"]  # where each of the target's coordinates is in `mocap_pos`
     target_offset: Annotated[Array, "p"]  # what is added to it there [m]
     target_radius: float  # [m]
+    in_row: bool  # whether robots' coordinates and motors come first and in order, and motors are plain
     motor_address: Annotated[Array, "n"]  # first motor of each robot
     dead_zone: Annotated[Array, "n"]  # force that each command loses [N]
     lift: Annotated[
@@ -86,6 +87,9 @@ def wire(
             crafts.append(kind.craft(mass, radius, gravity, team.height))
     flying = [i for i, kind in enumerate(team.kind) if isinstance(kind, Quadrotor)]
     motors = [kind.actuators(len(places)) for kind in team.kind]
+    addresses = model.jnt_qposadr[joints], dofs, np.cumsum([0, *motors[:-1]])
+    dead_zone = [actuators.dead_zone for actuators in team.actuators]
+    in_row = all((each == len(places) * np.arange(robots)).all() for each in addresses)
     return LAYOUT.pack(
         {
             "n": robots,
@@ -103,8 +107,9 @@ def wire(
             "target_address": places,
             "target_offset": offsets,
             "target_radius": model.geom("target_body").size[0],
-            "motor_address": np.cumsum([0, *motors[:-1]]),
-            "dead_zone": [actuators.dead_zone for actuators in team.actuators],
+            "motor_address": addresses[2],
+            "dead_zone": dead_zone,
+            "in_row": in_row and not any(dead_zone) and not crafts and not lift.any(),
             "lift": lift,
             "pilot": pilot,
             "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),

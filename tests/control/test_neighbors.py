@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
-from escort_mj.control.neighbors import ALL, CELL_ROWS, COUNT, FIRST, keep_neighbors
+from escort_mj.control.cells import CELL_ROWS
+from escort_mj.control.neighbors import ALL, COUNT, FIRST, keep_neighbors
 from escort_mj.control.plan import NEIGHBORS
 from escort_mj.kernels import kernel
 
@@ -22,7 +23,7 @@ class Lists:
     def __init__(self, radius: np.ndarray, axes: int) -> None:
         n = len(radius)
         self.radius, self.lists = radius, np.zeros((n, NEIGHBORS))
-        self.rest = np.zeros((n, axes)), np.zeros(3), np.zeros((CELL_ROWS, n))
+        self.rest = np.zeros((n, axes)), np.zeros(4), np.zeros((CELL_ROWS, n))
 
     def keep(self, points: np.ndarray) -> int:
         """Keeps them valid; returns how many steps they have held."""

@@ -8,12 +8,12 @@ from scipy import stats
 
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import ApdSmc
-from escort_mj.control.noise import OF_ROBOT, draw_points
+from escort_mj.control.noise import OF_ROBOT, PER_BLOCK, draw_points, first_coordinates
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.noise import NOISE_KEY, ball_noise
 from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
-from escort_mj.kernels import kernel
+from escort_mj.kernels import kernel, stack_memory, vector_at
 
 MASK = 2**64 - 1
 DRAWS = 400_000
@@ -83,8 +83,10 @@ def test_ball_noise_follows_its_definition(seed: int, axes: int) -> None:
 @kernel
 def draw(points: np.ndarray, seed: int) -> None:
     """Fills rows with points from unit balls, a position's and a velocity's in turn, four robots a step."""
+    coordinates = vector_at(stack_memory(), PER_BLOCK)
     for row in range(points.shape[0] // 2):
-        draw_points(points[2 * row : 2 * row + 2], 1.0, 1.0, seed, OF_ROBOT, row % 4, row // 4)
+        first_coordinates(coordinates, seed, OF_ROBOT, row % 4, row // 4)
+        draw_points(points[2 * row : 2 * row + 2], 1.0, 1.0, seed, OF_ROBOT, row % 4, row // 4, coordinates)
 
 
 @pytest.mark.parametrize("axes", [2, 3])

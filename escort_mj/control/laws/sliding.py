@@ -11,6 +11,7 @@ from pydantic import PositiveFloat
 from escort_mj.control.elementary import tanh
 from escort_mj.control.laws.tracking import TrackingLaw
 from escort_mj.kernels import inlined
+from escort_mj.lanes import WIDTH, Lanes, greatest, least, load, store, where
 
 Array = NDArray[np.float64]
 
@@ -27,14 +28,17 @@ class SlidingModeLaw(TrackingLaw):
 
 
 @inlined
-def smooth_signs(x: Array, smoothing: int) -> None:
-    """Replaces every x by what stands for sgn(x): a tanh (0), a clipped line (1), or the sign itself (2)."""
+def smooth_sign(x: Lanes, smoothing: int) -> Lanes:
+    """What stands for sgn(x): a tanh (0), a clipped line (1), or the sign itself (2)."""
     if smoothing == 0:
-        for j in range(x.shape[0]):
-            x[j] = tanh(x[j])
-    elif smoothing == 1:
-        for j in range(x.shape[0]):
-            x[j] = min(max(x[j], -1.0), 1.0)
-    else:
-        for j in range(x.shape[0]):
-            x[j] = float(np.sign(x[j]))
+        return tanh(x)
+    if smoothing == 1:
+        return least(1.0, greatest(-1.0, x))
+    return where(x > 0.0, 1.0, where(x < 0.0, -1.0, x))
+
+
+@inlined
+def smooth_signs(x: Array, smoothing: int) -> None:
+    """Replaces every x by what stands for its sign."""
+    for at in range(0, x.shape[0], WIDTH):
+        store(x, at, x.shape[0] - at, smooth_sign(load(x, at), smoothing))

@@ -1,0 +1,350 @@
+"""The outer loop of four robots at once: what `outer` says robot by robot, for a team that shares one ladder.
+
+Lanes stand for robots i to i + 3, rows of scratch for axes. Where a task asks nothing of a robot its weight
+is 0, so that nothing is projected out and no lane takes another way than its neighbors.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.behaviors.avoid_obstacles import POLAR
+from escort_mj.control.neighbors import candidate, number_of_candidates, seen_neighbors
+from escort_mj.control.nsb import ROUNDING, TANGENT, UNLIMITED
+from escort_mj.control.plan import (
+    AVOID_OBSTACLES,
+    CHORDS,
+    MAX_CYCLES,
+    MAX_LEVELS,
+    SIDESTEP,
+    VERTICES,
+    Plan,
+    State,
+)
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
+from escort_mj.lanes import (
+    WIDTH,
+    Lanes,
+    any_of,
+    everywhere,
+    gather,
+    greatest,
+    lane_numbers,
+    least,
+    load,
+    pick,
+    scatter,
+    store,
+    where,
+)
+
+Array = NDArray[np.float64]
+
+AXES = 3  # at most, for which the scratch has room
+
+
+@inlined
+def row_of(rows: Array, k: int) -> Lanes:
+    """A row of scratch."""
+    return load(rows, WIDTH * k)
+
+
+@inlined
+def set_row(rows: Array, k: int, x: Lanes) -> None:
+    """Writes a row of scratch."""
+    store(rows, WIDTH * k, WIDTH, x)
+
+
+@merged
+def outer_loops(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
+    """Reference velocities of robots i to i + 3, as far as there are so many (eq. 2).
+
+    Args:
+        i: The first robot, from 0.
+        first: Row of the ladder where its behaviors begin.
+        levels: How many they are.
+        plan: What the controller is told; no robot fails, and nobody is repelled.
+        state: Its state; `v_d` and `avoidance_active` are written.
+    """
+    n, p = state.q.shape
+    memory = stack_memory()
+    parts = matrix_at(memory, MAX_LEVELS * p, WIDTH)
+    x = matrix_at(memory + DOUBLE * WIDTH * MAX_LEVELS * p, MAX_CYCLES * p, WIDTH)
+    carried = matrix_at(memory + DOUBLE * WIDTH * (MAX_LEVELS + MAX_CYCLES) * p, p, WIDTH)
+    relative = matrix_at(memory + DOUBLE * WIDTH * (MAX_LEVELS + MAX_CYCLES + 1) * p, p, WIDTH)
+    q, center = state.q_measured, state.target_position_measured
+    share = 1.0 if plan.target_feedforward else 0.0
+    for k in range(p):
+        set_row(carried, k, everywhere(share * state.target_velocity_measured[k]))
+    active, highest = everywhere(0.0), levels
+    for level in range(levels - 1, -1, -1):
+        row, part = plan.ladder[first + level], matrix_at(memory + DOUBLE * WIDTH * p * level, p, WIDTH)
+        kind, rank, second = row[0], 1, everywhere(0.0)
+        if kind == AVOID_OBSTACLES:
+            weight, speed = _avoidance(i, row, plan, state, x)
+            for k in range(p):
+                set_row(part, k, speed * row_of(x, k))
+            if not any_of(weight > 0.0):
+                continue
+            active = greatest(active, weight)
+            if row[SIDESTEP] > 0.0:
+                _sidestep(level, levels, row[SIDESTEP], weight, x, carried, parts)
+        elif kind == VERTICES:
+            weight, rank = _to_vertex(i, row[1], plan, state, x, part), TANGENT
+        elif kind == CHORDS:
+            rank = state.predecessors.shape[0]
+            _look_at_others(i, q, state.predecessors[0], x, 0)
+            weight = _keep_distance(state.chord_length[0], row[1], x, 0, part)
+            if rank == MAX_CYCLES:
+                _look_at_others(i, q, state.predecessors[1], x, p)
+                second = _keep_distance(state.chord_length[0], row[1], x, p, relative)
+                for k in range(p):
+                    set_row(part, k, row_of(part, k) + row_of(relative, k))
+        else:
+            for k in range(p):
+                set_row(x, k, gather(q, i * p + k, p) - center[k])
+            weight = _keep_distance(plan.radius, row[1], x, 0, part)
+        for lower in range(level + 1, levels):
+            below = matrix_at(memory + DOUBLE * WIDTH * p * lower, p, WIDTH)
+            _leave(rank, x, weight, second, below)
+        if kind == AVOID_OBSTACLES:
+            _leave(rank, x, weight, second, carried)
+            continue
+        highest = level
+        if any_of(active > 0.0):  # an avoidance below has bent the feed-forward: its remainder is projected
+            for k in range(p):
+                set_row(relative, k, row_of(carried, k) - share * state.target_velocity_measured[k])
+            _leave(rank, x, weight, second, relative)
+            for k in range(p):
+                set_row(carried, k, share * state.target_velocity_measured[k] + row_of(relative, k))
+    store(state.avoidance_active, i, n - i, active)
+    for k in range(p):
+        set_row(relative, k, everywhere(0.0))
+    for level in range(levels):
+        if level == highest:
+            _add_within_limit(relative, carried, plan.max_speed)
+        part = matrix_at(memory + DOUBLE * WIDTH * p * level, p, WIDTH)
+        _add_within_limit(relative, part, plan.max_speed)
+    if highest == levels:
+        _add_within_limit(relative, carried, plan.max_speed)
+    for k in range(p):
+        scatter(state.v_d, i * p + k, p, n - i, row_of(relative, k))
+
+
+@inlined
+def _look_at_others(i: int, q: Array, others: Array, x: Array, first: int) -> None:
+    """Writes where robots are, as seen each from another one, to the rows of x from the first one on."""
+    n, p = q.shape
+    a, b = int(others[i]), int(others[min(i + 1, n - 1)])
+    c, d = int(others[min(i + 2, n - 1)]), int(others[min(i + 3, n - 1)])
+    for k in range(p):
+        anchor = pick(q, a * p + k, b * p + k, c * p + k, d * p + k)
+        set_row(x, first + k, gather(q, i * p + k, p) - anchor)
+
+
+@inlined
+def _keep_distance(distance: float, gain: float, x: Array, first: int, part: Array) -> Lanes:
+    """As `behaviors.distance.keep_distance`, with x in its rows from the first one on.
+
+    Returns:
+        1 / |x|^2; the rows of `part` get the task's velocity.
+    """
+    p, square = part.shape[0], everywhere(0.0)
+    for k in range(p):
+        square = square + row_of(x, first + k) * row_of(x, first + k)
+    weight = where(square > 0.0, 1.0 / square, 0.0)
+    speed = gain * 0.5 * (distance * distance - square) * weight
+    for k in range(p):
+        set_row(part, k, speed * row_of(x, first + k))
+    return weight
+
+
+@inlined
+def _to_vertex(i: int, gain: float, plan: Plan, state: State, x: Array, part: Array) -> Lanes:
+    """As `behaviors.vertices.to_vertex`.
+
+    Returns:
+        1 / |x|^2; the rows of `part` get the task's velocity.
+    """
+    p = state.q.shape[1]
+    square, along = everywhere(0.0), everywhere(0.0)
+    for k in range(p):
+        set_row(x, k, gather(state.q_measured, i * p + k, p) - state.target_position_measured[k])
+        square = square + row_of(x, k) * row_of(x, k)
+    weight = where(square > 0.0, 1.0 / square, 0.0)
+    for k in range(p):
+        vertex = everywhere(0.0)
+        for c in range(p):
+            vertex = vertex + state.rotation[k, c] * gather(state.vertices, i * p + c, p)
+        wanted = gain * (plan.radius * vertex - row_of(x, k))
+        set_row(part, k, wanted)
+        along = along + wanted * row_of(x, k)
+    along = along * weight
+    for k in range(p):
+        set_row(part, k, row_of(part, k) - along * row_of(x, k))
+    return weight
+
+
+@inlined
+def _avoidance(i: int, row: Array, plan: Plan, state: State, x: Array) -> tuple[Lanes, Lanes]:
+    """As `behaviors.avoid_obstacles.avoidance`.
+
+    Returns:
+        1 for robots that have an intruder, else 0; and the task's speed along the rows of `x`.
+    """
+    n, p = state.q.shape
+    q, radius, to_surface = state.q_measured, plan.robot_radius, row[4]
+    own, worst, distance = load(radius, i), everywhere(0.0), everywhere(0.0)
+    here = matrix_at(stack_memory(), p, WIDTH)
+    for k in range(p):
+        set_row(x, k, everywhere(0.0))
+        set_row(here, k, gather(q, i * p + k, p))
+    m = plan.obstacle_radius.shape[0]
+    for j in range(m):
+        square = everywhere(0.0)
+        for k in range(p):
+            way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
+            square = square + way * way
+        reach = row[1] + to_surface * (own + plan.obstacle_radius[j])
+        if any_of(square < reach * reach):
+            length = math.sqrt(square)
+            worse = reach - length > worst
+            worst, distance = where(worse, reach - length, worst), where(worse, length, distance)
+            for k in range(p):
+                way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
+                set_row(x, k, where(worse, way, row_of(x, k)))
+    lists = seen_neighbors(state)
+    looking = row[2] > 0.0
+    if looking and lists.shape[0] > 0:
+        looking = _someone_near(i, row, q, radius, lists)
+    if looking:
+        for j in range(n):
+            square = everywhere(0.0)
+            for k in range(p):
+                way = row_of(here, k) - q[j, k]
+                square = square + way * way
+            reach = row[2] + to_surface * (own + radius[j])
+            near = (square < reach * reach) & (lane_numbers() + float(i) != float(j))
+            if any_of(near):
+                length = math.sqrt(square)
+                worse = near & (reach - length > worst)
+                worst, distance = where(worse, reach - length, worst), where(worse, length, distance)
+                for k in range(p):
+                    set_row(x, k, where(worse, row_of(here, k) - q[j, k], row_of(x, k)))
+    v_square, e_square = everywhere(0.0), everywhere(0.0)
+    if not any_of(worst > 0.0):
+        return v_square, e_square
+    for k in range(p):
+        aside = everywhere(1.0 if k == 0 else 0.0)
+        set_row(x, k, where(distance > 0.0, row_of(x, k) / distance, aside))
+        v_square = v_square + gather(state.v_measured, i * p + k, p) * gather(state.v_measured, i * p + k, p)
+        e_square = e_square + gather(state.e, i * p + k, p) * gather(state.e, i * p + k, p)
+    speed, error = math.sqrt(v_square), plan.slope * math.sqrt(e_square)
+    if row[5] != 0.0:
+        pull = speed - 2.0 * error + math.sqrt(greatest(error * (5.0 * error - 2.0 * speed), 0.0))
+    else:
+        pull = speed + (math.sqrt(2.0) - 1.0) * error
+    active = worst > 0.0
+    return where(active, 1.0, 0.0), where(active, pull + row[3] * worst, 0.0)
+
+
+@inlined
+def obstacle_places(i: int, j: int, k: int, plan: Plan, state: State) -> Lanes:
+    """Where robots i to i + 3 find an obstacle on an axis: see `movers.obstacles_seen`."""
+    m, p = state.obstacle_position.shape
+    if plan.shaped:
+        return gather(state.obstacle_point, (i * m + j) * p + k, m * p)
+    return everywhere(state.obstacle_position[j, k])
+
+
+@inlined
+def _someone_near(i: int, row: Array, q: Array, radius: Array, lists: Array) -> bool:
+    """Whether one of four robots has a teammate that intrudes."""
+    n, p = q.shape
+    for robot in range(i, min(i + WIDTH, n)):
+        for c in range(number_of_candidates(robot, n, lists)):
+            j = candidate(robot, c, lists)
+            square = 0.0
+            for k in range(p):
+                way = q[robot, k] - q[j, k]
+                square += way * way
+            reach = row[2] + row[4] * (radius[robot] + radius[j])
+            if square < reach * reach and j != robot:
+                return True
+    return False
+
+
+@inlined
+def _sidestep(
+    level: int, levels: int, share: float, weight: Lanes, direction: Array, carried: Array, parts: Array
+) -> None:
+    """As `behaviors.avoid_obstacles.sidestep`, for robots of weight 1."""
+    p = carried.shape[0]
+    outward, square = everywhere(0.0), everywhere(0.0)
+    for k in range(p):
+        wanted = row_of(carried, k)
+        for lower in range(level + 1, levels):
+            wanted = wanted + row_of(parts, lower * p + k)
+        outward = outward + wanted * row_of(direction, k)
+        square = square + wanted * wanted
+    speed = -share * outward - math.sqrt(greatest(square - outward * outward, 0.0))
+    speed = where(speed > 0.0, speed, 0.0) * weight
+    if p % 2 == 0:
+        _turn(level, 0, speed, direction, parts)
+        return
+    polar = abs(row_of(direction, p - 1)) > POLAR
+    _turn(level, 0, where(polar, 0.0, speed), direction, parts)
+    _turn(level, 1, where(polar, speed, 0.0), direction, parts)
+
+
+@inlined
+def _turn(level: int, first: int, speed: Lanes, direction: Array, parts: Array) -> None:
+    """Adds a velocity across a direction, in pairs of axes."""
+    p = parts.shape[0] // MAX_LEVELS
+    for k in range(first, first + p - p % 2, 2):
+        set_row(parts, level * p + k, row_of(parts, level * p + k) - speed * row_of(direction, k + 1))
+        set_row(parts, level * p + k + 1, row_of(parts, level * p + k + 1) + speed * row_of(direction, k))
+
+
+@inlined
+def _leave(rank: int, x: Array, weight: Lanes, second: Lanes, part: Array) -> None:
+    """As `nsb.leave`; `second` is the weight of a second direction."""
+    p = part.shape[0]
+    along, other = everywhere(0.0), everywhere(0.0)
+    for k in range(p):
+        along = along + row_of(x, k) * row_of(part, k)
+    along = along * weight
+    if rank == MAX_CYCLES:
+        for k in range(p):
+            other = other + row_of(x, p + k) * row_of(part, k)
+        other = other * second
+        for k in range(p):
+            rest = 2.0 * row_of(part, k) - along * row_of(x, k) - other * row_of(x, p + k)
+            set_row(part, k, rest)
+        return
+    for k in range(p):
+        removed = along * row_of(x, k)
+        set_row(part, k, removed if rank == TANGENT else row_of(part, k) - removed)
+
+
+@inlined
+def _add_within_limit(total: Array, part: Array, max_speed: float) -> None:
+    """As `nsb.add_within_limit`."""
+    p = total.shape[0]
+    alpha = everywhere(1.0)
+    if max_speed < UNLIMITED:
+        a, b, c = everywhere(0.0), everywhere(0.0), everywhere(0.0)
+        for k in range(p):
+            a = a + row_of(part, k) * row_of(part, k)
+            b = b + row_of(part, k) * row_of(total, k)
+            c = c + row_of(total, k) * row_of(total, k)
+        room = max_speed * max_speed - c
+        room = where(room < ROUNDING * max_speed * max_speed, 0.0, room)
+        root = math.sqrt(b * b + a * room)
+        within = where(b > 0.0, room / (root + b), (root - b) / a)
+        alpha = where(a + 2.0 * b > room, least(within, 1.0), alpha)
+    for k in range(p):
+        set_row(total, k, row_of(total, k) + alpha * row_of(part, k))
