@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import random
 from collections.abc import Callable
@@ -162,9 +163,9 @@ def _structure(text: str, dice: random.Random) -> str:
             if isinstance(other, dict | list) and (
                 place in other if isinstance(other, dict) else place < len(other)
             ):
-                holder[key] = json.loads(json.dumps(other[place]))
+                holder[key] = copy.deepcopy(other[place])
         else:
-            holder[key] = dice.choice(VALUES)
+            holder[key] = copy.deepcopy(dice.choice(VALUES))
         if not data:
             break
     return json.dumps(data, indent=1, ensure_ascii=dice.random() < 0.5)
