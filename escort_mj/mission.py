@@ -129,7 +129,32 @@ def fly(
     clock = time.perf_counter()
     samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
     wall = time.perf_counter() - clock
+    return conclude(scenario, plant, samples, episodes, outcome, message, wall, folder)
 
+
+def conclude(
+    scenario: Scenario,
+    plant: Plant,
+    samples: Array,
+    episodes: Array,
+    outcome: Outcome,
+    message: str,
+    wall: float,
+    folder: RunFolder | None = None,
+) -> Run:
+    """Sums up and judges what was simulated.
+
+    Args:
+        scenario: What was run.
+        plant: What simulated it.
+        samples: Shape (k, record_size).
+        episodes: Contact episodes, shape (k, len(EPISODE)).
+        outcome: How it ended.
+        message: The same in words.
+        wall: Time that it took [s].
+        folder: Where to write it.
+    """
+    world = plant.world
     recording = record(samples, world.sizes, _labels(scenario, world), episodes)
     recording.attrs["mujoco_warnings"] = sum(plant.warnings().values())
     steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
@@ -162,8 +187,7 @@ def _simulate(
     world = plant.world
     total = int(np.floor(scenario.duration / (world.stride * scenario.physics.timestep) + 1e-9)) + 1
     samples = room.take(total, record_size(world.sizes))
-    places = {name: columns(name, world.sizes) for name in ("target_position", "lost")}
-    bound = _bound(scenario, world)
+    bound = bound_of(scenario, world)
     done, outcome, message = 0, Outcome.COMPLETED, ""
     episodes = [NONE]
     with native_loop(world), _interruptible() as interrupted:
@@ -177,7 +201,7 @@ def _simulate(
                 row += len(taken)
                 if plant.has_ended:
                     log.append(plant.ended())
-            healthy, outcome, message = _examine(samples[start:done], plant, bound, places)
+            healthy, outcome, message = examine(samples[start:done], plant, bound)
             episodes.append(np.vstack(log))
             done = start + healthy
             if folder is not None:
@@ -192,13 +216,13 @@ def _simulate(
     return samples[:done], told, outcome, message or f"completed {scenario.duration:g} s"
 
 
-def _bound(scenario: Scenario, world: World) -> float:
+def bound_of(scenario: Scenario, world: World) -> float:
     """Distance to the target beyond which the mission has diverged [m]."""
     start = np.linalg.norm(world.team.position - world.setup.target.position(0.0), axis=1).max()
     return DIVERGED_BEYOND * max(scenario.mission.radius, float(start))
 
 
-def _examine(block: Array, plant: Plant, bound: float, places: dict[str, slice]) -> tuple[int, Outcome, str]:
+def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str]:
     """Looks at a block of samples.
 
     Returns:
@@ -212,7 +236,7 @@ def _examine(block: Array, plant: Plant, bound: float, places: dict[str, slice])
     if warnings := plant.warnings():
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
         return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
-    target, lost = block[:keep, places["target_position"]], block[:keep, places["lost"]]
+    target, lost = (block[:keep, columns(name, sizes)] for name in ("target_position", "lost"))
     distance = np.linalg.norm(block[:keep, 1 : 1 + n * p].reshape(-1, n, p) - target[:, None], axis=2)
     distance[lost > 0.0] = 0.0  # wherever a lost robot drifts, the mission goes on
     far = distance.max(axis=1) > bound

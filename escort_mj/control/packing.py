@@ -22,6 +22,7 @@ from escort_mj.control.plan import (
     LAYOUT,
     LISTED,
     LOOP_KINDS,
+    OUTSIDE,
     PAIRS_PER_BODY,
 )
 from escort_mj.control.program import Op
@@ -131,10 +132,10 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "radius": setup.radius,
         "target_feedforward": setup.target_feedforward,
         "max_speed": setup.max_speed,
-        "outer": LOOP_KINDS[type(outer)],
+        "outer": OUTSIDE if setup.outside else LOOP_KINDS[type(outer)],
         "outer_gain": gain,
         "outer_distance": distance,
-        "law": LAW_KINDS[type(law)],
+        "law": OUTSIDE if setup.outside == "force" else LAW_KINDS[type(law)],
         "acceleration_filter": law.acceleration_filter if isinstance(law, ComputedTorque) else 0.0,
         "kp": gains.kp,
         "kd": gains.kd,

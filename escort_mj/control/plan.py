@@ -34,6 +34,7 @@ AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
 NSB, POTENTIAL_FIELD, BARRIER_FILTER = 0, 1, 2
+OUTSIDE = -1  # law or outer loop: what it would compute is written from outside, between steps
 LOOP_KINDS = {Nsb: NSB, PotentialField: POTENTIAL_FIELD, BarrierFilter: BARRIER_FILTER}
 LAW_KINDS = {
     ApdSmc: SLIDING,
@@ -64,10 +65,10 @@ class Plan(NamedTuple):
     radius: float
     target_feedforward: bool
     max_speed: float
-    outer: int  # one of LOOP_KINDS
+    outer: int  # one of LOOP_KINDS, or OUTSIDE
     outer_gain: float  # of the repulsion [m^4/s], or rate of the filter [1/s]
     outer_distance: float  # below which repulsion grows no further [m]
-    law: int  # one of LAW_KINDS
+    law: int  # one of LAW_KINDS, or OUTSIDE
     acceleration_filter: float
     kp: float
     kd: float

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +90,8 @@ class Setup:
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         obstacle_points: For the twin: what each robot, and last the target, sees of each obstacle at the
             moment, shape (n + 1, m, p) [m]; None where all see `obstacle_position`.
+        outside: What is written from outside, between steps, instead of computed: the reference velocities of
+            the outer loop, or the forces of both loops; None for nothing.
     """
 
     timestep: float
@@ -116,6 +118,7 @@ class Setup:
     movers: tuple[Mover, ...] = ()
     shaped: bool = False
     obstacle_points: Array | None = None
+    outside: Literal["velocity", "force"] | None = None
 
     @property
     def count(self) -> int:

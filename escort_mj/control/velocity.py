@@ -13,6 +13,7 @@ from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     BARRIER_FILTER,
     MAX_CYCLES,
+    OUTSIDE,
     POTENTIAL_FIELD,
     Plan,
     State,
@@ -32,6 +33,8 @@ def reference_velocity(i: int, first: int, levels: int, plan: Plan, state: State
         plan: What the controller is told.
         state: Its state; `v_d` and `avoidance_active` are written.
     """
+    if plan.outer == OUTSIDE:
+        return
     if plan.outer == POTENTIAL_FIELD:
         _add_up(i, first, levels, plan, state)
     else:

@@ -83,6 +83,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
 
 
 AROUND = ("obstacles", "walls", "clutter", "environment")
+CLUTTERED = ("axes", "seed", "duration", "target", "robots")  # what clutter is drawn by, beside those
 Check = Callable[[Scenario], Iterator[Finding]]
 
 # Which parts of a scenario each check looks at: a check waits until those are right by themselves.
@@ -97,9 +98,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_environment, ("axes", "environment")),
     (check_body, ("axes", "physics", "target")),
 )
-ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = (
-    (check_clutter, ("axes", "seed", "duration", "target", "robots", *AROUND)),
-)
+ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission", *AROUND)),
     (check_bounds, ("expect",)),
@@ -130,9 +129,10 @@ def findings(scenario: Scenario, wrong: Collection[str] = ()) -> list[Finding]:
     found: list[Finding] = []
     for checks in (SHAPES, ROOM, RELATIONS):
         parts = {*wrong, *(str(finding.path[0]) for finding in found)}
-        found += [
-            finding for check, needs in checks if parts.isdisjoint(needs) for finding in check(scenario)
-        ]
+        for check, needs in checks:
+            around = "clutter" in needs and scenario.clutter is not None
+            if parts.isdisjoint(needs) and not (around and parts.intersection(CLUTTERED)):
+                found += check(scenario)
     return found
 
 

@@ -69,6 +69,8 @@ class Template:
         Raises:
             ScenarioError: If it is no table in YAML.
         """
+        if len(text) > MAX_BYTES:
+            raise _too_long(source)
         self.text, self.source = text, source
         self._document = read(text, source)
         if isinstance(self._document.data, dict):
@@ -154,10 +156,15 @@ def _content(path: FilePath) -> bytes:
     return content
 
 
+def _too_long(source: str) -> ScenarioError:
+    return ScenarioError(
+        [Fault(f"found more than {MAX_BYTES // 1000} kB; a scenario is smaller", source=source)]
+    )
+
+
 def _decoded(content: bytes, source: str) -> str:
     if len(content) > MAX_BYTES:
-        message = f"found more than {MAX_BYTES // 1000} kB; a scenario is smaller"
-        raise ScenarioError([Fault(message, source=source)])
+        raise _too_long(source)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 from xml.etree.ElementTree import Element
 
 import mujoco
@@ -64,14 +64,15 @@ class World:
     sizes: dict[str, int]
 
 
-def build(scenario: Scenario) -> World:
+def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = None) -> World:
     """Builds and compiles the world of a scenario.
 
     Args:
         scenario: A checked scenario.
+        outside: What is written from outside instead of computed, see `Setup`.
     """
     robots = team(scenario)
-    setup = controller_setup(scenario, robots)
+    setup = replace(controller_setup(scenario, robots), outside=outside)
     coordinates = robots.coordinates + len(setup.movers) * scenario.axes
     stride = round(1.0 / (scenario.recording.rate * scenario.physics.timestep))
 

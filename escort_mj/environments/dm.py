@@ -1,0 +1,59 @@
+"""A scenario as a dm_env environment, as dm_control's own suites are."""
+
+from __future__ import annotations
+
+import dm_env
+import numpy as np
+from dm_env import specs
+from numpy.typing import NDArray
+
+from escort_mj.environments.simulation import Command, Reward, Simulation
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+class EscortEnvironment(dm_env.Environment):
+    """Observations and commands of all robots one below the other; the reward is the mean of theirs.
+
+    A mission that completes ends with discount 1, one that breaks with discount 0.
+
+    Attributes:
+        simulation: The mission.
+    """
+
+    def __init__(
+        self, scenario: Scenario | str, command: Command = "velocity", reward: Reward | None = None
+    ) -> None:
+        """Prepares a scenario; arguments as of `Simulation`."""
+        self.simulation = Simulation(scenario, command, reward)
+        self._ended = True
+
+    def reset(self) -> dm_env.TimeStep:
+        """Starts the mission anew."""
+        self.simulation.reset()
+        self._ended = False
+        return dm_env.restart(self.simulation.observe())
+
+    def step(self, action: Array) -> dm_env.TimeStep:
+        """Advances to the next sample; the first step, and the one after the last, start anew."""
+        if self._ended:
+            return self.reset()
+        reward = float(self.simulation.step(action).mean())
+        observation, outcome = self.simulation.observe(), self.simulation.outcome
+        self._ended = outcome is not Outcome.RUNNING
+        if not self._ended:
+            return dm_env.transition(reward, observation)
+        if outcome is Outcome.COMPLETED:
+            return dm_env.truncation(reward, observation)
+        return dm_env.termination(reward, observation)
+
+    def observation_spec(self) -> specs.Array:
+        """Shape (n, width)."""
+        return specs.Array((self.simulation.count, self.simulation.width), float, "observation")
+
+    def action_spec(self) -> specs.BoundedArray:
+        """Shape (n, p), each number from -1 to 1."""
+        shape = (self.simulation.count, self.simulation.axes)
+        return specs.BoundedArray(shape, float, -1.0, 1.0, "command")

@@ -1,0 +1,101 @@
+"""A scenario as a PettingZoo parallel environment: an agent for each robot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+try:
+    from gymnasium import spaces
+    from pettingzoo import ParallelEnv
+except ImportError as error:
+    raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
+
+from escort_mj.environments.simulation import Command, Reward, Simulation
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import Scenario
+
+Observation = NDArray[np.float64]
+
+
+class EscortParallelEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):
+    """Agents robot_1, robot_2 ...; see `Simulation` for commands, observations and rewards.
+
+    All agents are there until the end: the scenario's duration truncates, a mission that diverged or became
+    unstable terminates.
+
+    Attributes:
+        simulation: The mission.
+    """
+
+    metadata = {"name": "escort_mj", "render_modes": []}
+
+    def __init__(
+        self, scenario: Scenario | str, command: Command = "velocity", reward: Reward | None = None
+    ) -> None:
+        """Prepares a scenario; arguments as of `Simulation`."""
+        self.simulation = Simulation(scenario, command, reward)
+        self.possible_agents = [f"robot_{i + 1}" for i in range(self.simulation.count)]
+        self.agents: list[str] = []
+        self.render_mode = None
+        seen = spaces.Box(-np.inf, np.inf, (self.simulation.width,), np.float64)
+        told = spaces.Box(-1.0, 1.0, (self.simulation.axes,), np.float32)
+        self.observation_spaces = dict.fromkeys(self.possible_agents, seen)
+        self.action_spaces = dict.fromkeys(self.possible_agents, told)
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """What an agent observes: the same object at every call."""
+        return self.observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """What an agent may command: the same object at every call."""
+        return self.action_spaces[agent]
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
+        """Starts a mission; without a seed the scenario's own, or the one before."""
+        self.simulation.reset(seed)
+        self.agents = list(self.possible_agents)
+        return self._observations(), {agent: {} for agent in self.agents}
+
+    def step(
+        self, actions: dict[str, NDArray[np.float32]]
+    ) -> tuple[
+        dict[str, Observation],
+        dict[str, float],
+        dict[str, bool],
+        dict[str, bool],
+        dict[str, dict[str, Any]],
+    ]:
+        """Advances to the next sample; a robot without an action is told to rest."""
+        if not self.agents:
+            return {}, {}, {}, {}, {}
+        rest = np.zeros(self.simulation.axes)
+        rewards = self.simulation.step(np.array([actions.get(agent, rest) for agent in self.agents]))
+        outcome = self.simulation.outcome
+        broken = outcome not in (Outcome.RUNNING, Outcome.COMPLETED)
+        touching = self.simulation.touching
+        agents = self.agents
+        result = (
+            self._observations(),
+            {agent: float(reward) for agent, reward in zip(agents, rewards, strict=True)},
+            dict.fromkeys(agents, broken),
+            dict.fromkeys(agents, outcome is Outcome.COMPLETED),
+            {agent: {"touching": bool(touch)} for agent, touch in zip(agents, touching, strict=True)},
+        )
+        if outcome is not Outcome.RUNNING:
+            self.agents = []
+        return result
+
+    def state(self) -> NDArray[np.float64]:
+        """All that robots observe, one after the other, shape (n * width,)."""
+        return self.simulation.observe().ravel()
+
+    def close(self) -> None:
+        """Nothing is held that has to be let go."""
+
+    def _observations(self) -> dict[str, Observation]:
+        return dict(zip(self.agents, self.simulation.observe(), strict=True))
