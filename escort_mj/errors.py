@@ -57,7 +57,7 @@ class ScenarioError(EscortError, ValueError):
         self.faults = tuple(faults)
         lines = [str(fault) for fault in self.faults[:MOST_SHOWN]]
         if more := len(self.faults) - len(lines):
-            lines.append(f"... and {more} more like these")
+            lines.append(f"... and {more} more faults")
         super().__init__("\n".join(lines))
 
 

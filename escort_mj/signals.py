@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import cache
+from itertools import accumulate
 from math import prod
 from typing import NamedTuple
 
@@ -174,7 +176,6 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("lyapunov_change", ("robot", "cause"), "J", "change of V1 so far, by its cause", LYAPUNOV),
 )
 
-SIGNAL_NAMES = tuple(signal.name for signal in SIGNALS)
 
 E = ("episode",)
 EPISODE: tuple[Signal, ...] = (
@@ -224,9 +225,14 @@ def columns(name: str, sizes: Mapping[str, int]) -> slice:
         name: Which signal.
         sizes: Size of each dimension: `robot`, `axis`, `obstacle`, `coordinate`.
     """
-    index = SIGNAL_NAMES.index(name)
-    first = sum(signal.size(sizes) for signal in SIGNALS[:index])
-    return slice(first, first + SIGNALS[index].size(sizes))
+    return _all_columns(tuple(sizes.items()))[name]
+
+
+@cache
+def _all_columns(sizes: tuple[tuple[str, int], ...]) -> dict[str, slice]:
+    """Where each signal stands in a sample."""
+    ends = list(accumulate((signal.size(dict(sizes)) for signal in SIGNALS), initial=0))
+    return {signal.name: slice(*ends[k : k + 2]) for k, signal in enumerate(SIGNALS)}
 
 
 class Metric(NamedTuple):

@@ -17,7 +17,6 @@ from escort_mj.scenario.overrides import Overrides, apply
 from escort_mj.scenario.schema import Scenario
 
 MAX_BYTES = 1_000_000
-MOST_FAULTS = 100
 NO_DEMAND = {"sanity": "all"}  # an expectation that nothing can be wrong with stands in for a wrong one
 
 
@@ -113,8 +112,6 @@ def _scenario(document: Document, overrides: Overrides, source: str) -> Scenario
         for finding in sorted(findings, key=lambda finding: _order(document, finding, source))
     ]
     faults += unset
-    if len(faults) > MOST_FAULTS:
-        faults[MOST_FAULTS:] = [Fault(f"and {len(faults) - MOST_FAULTS} more faults", source=source)]
     if faults or scenario is None:
         raise ScenarioError(faults)
     return scenario
