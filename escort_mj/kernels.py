@@ -8,6 +8,7 @@ import hashlib
 import importlib.metadata
 import os
 import tempfile
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +21,7 @@ import platformdirs
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.caching import IndexDataCacheFile
 from numba.core.typing.templates import infer_global
 from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
 from numba.np.arrayobj import make_array, populate_array
@@ -78,6 +80,18 @@ def _cache_folder() -> str:
 if numba.config.CPU_NAME is None and llvmlite.binding.get_host_cpu_name() in ("znver3", "znver4", "znver5"):
     numba.config.CPU_NAME = "znver2"
 numba.config.CACHE_DIR = _cache_folder()
+
+
+def _name_of_code(self: Any, number: int) -> str:
+    """File name of one piece of machine code, which no other process chooses.
+
+    numba numbers the pieces of a kernel. Two processes that compile it for other types at the same moment
+    choose the same number, and what one of them wrote stands for what the other did.
+    """
+    return f"{self._index_name.removesuffix('.nbi')}.{uuid.uuid4().hex[:16]}.nbc"
+
+
+IndexDataCacheFile._data_name = _name_of_code
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from escort_mj import kernels
 
@@ -78,3 +79,18 @@ def test_a_folder_of_the_users_is_divided_by_the_key_too(tmp_path) -> None:
         check=True, stdout=subprocess.PIPE, text=True, env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
     )  # fmt: skip
     assert Path(found.stdout.strip()) == tmp_path / kernels.cache_key()
+
+
+def test_two_processes_that_compile_at_once_do_not_mix_up_their_code(tmp_path: Path) -> None:
+    """Each has read the index before the other writes it: one entry may be lost, none may be the other's."""
+    one, other = (IndexDataCacheFile(str(tmp_path), "kernels.kernel-1", "stamp") for _ in range(2))
+    before = one._load_index()
+    one.save("for doubles", "code for doubles")
+    other._load_index = lambda: dict(before)
+    other.save("for integers", "code for integers")
+    del other._load_index
+    found = {key: other.load(key) for key in ("for doubles", "for integers")}
+    assert found["for integers"] == "code for integers"
+    assert found["for doubles"] in ("code for doubles", None)
+    one.save("for doubles", "code for doubles")
+    assert (one.load("for doubles"), one.load("for integers")) == ("code for doubles", "code for integers")
