@@ -114,16 +114,26 @@ def _signature(function: Any, axes: int | None) -> Any:
     return signature(result, *arguments)
 
 
+def fetch(function: Any, axes: int | None) -> None:
+    """Compiles a kernel for a class of axes before it is reached, or reads it from the cache."""
+    for entry in _entries.values():
+        if entry.dispatcher.py_func is function and entry.axes == axes:
+            _fill(entry)
+
+
+def _fill(entry: _Entry) -> None:
+    wanted = _signature(entry.dispatcher.py_func, entry.axes)
+    with compiling():
+        entry.dispatcher.compile(wanted)
+    result = entry.dispatcher.overloads[wanted.args]
+    entry.slot.value = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+
+
 @ctypes.CFUNCTYPE(None, ctypes.c_void_p)
 def _request(address: int) -> None:
     """Fills the slot at an address; compiled code calls it, from any thread and without Python's lock."""
     try:
-        entry = _entries[address]
-        wanted = _signature(entry.dispatcher.py_func, entry.axes)
-        with compiling():
-            entry.dispatcher.compile(wanted)
-        result = entry.dispatcher.overloads[wanted.args]
-        entry.slot.value = result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name)
+        _fill(_entries[address])
     except BaseException:  # no error can pass through the compiled code that waits for an address
         traceback.print_exc()
         os.abort()

@@ -1,8 +1,13 @@
 """Kernels that are compiled when a mission first reaches them: once for all processes, on any thread."""
 
 import json
+import os
 import subprocess
 import sys
+
+import pytest
+
+from escort_mj.world import callback
 
 MISSION = {
     "robots": {"positions": [[5, 3], [-1, 5], [-5, 0], [-2, -5], [4, -4]]},
@@ -41,10 +46,12 @@ print(json.dumps([bits, filled, len(compiled.buffer)]))
 """
 
 
-def stepped(how: str) -> tuple[str, set[str], int]:
+def stepped(how: str, folder: str | None = None) -> tuple[str, set[str], int]:
     """A fresh process: its state after 1500 steps, which kernels on demand it has, how many it compiled."""
     command = [sys.executable, "-c", PROGRAM, json.dumps(MISSION), how]
-    bits, filled, events = json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+    environment = {**os.environ, **({"NUMBA_CACHE_DIR": folder} if folder else {})}
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, env=environment)
+    bits, filled, events = json.loads(done.stdout)
     return bits, set(filled), events
 
 
@@ -62,3 +69,17 @@ def test_threads_without_python_reach_it_first() -> None:
     many = stepped("batch")
     assert many[1] == REACHED
     assert many[0] == stepped("alone")[0]
+
+
+@pytest.mark.slow
+def test_two_processes_fill_an_empty_cache(tmp_path) -> None:
+    """Threads of a batch compile in the midst of a step; then nobody does, and all get the same bits."""
+    cold = stepped("batch", str(tmp_path))
+    warm = stepped("alone", str(tmp_path))
+    assert cold[2] > 0 and warm[2] == 0
+    assert cold[:2] == warm[:2] == stepped("alone")[:2]
+
+
+def test_nothing_depends_on_the_second_process(monkeypatch) -> None:
+    monkeypatch.setattr(callback.sys, "executable", "/nowhere/python")
+    assert callback._second_process(2) is None

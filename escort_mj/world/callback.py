@@ -11,11 +11,15 @@ classes are stepped at once, a third pair stands before them and sends each mode
 from __future__ import annotations
 
 import ctypes
+import os
+import subprocess
+import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -25,8 +29,10 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.plan import axes_of
 from escort_mj.kernels import DOUBLE, OPTIONS, compiling, pointer_at
+from escort_mj.on_demand import fetch
 from escort_mj.world.build import World
 from escort_mj.world.library import library
 from escort_mj.world.step import MODEL_NUMERIC, control, is_ours, look
@@ -45,53 +51,87 @@ Callbacks = tuple[Any, Any]
 
 
 def callbacks(axes: int) -> Callbacks:
-    """The callbacks for models of so many axes, compiled or read from the cache; others are left alone."""
+    """The callbacks for models of so many axes, compiled or read from the cache; others are left alone.
+
+    `control` evaluates the law before MuJoCo solves for accelerations. `look` runs as a sensor after the
+    solve: only then do contact forces belong to this step. The first time that a class of models is compiled
+    on a machine, a second process compiles a part of it into the same cache.
+    """
+    known = min(axes, MANY)
     with _compiling, compiling():
-        return _compiled(min(axes, MANY))
+        done = Path(numba.config.CACHE_DIR) / f"axes_{known}"
+        helper = None if done.exists() else _second_process(known)
+        control_callback = _control(known)
+        if helper is not None:
+            helper.wait()
+        found = control_callback, _look(known)
+        if helper is not None:
+            done.parent.mkdir(parents=True, exist_ok=True)
+            done.touch()
+    return found
+
+
+def _second_process(known: int) -> subprocess.Popen[bytes] | None:
+    """Has `compile_ahead` run beside this process; without it, whoever needs its kernels compiles them."""
+    if (os.cpu_count() or 1) < 2:
+        return None
+    program = f"from escort_mj.world.callback import compile_ahead; compile_ahead({known})"
+    quiet = subprocess.DEVNULL
+    try:
+        return subprocess.Popen([sys.executable, "-c", program], stdin=quiet, stdout=quiet, stderr=quiet)
+    except OSError:
+        return None
+
+
+def compile_ahead(known: int) -> None:
+    """Compiles what a first run needs beside `control`: `look`, and what weighs the tasks at each sample."""
+    with compiling():
+        _look(known)
+        fetch(weigh_tasks, known if known < MANY else None)
 
 
 @cache
-def _compiled(known: int) -> Callbacks:
-    """The callbacks of a class of models; the compiler and its cache know the number of axes.
+def _control(known: int) -> Any:
+    """The first callback of a class of models; the compiler and its cache know the number of axes."""
+    if known < MANY:
 
-    `control` evaluates the law before MuJoCo solves for accelerations. `look` runs as a sensor after the
-    solve: only then do contact forces belong to this step.
-    """
-    if known == MANY:
-        return _compiled_for_many()
+        @numba.cfunc(CONTROL, cache=True, **_OPTIONS)
+        def control_callback(m, d):
+            if is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == known:
+                control(m, d, known)
 
-    @numba.cfunc(CONTROL, cache=True, **_OPTIONS)
-    def control_callback(m, d):
-        if is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == known:
-            control(m, d, known)
-
-    @numba.cfunc(SENSOR, cache=True, **_OPTIONS)
-    def sensor_callback(m, d, stage):
-        if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == known:
-            look(m, d, known)
-
-    return control_callback, sensor_callback
-
-
-def _compiled_for_many() -> Callbacks:
-    """The callbacks of models of so many axes that the compiler need not know how many."""
-    least = MANY
+        return control_callback
 
     @numba.cfunc(CONTROL, cache=True, **_OPTIONS)
-    def control_callback(m, d):
+    def control_callback_of_many(m, d):
         if is_ours(m):
             axes = axes_of(pointer_at(m + MODEL_NUMERIC))
-            if axes >= least:
+            if axes >= known:
                 control(m, d, axes)
 
+    return control_callback_of_many
+
+
+@cache
+def _look(known: int) -> Any:
+    """The second callback, likewise."""
+    if known < MANY:
+
+        @numba.cfunc(SENSOR, cache=True, **_OPTIONS)
+        def sensor_callback(m, d, stage):
+            if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == known:
+                look(m, d, known)
+
+        return sensor_callback
+
     @numba.cfunc(SENSOR, cache=True, **_OPTIONS)
-    def sensor_callback(m, d, stage):
+    def sensor_callback_of_many(m, d, stage):
         if stage == ACCELERATION_STAGE and is_ours(m):
             axes = axes_of(pointer_at(m + MODEL_NUMERIC))
-            if axes >= least:
+            if axes >= known:
                 look(m, d, axes)
 
-    return control_callback, sensor_callback
+    return sensor_callback_of_many
 
 
 @intrinsic
