@@ -104,7 +104,7 @@ class Scenery:
                 )
 
     def _obstacles(self, pen: Pen, moment: Moment) -> None:
-        """The safe circle or sphere of every obstacle; a sphere has its outline, as seen, for a rim.
+        """The safe circle of every obstacle; of a sphere its outline, as seen.
 
         What keeps robots off an obstacle of another shape is drawn in the plane only.
         """
@@ -128,7 +128,6 @@ class Scenery:
                 pen.disc(spot, safe, palette.CONTACT, 0.07, 36)
                 pen.path(circle(spot, safe, 48, _X, _Y), palette.CONTACT, 1.5 * self._pixel, 0.55)
             else:
-                pen.ball(spot, safe, palette.CONTACT, 0.04)
                 pen.path(circle(spot, safe, 48, across, up), palette.CONTACT, self._pixel, 0.45)
 
     def _escort(self, pen: Pen, moment: Moment) -> None:

@@ -1,0 +1,142 @@
+"""`python -m benchmarks.crowds`: building, squeezing and flying a thousand robots, as in docs/crowds.md."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+import numpy as np  # noqa: E402
+
+from benchmarks.document import publish, table, wants_docs  # noqa: E402
+from benchmarks.paired import alternate, effort, paired  # noqa: E402
+from escort_mj import api  # noqa: E402
+from escort_mj.control import thomson  # noqa: E402
+from escort_mj.record.folder import open_run  # noqa: E402
+from escort_mj.scenario.schema import Scenario  # noqa: E402
+from escort_mj.world.build import build  # noqa: E402
+from escort_mj.world.callback import native_loop  # noqa: E402
+from escort_mj.world.plant import Plant  # noqa: E402
+
+PAGE = "crowds.md"
+BUILT = (100, 1000, 2000)
+SQUEEZED = {100: 60, 300: 30, 1000: 6}  # robots, and steps of a round
+ROUNDS = 3
+FEW = {"solver": "newton", "friction": True}
+MISSION = "crowd"
+
+
+def crowd(count: int) -> dict[str, Any]:
+    """Key paths that make the crowd's mission one of so many robots at the same spacing."""
+    size = (count / 1000) ** 0.5
+    placement = {"within": 18.0 * size, "least_gap": 0.4}
+    radius = {"mission.radius": 10.0 * size}
+    return {"robots.count": count, "robots.placement": placement, "obstacles": [], "expect": [], **radius}
+
+
+def building(count: int) -> list[str]:
+    """Processor time of what comes before the first step [s]."""
+    found: list[Any] = []
+    where = thomson.platformdirs.user_cache_path
+
+    def clocked(work: Callable[[], Any]) -> float:
+        return effort(lambda: found.append(work()))
+
+    read = clocked(lambda: api.load_scenario(MISSION, crowd(count)))
+    with tempfile.TemporaryDirectory() as nothing:
+        thomson.platformdirs.user_cache_path = lambda name: Path(nothing)  # as on a new machine
+        try:
+            figure = clocked(lambda: thomson.even_points(count, 3))
+        finally:
+            thomson.platformdirs.user_cache_path = where
+    world = clocked(lambda: build(found[0]))
+    megabytes = len(found[-1].xml) / 1e6
+    return [str(count), *(f"{each:.2f}" for each in (read, figure, world)), f"{megabytes:.1f}"]
+
+
+def heap(count: int, physics: dict[str, Any]) -> Plant:
+    """Robots in a dense cube, driven to the target in its middle until they are squeezed."""
+    side = int(np.ceil(count ** (1 / 3)))
+    grid = np.stack(np.meshgrid(*[np.arange(side)] * 3), axis=-1).reshape(-1, 3)[:count]
+    keys = {
+        "axes": 3,
+        "robots": {"positions": (0.405 * (grid - grid.mean(axis=0) + 0.01)).tolist()},
+        "mission": {"radius": 0.5, "behaviors": ["surface"], "target_feedforward": False},
+        "target": {"radius": 0.001},
+        "physics": physics,
+    }
+    plant = Plant(build(Scenario.model_validate(keys)))
+    with native_loop(plant.world):
+        plant.step(40 if count < max(SQUEEZED) else 30)
+    return plant
+
+
+def squeezed(count: int) -> list[str]:
+    """A step of the whole loop where all robots touch [ms]: with the physics of few, and of a crowd."""
+    plants = {"few": heap(count, FEW), "crowd": heap(count, {"solver": "cg", "friction": False})}
+    steps = SQUEEZED[count]
+
+    def turn(plant: Plant) -> float:
+        with native_loop(plant.world):
+            return effort(lambda: plant.step(steps)) / steps
+
+    times = alternate({name: lambda plant=plant: turn(plant) for name, plant in plants.items()}, ROUNDS)
+    assert not any(plant.warnings() for plant in plants.values())
+    used = plants["crowd"].data.maxuse_arena / 2**20
+    return [
+        str(count),
+        str(plants["crowd"].data.ncon),
+        *(f"{1e3 * float(np.median(times[name])):.2f}" for name in ("few", "crowd")),
+        f"**{paired(times, 'few', 'crowd'):.0f}**",
+        f"{used:.1f} of {plants['crowd'].world.model.narena / 2**20:.0f}",
+    ]
+
+
+def mission() -> list[list[str]]:
+    """The whole mission in a process of its own: what it cost, and what came of it."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / MISSION
+        command = [sys.executable, "-m", "escort_mj.cli", "run", MISSION, "--no-video", "--no-figures"]
+        start = time.perf_counter()
+        subprocess.run([*command, "--out", str(folder)], check=True)
+        wall = time.perf_counter() - start
+        used, run = resource.getrusage(resource.RUSAGE_CHILDREN), open_run(folder)
+        size = (folder / "trace.nc").stat().st_size / 1e6
+    facts = [
+        ["processor time, whole process", f"{used.ru_utime + used.ru_stime:.0f} s"],
+        ["wall time, with whatever else the machine did", f"{wall:.0f} s"],
+        ["most memory", f"{used.ru_maxrss / 1e6:.1f} GB"],
+        ["trace", f"{size:.0f} MB, {run.trace.sizes['time']} samples"],
+    ]
+    for verdict in run.verdicts:
+        found = str(verdict["message"]).partition(": ")[2]
+        facts.append([f"{verdict['metric']}: {verdict['demanded']}", found or str(verdict["message"])])
+    return facts
+
+
+def main(arguments: Any = None) -> None:
+    """Measures everything."""
+    write = wants_docs(__doc__, PAGE, arguments)
+    heads = {
+        "building": ["robots", "read, placed, checked", "even figure, once", "built, compiled", "MJCF [MB]"],
+        "squeezed": ["robots", "contacts", "few [ms]", "crowd [ms]", "ratio", "arena [MiB]"],
+        "mission": ["", MISSION],
+    }
+    rows = {
+        "building": [building(count) for count in BUILT],
+        "squeezed": [squeezed(count) for count in SQUEEZED],
+        "mission": mission(),
+    }
+    publish(PAGE, {name: table(heads[name], rows[name]) for name in heads}, write)
+
+
+if __name__ == "__main__":
+    main()
