@@ -142,11 +142,14 @@ class Scenery:
             pen.path(circle(center, radius, 96, across, up), palette.LIMIT, width / 2, 0.45, dashed=True)
 
     def _links(self, pen: Pen, moment: Moment) -> None:
-        """Who is whose neighbor; in a crowd once the two are where neighbors are, or all would be gray."""
+        """Who is whose neighbor; in a crowd once they are near, in space on this side of the target."""
         pairs = links_at(self.replay.formations, moment.sample)
         ends = moment.robots[pairs]
         if self._crowd:
             ends = ends[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) < self._near]
+            if not self.replay.planar:
+                beyond = (ends.mean(axis=1) - moment.target) @ np.array(pen.scene.camera[0].forward)
+                ends = ends[beyond < 0.0]
         for pair in ends:
             pen.path(pair, palette.LIMIT, 1.5 * self._pixel, 0.35)
 
