@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -85,14 +87,14 @@ class Plant:
         self._at_once = 2 * count
         return kept[:count]
 
-    def _save(self) -> tuple[Array, Array, Array]:
+    def _save(self) -> tuple[Array, Array, NDArray[Any]]:
         """All that stepping depends on and changes: physics, the controller's state, MuJoCo's warnings."""
         physics = np.empty(mujoco.mj_stateSize(self.world.model, PHYSICS))
         mujoco.mj_getState(self.world.model, self.data, physics, PHYSICS)
         memory = self.data.userdata[: -self.state.samples.size].copy()
         return physics, memory, self.data.warning.number.copy()
 
-    def _restore(self, saved: tuple[Array, Array, Array]) -> None:
+    def _restore(self, saved: tuple[Array, Array, NDArray[Any]]) -> None:
         physics, memory, warnings = saved
         mujoco.mj_setState(self.world.model, self.data, physics, PHYSICS)
         self.data.userdata[: len(memory)] = memory
