@@ -162,7 +162,8 @@ def _scalars(setup: Setup) -> dict[str, float]:
 
 def _side_by_side(setup: Setup) -> bool:
     """Whether the robots' outer loops can be run four at a time: nothing tells one from another."""
-    alike = not (setup.phases or setup.failures or setup.trigger) and isinstance(setup.outer, Nsb)
+    told = setup.phases or setup.failures or setup.trigger or setup.outside
+    alike = not told and isinstance(setup.outer, Nsb)
     return alike and setup.axes <= AXES and not any(isinstance(each, Repulsion) for each in setup.behaviors)
 
 
