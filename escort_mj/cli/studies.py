@@ -25,12 +25,17 @@ OutOption = Annotated[Path | None, typer.Option(help="Folder of results [default
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
 
 
-def _laid_out(study: Path, out: Path | None, workers: int | None) -> tuple[Design, Path, int]:
-    """A study's design, the folder of its results, and how many processes work on it."""
+def _laid_out(
+    study: Path, out: Path | None, workers: int | None, processes: bool = True
+) -> tuple[Design, Path, int]:
+    """A study's design, the folder of its results, and how many work on it.
+
+    Commands call it before they import anything slow: processes get ready meanwhile, if there are to be any.
+    """
     from escort_mj.study.parallel import cores, parent_of_workers
 
     count = cores() if workers is None else workers
-    if count > 1:
+    if processes and count > 1:
         parent_of_workers()
     from escort_mj import api
     from escort_mj.study.definition import load_study
@@ -126,10 +131,10 @@ def sweep(
 
     Example: escort-mj sweep scenarios/studies/minute.yaml --workers 2
     """
+    design, folder, count = _laid_out(study, out, workers, processes=backend == "local")
     from escort_mj.study import backends
     from escort_mj.study.sweep import sweep as make_runs
 
-    design, folder, count = _laid_out(study, out, workers)
     if backend == "dask":
         where = backends.dask(count, scheduler)
     else:
@@ -181,12 +186,12 @@ def tune(
 
     Example: escort-mj tune scenarios/studies/tune_apd_smc.yaml
     """
+    design, folder, count = _laid_out(study, out, workers)
     from escort_mj.study import backends
     from escort_mj.study.evaluate import base_of
     from escort_mj.study.tune import tune as search
     from escort_mj.study.tune_table import lines
 
-    design, folder, count = _laid_out(study, out, workers)
     with progress_bar("tuning", " trials") as progress:
         found = search(design, folder, backends.local(count), progress)
     section = design.study.tune
@@ -216,13 +221,13 @@ def falsify(
 
     Example: escort-mj falsify scenarios/studies/falsify_main.yaml
     """
+    design, folder, count = _laid_out(study, out, workers)
     from escort_mj.errors import RenderError
     from escort_mj.report.video import render_clip
     from escort_mj.study import backends
     from escort_mj.study.falsify import falsify as search
     from escort_mj.study.falsify import lines
 
-    design, folder, count = _laid_out(study, out, workers)
     with progress_bar("searching", " runs") as progress:
         found = search(design, folder, backends.local(count), progress)
     for line in lines(found):

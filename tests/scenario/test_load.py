@@ -69,6 +69,22 @@ def test_everything_wrong_at_once_in_the_order_of_the_file():
     assert [fault.split(": ")[1] for fault in found] == ["video.witdh", "recording.rate", "target.position"]
 
 
+@pytest.mark.parametrize("wrong", ["robots: {cuont: 2}", "uncertainty: {x: 1}", "target: {radius: -1}"])
+def test_wrong_dimensions_are_found_beside_parts_that_are_wrong_by_themselves(wrong: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(f"{wrong}\nwalls: [{{points: [[0, 0], [1]]}}]\nobstacles: [{{position: [1]}}]\n", "s")
+    keys = [fault.key for fault in caught.value.faults]
+    assert len(keys) == 3
+    assert keys[1:] == ["walls[0].points[1]", "obstacles[0].position"]
+
+
+def test_an_error_of_thousands_of_faults_stays_readable() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario("robots:\n" + "  count: 3\n" * 3000, "s")
+    assert len(caught.value.faults) == 2999
+    assert str(caught.value).splitlines()[-1] == "... and 2899 more faults"
+
+
 class TestFiles:
     def test_file(self, tmp_path: Path):
         path = tmp_path / "good.yaml"

@@ -384,19 +384,3 @@ def test_wrong_scenario(text: str, start: str, words: str):
     assert words in fault
     assert "pydantic" not in fault
     assert "Error" not in fault
-
-
-@pytest.mark.parametrize("wrong", ["robots: {cuont: 2}", "uncertainty: {x: 1}", "target: {radius: -1}"])
-def test_wrong_dimensions_are_found_beside_parts_that_are_wrong_by_themselves(wrong: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        parse_scenario(f"{wrong}\nwalls: [{{points: [[0, 0], [1]]}}]\nobstacles: [{{position: [1]}}]\n", "s")
-    keys = [fault.key for fault in caught.value.faults]
-    assert len(keys) == 3
-    assert keys[1:] == ["walls[0].points[1]", "obstacles[0].position"]
-
-
-def test_an_error_of_thousands_of_faults_stays_readable() -> None:
-    with pytest.raises(ScenarioError) as caught:
-        parse_scenario("robots:\n" + "  count: 3\n" * 3000, "s")
-    assert len(caught.value.faults) == 2999
-    assert str(caught.value).splitlines()[-1] == "... and 2899 more faults"
