@@ -45,7 +45,8 @@ clean: ## remove .venv and every cache
 	rm -rf .venv .cache .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-INSTALL := $(BIN)/uv pip install --quiet --python $(BIN)/python
+# Compiled here, so that no program has to compile what it imports each time it starts.
+INSTALL := $(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python
 
 .venv/.run: requirements/run.txt pyproject.toml | $(BIN)/uv
 	@echo "Installing the packages pinned in requirements/run.txt into .venv ..."
