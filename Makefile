@@ -38,7 +38,7 @@ format: .venv/.test ## put the code into its style
 
 COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --custom-compile-command "make lock"
 lock: $(BIN)/uv ## pin the dependencies anew (all of them to their newest: make lock ARGS=--upgrade)
-	$(COMPILE) $(ARGS) pyproject.toml --group setup -o requirements/run.txt
+	$(COMPILE) $(ARGS) pyproject.toml --group setup --extra video -o requirements/run.txt
 	$(COMPILE) $(ARGS) pyproject.toml --group setup --extra test -c requirements/run.txt -o requirements/test.txt
 
 clean: ## remove .venv and every cache

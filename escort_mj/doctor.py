@@ -20,6 +20,7 @@ WARNING: Literal["warning"] = "warning"
 BAD: Literal["bad"] = "bad"
 
 LITTLE_SPACE = 1 << 30  # bytes
+FOR_DEVELOPERS = ("docs", "test")  # extras
 UNFIT = {"4.0.0": "its solver has a fault that 4.0.1 mended, and dm_control cannot step it"}  # of MuJoCo
 
 
@@ -130,13 +131,13 @@ def _rendering() -> Finding:
 
 def _encoder() -> Finding:
     """Whether videos can be encoded."""
-    try:
-        import imageio_ffmpeg
+    from escort_mj.report.encode import find_ffmpeg
 
-        program = imageio_ffmpeg.get_ffmpeg_exe()
-        told = subprocess.run([program, "-version"], capture_output=True, text=True, timeout=60, check=True)
+    try:
+        command = [find_ffmpeg(), "-version"]
+        told = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     except Exception as error:
-        return Finding("ffmpeg", WARNING, f"{error}", "pip install --force-reinstall imageio-ffmpeg")
+        return Finding("ffmpeg", WARNING, f"{error}", "pip install --force-reinstall 'escort-mj[video]'")
     return Finding("ffmpeg", GOOD, " ".join(told.stdout.split()[2:3]))
 
 
@@ -145,7 +146,7 @@ def _extras() -> Iterator[Finding]:
     metadata = importlib.metadata.metadata("escort-mj")
     needed = [Requirement(text) for text in importlib.metadata.requires("escort-mj") or ()]
     for extra in metadata.get_all("Provides-Extra") or ():
-        if extra == "test":
+        if extra in FOR_DEVELOPERS:
             continue
         packages = [
             package.name

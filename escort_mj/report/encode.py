@@ -6,7 +6,6 @@ import shutil
 from pathlib import Path
 from types import TracebackType
 
-import imageio_ffmpeg
 import mediapy
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,25 @@ from escort_mj.errors import RenderError
 
 FAULTS = (OSError, RuntimeError)  # a broken pipe to the encoder, or the encoder's own words
 LEAST_SPACE = 4 << 20  # bytes; with less the disk counts as full
+NO_FFMPEG = "there is no ffmpeg here; this brings one: pip install 'escort-mj[video]'"
 ENCODER = ("-preset", "veryfast", "-movflags", "+faststart")
+
+
+def find_ffmpeg() -> str:
+    """The program that encodes: imageio-ffmpeg's own (extra `video`), or the one on the path.
+
+    Raises:
+        RenderError: If there is neither.
+    """
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        program = shutil.which("ffmpeg")
+    else:
+        program = imageio_ffmpeg.get_ffmpeg_exe()
+    if program is None:
+        raise RenderError(NO_FFMPEG)
+    return program
 
 
 class VideoFile:
@@ -32,8 +49,11 @@ class VideoFile:
             path: Where to write; the suffix chooses the container.
             size: Width and height, both even [pixel].
             rate: Frames per second.
+
+        Raises:
+            RenderError: If there is no ffmpeg.
         """
-        mediapy.set_ffmpeg(imageio_ffmpeg.get_ffmpeg_exe())
+        mediapy.set_ffmpeg(find_ffmpeg())
         self.path = path
         self._writer = mediapy.VideoWriter(
             path, size[::-1], fps=rate, crf=23, encoded_format="yuv420p", ffmpeg_args=ENCODER

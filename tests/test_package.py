@@ -1,0 +1,97 @@
+"""The package as users get it: what wheel and sdist carry, and that the wheel works far from any checkout."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+import tarfile
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the wheel and the sdist."""
+    folder = tmp_path_factory.mktemp("dist")
+    command = [sys.executable, "-m", "hatchling", "build", "--directory", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return folder
+
+
+def the(folder: Path, pattern: str) -> Path:
+    (found,) = folder.glob(pattern)
+    return found
+
+
+def shipped(*folders: str) -> set[str]:
+    return {
+        path.relative_to(ROOT).as_posix()
+        for folder in folders
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+
+
+def test_the_wheel_carries_code_models_and_scenarios(built: Path) -> None:
+    names = {name for name in zipfile.ZipFile(the(built, "*.whl")).namelist() if ".dist-info/" not in name}
+    data = {f"escort_mj/{name}" for name in shipped("models", "scenarios")}
+    assert names == shipped("escort_mj") | data
+    assert "escort_mj/py.typed" in names
+
+
+def test_the_sdist_carries_what_its_tests_and_docs_need(built: Path) -> None:
+    with tarfile.open(the(built, "*.tar.gz")) as sdist:
+        names = {name.split("/", 1)[1] for name in sdist.getnames()}
+    assert shipped("escort_mj", "models", "scenarios", "tests", "examples", "requirements") <= names
+    assert {"Makefile", "pyproject.toml", "CITATION.cff", "CHANGELOG.md"} <= names
+    assert not any(name.startswith(("renders", ".github")) for name in names)
+
+
+def test_one_version_everywhere() -> None:
+    version = PROJECT["project"]["version"]
+    assert f"version: {version}\n" in (ROOT / "CITATION.cff").read_text()
+    released = re.findall(r"^## \[(\d[^]]*)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert released[0] == version
+
+
+def ask_uv(*arguments: str) -> str:
+    """What uv answers; nothing where it has no answer."""
+    return subprocess.run(["uv", *arguments], capture_output=True, text=True).stdout.strip()
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)  # each installs a gigabyte and compiles the kernels
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13"])
+def test_the_wheel_works_in_an_empty_environment(
+    built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: str
+) -> None:
+    monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
+    if not (python := ask_uv("python", "find", "--no-python-downloads", "--no-project", "--system", version)):
+        pytest.skip(f"no Python {version} here")
+    (tmp_path / "overrides.txt").write_text("\n".join(PROJECT["tool"]["uv"]["override-dependencies"]))
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    environment |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "UV_CACHE_DIR": ask_uv("cache", "dir")}
+
+    def sh(*command: str) -> str:
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    sh("uv", "venv", "--python", python, "venv")
+    install = ("uv", "pip", "install", "--python", "venv/bin/python", "--overrides", "overrides.txt")
+    sh(*install, f"escort-mj[video] @ {the(built, '*.whl').as_uri()}")
+    escort = str(tmp_path / "venv" / "bin" / "escort-mj")
+    place = sh("venv/bin/python", "-c", "import escort_mj; print(escort_mj.__file__)")
+    assert Path(place.strip()).is_relative_to(tmp_path)
+    assert "main: completed" in sh(escort, "run", "main", "--no-video")
+    assert "2 passed" in sh(escort, "check", "main", "robots/slung", "--workers", "1")
+    findings = {finding["check"]: finding for finding in json.loads(sh(escort, "doctor", "--json"))}
+    assert all(finding["state"] != "bad" for finding in findings.values())
+    assert findings["ffmpeg"]["state"] == "good"
