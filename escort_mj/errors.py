@@ -73,5 +73,11 @@ class RunFolderError(EscortError):
     exit_code = 2
 
 
+class BrokenRunError(RunFolderError):
+    """A run that had begun and whose folder can no longer be written (a full disk, a share that is gone)."""
+
+    exit_code = 3
+
+
 class RenderError(EscortError):
     """A video or picture that could not be drawn; the run itself is not lost."""

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.errors import RunFolderError, UsageError
+from escort_mj.errors import BrokenRunError, RunFolderError, UsageError
 from escort_mj.record.episodes import NONE
 from escort_mj.record.files import TEMPORARY, write_json, write_text
 from escort_mj.record.journal import Journal
@@ -81,7 +81,7 @@ class RunFolder:
             "message": Outcome.RUNNING.meaning,
             "started": _now(),
         }
-        with _writing(path):
+        with _writing(path, RunFolderError):
             path.mkdir(parents=True, exist_ok=True)
             with _alone(path):
                 _refuse_foreign_or_live(path)
@@ -193,12 +193,12 @@ def _alone(path: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _writing(path: Path) -> Iterator[None]:
+def _writing(path: Path, fault: type[RunFolderError] = BrokenRunError) -> Iterator[None]:
     """Turns what the file system says into one sentence with the folder's name."""
     try:
         yield
     except OSError as error:
-        raise RunFolderError(f"{path}: cannot be written: {error.strerror or error}") from None
+        raise fault(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
 def _remove(entry: Path) -> None:

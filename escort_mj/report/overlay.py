@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 
-import matplotlib
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from escort_mj import palette
+from escort_mj.report.letters import font_file, legible
 from escort_mj.report.losses import LOST
 from escort_mj.report.replay import Flags
 from escort_mj.report.stages import Panel
@@ -30,9 +29,8 @@ BAD: Ink = (176, 0, 32)
 
 @cache
 def _font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
-    """DejaVu Sans as matplotlib ships it: a machine need not have any font."""
-    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
-    return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)
+    """The pictures' own font."""
+    return ImageFont.truetype(font_file(bold), size)
 
 
 class Overlay:
@@ -48,7 +46,7 @@ class Overlay:
     def __init__(
         self, title: str, speed: float, count: int, size: tuple[int, int], captions: Sequence[Caption] = ()
     ) -> None:
-        self.title = title
+        self.title = legible(title)
         self.speed = speed
         self.count = count
         self.captions = captions

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from escort_mj import palette
+from escort_mj.report.letters import FONT, spell
 
 WIDTH = 7.2  # inches: two columns of a journal page
 DPI = 200
@@ -27,7 +28,7 @@ Key = tuple[str, Any]
 """A legend entry: its words, and an artist, or artists drawn on each other."""
 
 _STYLE: Any = {
-    "font.family": "DejaVu Sans",
+    "font.family": FONT,
     "font.size": 8.5,
     "axes.titlesize": 9.0,
     "axes.titleweight": "bold",
@@ -82,6 +83,7 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         below = 1.0 - line * (2.3 if note else 1.4)
         canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, below))
         yield canvas
+        spell(canvas)
         path.parent.mkdir(parents=True, exist_ok=True)
         canvas.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix == ".svg" else None)
 

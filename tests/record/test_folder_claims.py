@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.errors import RunFolderError, UsageError
+from escort_mj.errors import BrokenRunError, RunFolderError, UsageError
 from escort_mj.record.folder import RunFolder, open_run
 
 
@@ -126,5 +126,5 @@ class TestWhoMayWrite:
         folder._journal._file.close()
         with open("/dev/full", "wb", buffering=0) as full:
             folder._journal._file = full
-            with pytest.raises(RunFolderError, match="cannot be written: No space left on device"):
+            with pytest.raises(BrokenRunError, match="cannot be written: No space left on device"):
                 folder.append(samples)

@@ -1,0 +1,64 @@
+"""Letters that the pictures' own font lacks: from other fonts of the machine, or boxes in their place."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import matplotlib
+from matplotlib.figure import Figure
+from matplotlib.font_manager import fontManager, get_font
+from matplotlib.text import Text
+
+FONT = "DejaVu Sans"  # which matplotlib ships: a machine need not have any other
+BOX = "□"
+NO_FONT = "Last Resort"  # how matplotlib's font begins its name that has a sign for every code point
+
+
+def font_file(bold: bool = False) -> str:
+    """Where the pictures' own font lies."""
+    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
+    return str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name)
+
+
+def legible(words: str) -> str:
+    """Words with a box for every letter that the pictures' own font lacks."""
+    return "".join(letter if letter in _letters(font_file()) else BOX for letter in words)
+
+
+def spell(figure: Figure) -> None:
+    """Gives every text of a figure the fonts that its letters need, and boxes where no font has them."""
+    for text in figure.findobj(Text):
+        words = text.get_text()
+        lacking, families = set(words) - _letters(font_file()) - {"\n"}, [FONT]
+        while lacking:
+            letter = min(lacking)
+            family, letters = _font_with(letter)
+            if family:
+                families.append(family)
+            else:
+                words = words.replace(letter, BOX)
+            lacking -= letters
+        if len(families) > 1:
+            text.set_fontfamily(families)
+            text.set_fontweight("normal")  # which every font has
+        if words != text.get_text():
+            text.set_text(words)
+
+
+@lru_cache(maxsize=64)
+def _letters(file: str) -> frozenset[str]:
+    """All letters of a font; none of a file that cannot be read as one."""
+    try:
+        return frozenset(map(chr, get_font(file).get_charmap()))
+    except (OSError, RuntimeError):
+        return frozenset()
+
+
+@lru_cache(maxsize=256)
+def _font_with(letter: str) -> tuple[str, frozenset[str]]:
+    """Name and letters of the first installed font that has a letter; no name where none has it."""
+    for entry in sorted(fontManager.ttflist, key=lambda font: (font.name, font.fname)):
+        if not entry.name.startswith(NO_FONT) and letter in (letters := _letters(entry.fname)):
+            return entry.name, letters
+    return "", frozenset(letter)
