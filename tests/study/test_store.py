@@ -12,7 +12,7 @@ import pytest
 
 from escort_mj.errors import UsageError
 from escort_mj.signals import METRIC_NAMES
-from escort_mj.study.store import FILE, Row, Store, open_store
+from escort_mj.study.store import FILE, SILENCE, Row, Store, open_store
 
 
 def row(key: str, **changes: object) -> Row:
@@ -102,3 +102,36 @@ def test_what_is_no_store_is_refused(tmp_path: Path) -> None:
     connection.close()
     with pytest.raises(UsageError, match="results of format 99; this program reads 1"):
         Store(other)
+
+
+@pytest.mark.parametrize("jump", [-1e6, 1e6])
+def test_a_clock_that_is_set_takes_no_claim_from_the_living(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jump: float
+) -> None:
+    with Store(tmp_path) as first, Store(tmp_path) as second:
+        second._owner = first._owner.replace("host", "hust")  # no process of this machine's
+        assert first.claim(["a"]) == ["a"]
+        now = time.time()
+        monkeypatch.setattr(time, "time", lambda: now + jump)
+        assert second.claim(["a"]) == []
+        first.put(row("a"))
+        assert second.claim(["a"]) == []
+
+
+def test_another_machines_claim_lapses_after_silence_and_its_late_result_changes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Store(tmp_path) as away, Store(tmp_path) as here:
+        away._owner = json.dumps(json.loads(away._owner) | {"host": "elsewhere"}, sort_keys=True)
+        assert away.claim(["a", "b"]) == ["a", "b"]
+        now = time.time()
+        monkeypatch.setattr(time, "time", lambda: now + SILENCE - 1.0)
+        assert here.claim(["a"]) == []
+        away.beat()
+        monkeypatch.setattr(time, "time", lambda: now + 1.5 * SILENCE)
+        assert here.claim(["a"]) == []
+        monkeypatch.setattr(time, "time", lambda: now + 3.0 * SILENCE)
+        assert here.claim(["a"]) == ["a"]
+        here.put(row("a"))
+        away.put(row("a", seed=9))
+        assert here.get(["a"])["a"].seed == 3
