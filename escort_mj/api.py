@@ -5,14 +5,13 @@ from __future__ import annotations
 import difflib
 import math
 import os
-from collections.abc import Iterable, Iterator, Sequence, Sized
-from importlib.resources import files
+from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
 from pathlib import Path
 
 from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, Run, fly
-from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_in
+from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scenarios_in, study_names
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
@@ -20,13 +19,7 @@ from escort_mj.scenario.overrides import Overrides
 from escort_mj.study.check import Case
 from escort_mj.study.parallel import cores
 
-__all__ = ["cases", "fly", "load_scenario", "run", "run_many"]
-
-
-def scenarios_folder() -> Path:
-    """Folder of the shipped scenarios: inside an installed package, or beside the package in a checkout."""
-    package = Path(str(files("escort_mj")))
-    return package / "scenarios" if (package / "scenarios").is_dir() else package.parent / "scenarios"
+__all__ = ["cases", "fly", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
 
 
 def shipped_scenarios() -> list[str]:
@@ -54,13 +47,29 @@ def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     Raises:
         UsageError: If there is neither such a file nor such a shipped scenario.
     """
+    return _shipped(path, "scenario", shipped_scenarios)
+
+
+def study_path(path: str | os.PathLike[str]) -> Path:
+    """The file of a study: as given, or the shipped one of that name, such as `studies/minute`.
+
+    Raises:
+        UsageError: If there is neither such a file nor such a shipped study.
+    """
+    return Path(_shipped(path, "study", lambda: study_names(scenarios_folder())))
+
+
+def _shipped(
+    path: str | os.PathLike[str], what: str, shipped: Callable[[], list[str]]
+) -> str | os.PathLike[str]:
+    """A file as it was given, or the shipped one of that name."""
     name = os.fspath(path)
     if Path(name).exists() or name.endswith(SUFFIXES):
         return path
-    if name not in shipped_scenarios():
-        close = difflib.get_close_matches(name, shipped_scenarios(), 1)
-        hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(shipped_scenarios())}"
-        raise UsageError(f"{name}: there is no such file or shipped scenario; {hint}")
+    if name not in (names := shipped()):
+        close = difflib.get_close_matches(name, names, 1)
+        hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(names)}"
+        raise UsageError(f"{name}: there is no such file or shipped {what}; {hint}")
     return scenarios_folder() / f"{name}.yaml"
 
 

@@ -16,6 +16,12 @@ _MODELINE = re.compile(r"^#\s*yaml-language-server:\s*\$schema=(\S+)", re.MULTIL
 _TOP_KEY = re.compile(r"^([A-Za-z_]+)\s*:", re.MULTILINE)
 
 
+def scenarios_folder() -> Path:
+    """Folder of the shipped scenarios: inside an installed package, or beside the package in a checkout."""
+    package = Path(__file__).parent
+    return package / "scenarios" if (package / "scenarios").is_dir() else package.parent / "scenarios"
+
+
 def is_scenario(path: Path, asked: bool = False) -> bool:
     """Whether a YAML file is a scenario, by its first lines.
 
@@ -55,6 +61,15 @@ def _is_our_schema(path: Path) -> bool:
 def scenario_names(folder: Path) -> list[str]:
     """Names of the scenarios of a folder, such as `paper/case1_2d`; studies are none."""
     return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in scenarios_in(folder))
+
+
+def study_names(folder: Path) -> list[str]:
+    """Names of the studies of a folder, such as `studies/minute`."""
+    return sorted(
+        path.relative_to(folder).with_suffix("").as_posix()
+        for path in folder.rglob("*.yaml")
+        if re.search(r"^study\s*:", path.read_text(encoding="utf-8"), re.MULTILINE)
+    )
 
 
 def scenarios_in(folder: Path) -> Iterator[Path]:

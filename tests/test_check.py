@@ -49,7 +49,7 @@ def test_one_that_passes_leaves_nothing(check, tmp_path: Path) -> None:
 
 
 def test_a_folder_with_everything_in_it(check, tmp_path: Path, monkeypatch) -> None:
-    code, out, err = check("s", "nosuch", "--junit", "j.xml", "--json", "j.json", "--github")
+    code, out, err = check("s", "nosuch", "--junit", "j.xml", "--github")
     assert code == 3 and err == ""
     assert "8 scenarios: 3 passed, 2 failed, 2 cannot run, 1 broke" in out
     for words in (
@@ -98,8 +98,9 @@ def test_junit(check, tmp_path: Path) -> None:
 
 
 def test_json(check, tmp_path: Path) -> None:
-    check("s", "--json", "j.json")
-    found = json.loads((tmp_path / "j.json").read_text(), parse_constant=pytest.fail)
+    _, out, err = check("s", "--json", "--github")
+    assert "::error file=s/fails.yaml,line=7" in err
+    found = json.loads(out, parse_constant=pytest.fail)
     assert (found["passed"], found["exit_code"]) == (False, 3)
     scenarios = {one["label"].removeprefix("s/"): one for one in found["scenarios"]}
     codes = {name: one["exit_code"] for name, one in scenarios.items()}

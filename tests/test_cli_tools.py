@@ -46,7 +46,7 @@ def test_export_says_what_it_cannot_do(command) -> None:
 def test_doctor(command) -> None:
     code, out, err = command("doctor", "--json")
     assert (code, err) == (0, "")
-    checks = {finding["check"]: finding for finding in json.loads(out)}
+    checks = {finding["check"]: finding for finding in json.loads(out)["findings"]}
     assert {"python", "packages", "mujoco", "kernels", "output", "rendering", "ffmpeg"} <= checks.keys()
     code, out, _ = command("doctor")
     assert code == 0 and out.count("\n") >= len(checks)

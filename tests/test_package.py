@@ -92,6 +92,8 @@ def test_the_wheel_works_in_an_empty_environment(
     assert Path(place.strip()).is_relative_to(tmp_path)
     assert "main: completed" in sh(escort, "run", "main", "--no-video")
     assert "2 passed" in sh(escort, "check", "main", "robots/slung", "--workers", "1")
-    findings = {finding["check"]: finding for finding in json.loads(sh(escort, "doctor", "--json"))}
+    findings = {
+        finding["check"]: finding for finding in json.loads(sh(escort, "doctor", "--json"))["findings"]
+    }
     assert all(finding["state"] != "bad" for finding in findings.values())
     assert findings["ffmpeg"]["state"] == "good"

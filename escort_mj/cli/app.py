@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, NoReturn
 
 import typer
 
+from escort_mj.cli import complete
 from escort_mj.errors import EscortError, ScenarioError
 
 app = typer.Typer(
@@ -26,12 +27,42 @@ app = typer.Typer(
 GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
 
 ScenarioArgument = Annotated[
-    str, typer.Argument(help="A scenario file, or the name of a shipped one, such as main.")
+    str,
+    typer.Argument(
+        help="A scenario file, or the name of a shipped one, such as main.",
+        autocompletion=complete.scenarios,
+    ),
 ]
+RunArgument = Annotated[
+    Path, typer.Argument(help="A run folder.", exists=True, file_okay=False, autocompletion=complete.runs)
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
 SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY.PATH=VALUE", help="Overrides one value; may be given many times."),
 ]
+
+
+def finish(
+    command: str, as_json: bool, lines: Iterable[str], code: int = GOOD, /, **results: Any
+) -> NoReturn:
+    """Ends a command with its exit code: prints lines for people, or what came of it as one JSON document.
+
+    Args:
+        command: Its name.
+        as_json: Whether to print JSON.
+        lines: What people read.
+        code: The exit code.
+        results: What programs read; every document has `command` and `exit_code`, too (docs/json.md).
+    """
+    if as_json:
+        from escort_mj.record.files import json_text
+
+        typer.echo(json_text({"command": command, "exit_code": code} | results))
+    else:
+        for line in lines:
+            typer.echo(line)
+    raise typer.Exit(code)
 
 
 def draw_video(folder: Path) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,10 +13,14 @@ from escort_mj.cli.app import (
     BROKEN,
     GOOD,
     VERDICT_FAILED,
+    JsonOption,
+    RunArgument,
     ScenarioArgument,
     SetOption,
     app,
+    complete,
     draw_video,
+    finish,
     progress_bar,
     shown,
 )
@@ -34,10 +39,13 @@ def run(
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
     ] = True,
+    as_json: JsonOption = False,
 ) -> None:
     """Run one scenario and write its run folder.
 
-    Example: escort-mj run main --set controller=asmc --set mission.max_speed=1 --no-video
+    Example: escort-mj run main
+
+    Example: escort-mj run mine.yaml --set controller=asmc --set mission.max_speed=1 --no-video
     """
     from escort_mj import api
     from escort_mj.record.folder import RunFolder
@@ -48,7 +56,8 @@ def run(
         progress_bar("simulating", " s") as progress,
     ):
         result = api.fly(mission, folder, progress)
-    _report(result)
+    if not as_json:
+        _report(result)
     written = ["scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
     if figures:
         from escort_mj.report.figures import draw_figures
@@ -56,80 +65,105 @@ def run(
         written.append(f"figures/ ({len(draw_figures(folder.path))})")
     if video and draw_video(folder.path):
         written.append("video.mp4")
-    typer.echo(f"wrote {shown(folder.path)}: {' '.join(written)}")
-    raise typer.Exit(_exit_code(result))
+    finish(
+        "run",
+        as_json,
+        [f"wrote {shown(folder.path)}: {' '.join(written)}"],
+        _exit_code(result),
+        scenario=result.scenario.name,
+        outcome=result.outcome.value,
+        message=result.message,
+        verdicts=[asdict(verdict) for verdict in result.verdicts],
+        metrics=result.metrics,
+        folder=shown(folder.path),
+        written=[name.split(" ")[0] for name in written],
+    )
 
 
 @app.command()
 def check(
     paths: Annotated[
-        list[str], typer.Argument(help="Scenario files, folders of them, or names of shipped ones.")
+        list[str],
+        typer.Argument(
+            help="Scenario files, folders of them, or names of shipped ones.",
+            autocompletion=complete.scenarios,
+        ),
     ],
     out: Annotated[Path, typer.Option(help="Where run folders of those that fail go.")] = Path(
         "renders/check"
     ),
     workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
     junit: Annotated[Path | None, typer.Option(help="Also write JUnit XML to this file.")] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Also write JSON to this file.")] = None,
     github: Annotated[bool, typer.Option("--github", help="Also print GitHub annotations.")] = False,
     keep: Annotated[bool, typer.Option("--keep", help="Keep run folders of those that pass, too.")] = False,
     video: Annotated[
         bool, typer.Option("--video/--no-video", help="Whether to draw a clip of those that fail.")
     ] = True,
+    as_json: JsonOption = False,
 ) -> None:
     """Run scenarios side by side and judge them: exit code 1 if a verdict fails, 2 bad input, 3 a run broke.
 
-    Example: escort-mj check scenarios/ --junit report.xml
+    Example: escort-mj check main paper/case1_2d
+
+    Example: escort-mj check scenarios/ --junit report.xml --json > report.json
     """
     from escort_mj import api
-    from escort_mj.record.files import write_json, write_text
+    from escort_mj.record.files import write_text
     from escort_mj.report import checked
     from escort_mj.report.check import check as check_all
 
-    for file in (junit, json_file):
-        if file is not None and not file.parent.is_dir():
-            raise UsageError(f"{file}: there is no folder {file.parent}")
+    if junit is not None and not junit.parent.is_dir():
+        raise UsageError(f"{junit}: there is no folder {junit.parent}")
     with progress_bar("checking", " scenarios") as progress:
         results = check_all(api.cases(paths), out, workers, keep, video, progress)
-    for line in checked.table(results):
-        typer.echo(line)
     if junit is not None:
         write_text(junit, checked.junit(results))
-    if json_file is not None:
-        write_json(json_file, checked.as_json(results))
     for line in checked.github(results) if github else ():
-        typer.echo(line)
-    raise typer.Exit(checked.exit_code(results))
+        typer.echo(line, err=as_json)  # GitHub reads both
+    finish("check", as_json, checked.table(results), checked.exit_code(results), **checked.as_json(results))
 
 
 @app.command()
 def render(
-    run_folder: Annotated[Path, typer.Argument(help="A run folder.", exists=True, file_okay=False)],
+    run_folder: RunArgument,
+    as_json: JsonOption = False,
 ) -> None:
-    """Draw the figures and the video of a run folder anew."""
+    """Draw the figures and the video of a run folder anew.
+
+    Example: escort-mj render renders/main
+    """
     from escort_mj.report.figures import draw_figures
 
-    for path in draw_figures(run_folder):
-        typer.echo(shown(path))
+    written = [shown(path) for path in draw_figures(run_folder)]
     if draw_video(run_folder):
-        typer.echo(shown(run_folder / "video.mp4"))
+        written.append(shown(run_folder / "video.mp4"))
+    finish("render", as_json, written, written=written)
 
 
 @app.command()
 def show(
-    run_folder: Annotated[Path, typer.Argument(help="A run folder.", exists=True, file_okay=False)],
+    run_folder: RunArgument,
+    as_json: JsonOption = False,
 ) -> None:
-    """Say what a run folder holds; recovers the trace of a run that was killed."""
+    """Say what a run folder holds; recovers the trace of a run that was killed.
+
+    Example: escort-mj show renders/main
+    """
     from escort_mj.expect.verdicts import Verdict, verdict_lines
     from escort_mj.record.folder import open_run
 
     stored = open_run(run_folder)
-    typer.echo(f"{shown(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}")
-    typer.echo(f"trace: {stored.trace.sizes['time']} samples of {stored.trace.sizes['robot']} robots")
-    if physics := stored.trace.attrs.get("contact_physics"):
-        typer.echo(f"physics: {physics}")
-    for line in verdict_lines([Verdict(**verdict) for verdict in stored.verdicts]):
-        typer.echo(line)
+    samples, robots = stored.trace.sizes["time"], stored.trace.sizes["robot"]
+    physics = stored.trace.attrs.get("contact_physics")
+    lines = [
+        f"{shown(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}",
+        f"trace: {samples} samples of {robots} robots",
+        *([f"physics: {physics}"] if physics else []),
+        *verdict_lines([Verdict(**verdict) for verdict in stored.verdicts]),
+    ]
+    told = {key: stored.outcome[key] for key in ("outcome", "message")} | {"physics": physics}
+    told |= {"samples": samples, "robots": robots, "verdicts": stored.verdicts}
+    finish("show", as_json, lines, folder=shown(run_folder), **told)
 
 
 @app.command()

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
@@ -11,9 +13,13 @@ from escort_mj.cli.app import (
     BROKEN,
     GOOD,
     VERDICT_FAILED,
+    JsonOption,
+    RunArgument,
     ScenarioArgument,
     SetOption,
     app,
+    complete,
+    finish,
     progress_bar,
     shown,
 )
@@ -25,8 +31,17 @@ OutOption = Annotated[Path | None, typer.Option(help="Folder of results [default
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
 
 
+StudyArgument = Annotated[
+    str,
+    typer.Argument(
+        help="A study file, or the name of a shipped one, such as studies/minute.",
+        autocompletion=complete.studies,
+    ),
+]
+
+
 def _laid_out(
-    study: Path, out: Path | None, workers: int | None, processes: bool = True
+    study: str, out: Path | None, workers: int | None, processes: bool = True
 ) -> tuple[Design, Path, int]:
     """A study's design, the folder of its results, and how many work on it.
 
@@ -41,7 +56,7 @@ def _laid_out(
     from escort_mj.study.definition import load_study
     from escort_mj.study.design import Design
 
-    design = Design(load_study(study), api.scenarios_folder())
+    design = Design(load_study(api.study_path(study)), api.scenarios_folder())
     folder = out if out is not None else Path("renders") / "studies" / design.study.study
     return design, folder, count
 
@@ -58,6 +73,7 @@ def reproduce(
     workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
     docs: Annotated[Path | None, typer.Option(help="Also write the table to this file of the docs.")] = None,
     again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Run the paper's simulations, draw its figures, and say what of its claims holds.
 
@@ -68,10 +84,15 @@ def reproduce(
 
     with progress_bar("reproducing", " steps") as progress:
         result = reproduce_paper(api.scenarios_folder(), out, only or (), workers, docs, again, progress)
-    for line in result.lines:
-        typer.echo(line)
-    typer.echo(f"wrote {shown(out)}: {' '.join(result.written)}")
-    raise typer.Exit(GOOD if result.stated else BROKEN)
+    _finish(
+        "reproduce",
+        as_json,
+        result.lines,
+        out,
+        result.written,
+        "table.json",
+        GOOD if result.stated else BROKEN,
+    )
 
 
 @app.command()
@@ -95,6 +116,7 @@ def compare(
         Path | None, typer.Option(help="Also put the table into this page, between its marks.")
     ] = None,
     again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Run one scenario under several laws and outer loops, and compare them in one table.
 
@@ -107,15 +129,20 @@ def compare(
     folder = out if out is not None else Path("renders") / "compare" / mission.name
     with progress_bar("comparing", " runs") as progress:
         result = compare_laws(mission, folder, laws or (), outer or (), seeds, workers, docs, again, progress)
-    for line in result.lines:
-        typer.echo(line)
-    typer.echo(f"wrote {shown(folder)}: {' '.join(result.written)}")
-    raise typer.Exit(GOOD if result.stated else BROKEN)
+    _finish(
+        "compare",
+        as_json,
+        result.lines,
+        folder,
+        result.written,
+        "table.json",
+        GOOD if result.stated else BROKEN,
+    )
 
 
 @app.command()
 def sweep(
-    study: Annotated[Path, typer.Argument(help="A study file.")],
+    study: StudyArgument,
     out: OutOption = None,
     workers: WorkersOption = None,
     backend: Annotated[
@@ -126,10 +153,13 @@ def sweep(
         str | None, typer.Option(help="A running Dask scheduler, such as tcp://host:8786 [default: our own].")
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Begin however large the study is.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Make the runs of a study that have not been made yet; interrupted or killed, it goes on where it was.
 
-    Example: escort-mj sweep scenarios/studies/minute.yaml --workers 2
+    Example: escort-mj sweep studies/minute --workers 2
+
+    Example: escort-mj sweep mine.yaml --backend dask --scheduler tcp://host:8786
     """
     design, folder, count = _laid_out(study, out, workers, processes=backend == "local")
     from escort_mj.study import backends
@@ -141,21 +171,25 @@ def sweep(
         where = backends.threads(count) if backend == "threads" else backends.local(count)
     with progress_bar("sweeping", " runs") as progress:
         done = make_runs(design, folder, where, count, yes, progress)
-    typer.echo(
+    written = ["results.sqlite", "runs.csv", "study.yaml"]
+    lines = [
         f"{design.study.study}: {done.runs} runs in {len(design.cells)} cells: {done.made} made now, "
-        f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke"
-    )
-    typer.echo(f"wrote {shown(folder)}: results.sqlite runs.csv study.yaml")
-    raise typer.Exit(BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD)
+        f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke",
+        f"wrote {shown(folder)}: {' '.join(written)}",
+    ]
+    told = {"study": design.study.study, "cells": len(design.cells)} | done._asdict()
+    code = BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD
+    finish("sweep", as_json, lines, code, folder=shown(folder), written=written, **told)
 
 
 @app.command()
 def rerun(
-    run_folder: Annotated[Path, typer.Argument(help="A run folder.", exists=True, file_okay=False)],
+    run_folder: RunArgument,
     out: Annotated[Path | None, typer.Option(help="Run folder for the new run [default: none].")] = None,
     tolerance: Annotated[
         float, typer.Option(min=0.0, help="Relative difference up to which metrics agree.")
     ] = 1e-3,
+    as_json: JsonOption = False,
 ) -> None:
     """Make the run of a run folder again, and say whether its bits, or else its metrics, agree.
 
@@ -168,23 +202,26 @@ def rerun(
 
     with progress_bar("simulating", " s") as progress:
         found = make_again(run_folder, out, tolerance, progress)
-    for line in lines(found):
-        typer.echo(line)
-    raise typer.Exit(GOOD if found.good else VERDICT_FAILED)
+    told = {
+        name: getattr(found, name) for name in ("good", "same_bits", "until", "differing", "missing", "apart")
+    }
+    told |= {"outcomes": found.outcomes, "versions": found.versions, "verdicts": found.verdicts}
+    finish("rerun", as_json, lines(found), GOOD if found.good else VERDICT_FAILED, **told)
 
 
 @app.command()
 def tune(
-    study: Annotated[Path, typer.Argument(help="A study file with a section tune.")],
+    study: StudyArgument,
     out: OutOption = None,
     workers: WorkersOption = None,
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Whether to draw how it went.")
     ] = True,
+    as_json: JsonOption = False,
 ) -> None:
-    """Tune values of a scenario within the bounds of a study; broken off, it goes on where it was.
+    """Tune values of a scenario within the bounds of a study's section tune; broken off, it goes on.
 
-    Example: escort-mj tune scenarios/studies/tune_apd_smc.yaml
+    Example: escort-mj tune studies/tune_apd_smc
     """
     design, folder, count = _laid_out(study, out, workers)
     from escort_mj.study import backends
@@ -196,30 +233,30 @@ def tune(
         found = search(design, folder, backends.local(count), progress)
     section = design.study.tune
     assert section is not None, "tune has refused studies without it"
-    for line in lines(found, section, {key: base_of(design, key) for key in section.over}):
-        typer.echo(line)
+    said = lines(found, section, {key: base_of(design, key) for key in section.over})
     written = ["results.sqlite", "trials.csv", "tune.json", "best.yaml"]
     if figures:
         from escort_mj.report.tuning import draw_tuning
 
         written += [path.name for path in draw_tuning(folder, section, found)]
-    typer.echo(f"wrote {shown(folder)}: {' '.join(written)}")
+    _finish("tune", as_json, said, folder, written, "tune.json")
 
 
 @app.command()
 def falsify(
-    study: Annotated[Path, typer.Argument(help="A study file with a section falsify.")],
+    study: StudyArgument,
     out: OutOption = None,
     workers: WorkersOption = None,
     video: Annotated[
         bool, typer.Option("--video/--no-video", help="Whether to draw a clip of what was found.")
     ] = True,
+    as_json: JsonOption = False,
 ) -> None:
-    """Search the bounds of a study for a mission that breaks a verdict, and shrink what is found.
+    """Search the bounds of a study's section falsify for a mission that breaks a verdict, and shrink it.
 
     Exit code: 0 if nothing was found, 1 if something was.
 
-    Example: escort-mj falsify scenarios/studies/falsify_main.yaml
+    Example: escort-mj falsify studies/falsify_main
     """
     design, folder, count = _laid_out(study, out, workers)
     from escort_mj.errors import RenderError
@@ -230,25 +267,31 @@ def falsify(
 
     with progress_bar("searching", " runs") as progress:
         found = search(design, folder, backends.local(count), progress)
-    for line in lines(found):
-        typer.echo(line)
+    said = list(lines(found))
     for one in found.counterexamples if video else ():
         try:
-            typer.echo(f"clip: {shown(render_clip(one.folder))}")
+            said.append(f"clip: {shown(render_clip(one.folder))}")
         except RenderError as error:
             typer.echo(f"no clip: {error}", err=True)
-    typer.echo(f"wrote {shown(folder)}: results.sqlite falsify.json counterexamples/")
-    raise typer.Exit(VERDICT_FAILED if found.counterexamples else GOOD)
+    written = ["results.sqlite", "falsify.json", "counterexamples/"]
+    code = VERDICT_FAILED if found.counterexamples else GOOD
+    _finish("falsify", as_json, said, folder, written, "falsify.json", code)
 
 
 @app.command()
 def report(
-    study_folder: Annotated[Path, typer.Argument(help="A folder of results.", exists=True, file_okay=False)],
+    study_folder: Annotated[
+        Path,
+        typer.Argument(
+            help="A folder of results.", exists=True, file_okay=False, autocompletion=complete.results
+        ),
+    ],
     out: Annotated[Path | None, typer.Option(help="The page [default: report.html in the folder].")] = None,
     compare: Annotated[
         str | None, typer.Option(help="Factor whose levels are compared [default: the laws, or the cases].")
     ] = None,
     png: Annotated[bool, typer.Option("--png", help="Also write the figures as PNG.")] = False,
+    as_json: JsonOption = False,
 ) -> None:
     """Write a study's tables and figures as one HTML page, and its worst runs as scenarios.
 
@@ -257,5 +300,23 @@ def report(
     from escort_mj.report.study_page import report as write_page
 
     page = write_page(study_folder, out, compare, ("svg", "png") if png else ("svg",))
-    typer.echo(f"wrote {shown(page)}")
-    typer.echo(f"wrote {shown(study_folder)}: cells.csv figures/ worst/")
+    lines = [f"wrote {shown(page)}", f"wrote {shown(study_folder)}: cells.csv figures/ worst/"]
+    written = ["cells.csv", "figures/", "worst/"]
+    finish("report", as_json, lines, page=shown(page), folder=shown(study_folder), written=written)
+
+
+def _finish(
+    command: str,
+    as_json: bool,
+    lines: Iterable[str],
+    folder: Path,
+    written: list[str],
+    summary: str,
+    code: int = GOOD,
+) -> NoReturn:
+    """Ends a command that wrote what it found into a JSON file of its folder."""
+    from escort_mj.record.files import read_json
+
+    said = chain(lines, [f"wrote {shown(folder)}: {' '.join(written)}"])
+    found = read_json(folder / summary) if as_json else None
+    finish(command, as_json, said, code, folder=shown(folder), written=written, result=found)

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from escort_mj.cli.app import GOOD, VERDICT_FAILED, SetOption, app, shown
+from escort_mj.cli.app import GOOD, VERDICT_FAILED, JsonOption, SetOption, app, complete, finish, shown
 from escort_mj.errors import UsageError
 
 
@@ -18,10 +18,11 @@ def new(
     robots: Annotated[int, typer.Option(min=2, max=1000, help="How many robots.")] = 6,
     axes: Annotated[int, typer.Option(min=2, max=3, help="2 for the plane, 3 for space.")] = 2,
     law: Annotated[str, typer.Option(help="Law of the inner loop.")] = "apd_smc",
+    as_json: JsonOption = False,
 ) -> None:
     """Write a scenario to start from, every key explained, and the schema by which editors complete keys.
 
-    Example: escort-mj new mine.yaml --robots 8 && escort-mj run mine.yaml
+    Example: escort-mj new mine.yaml --robots 8
     """
     from escort_mj.record.files import write_text
     from escort_mj.scenario import json_schema
@@ -36,24 +37,32 @@ def new(
     text = starter(path.stem, robots, axes, law)
     parse_scenario(text, f"escort-mj new {path.name}")
     write_text(path, text)
-    written = [path.name]
+    written = [path]
     if not (schema := path.parent / "schema.json").exists():
         write_text(schema, json.dumps(json_schema(), indent=2) + "\n")
-        written.append(schema.name)
-    typer.echo(f"wrote {' '.join(written)}; next: escort-mj run {shown(path)}")
+        written.append(schema)
+    line = f"wrote {' '.join(path.name for path in written)}; next: escort-mj run {shown(path)}"
+    finish("new", as_json, [line], written=[shown(path) for path in written])
 
 
 @app.command()
 def export(
     source: Annotated[
-        str, typer.Argument(help="A run folder, a scenario file or the name of a shipped one.")
+        str,
+        typer.Argument(
+            help="A run folder, a scenario file or the name of a shipped one.",
+            autocompletion=complete.runs_or_scenarios,
+        ),
     ],
     to: Annotated[Path, typer.Argument(help="FILE.xml: the world as MJCF; FILE.csv, FILE.parquet: a run.")],
     overrides: SetOption = None,
+    as_json: JsonOption = False,
 ) -> None:
     """Write the world of a scenario or run as MJCF, or the trace of a run as a table.
 
-    Example: escort-mj export main main.xml; escort-mj export renders/main main.csv
+    Example: escort-mj export main main.xml
+
+    Example: escort-mj export renders/main main.csv
     """
     from escort_mj import api
     from escort_mj.record.export import CSV, PARQUET, write_table
@@ -77,13 +86,13 @@ def export(
         from escort_mj.world.build import build
 
         write_text(to, build(api.load_scenario(source, overrides or ())).xml)
-    typer.echo(f"wrote {shown(to)}")
+    finish("export", as_json, [f"wrote {shown(to)}"], written=[shown(to)])
 
 
 @app.command()
 def doctor(
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     folder: Annotated[Path, typer.Option("--out", help="Where runs are to be written.")] = Path("renders"),
+    as_json: JsonOption = False,
 ) -> None:
     """Say whether runs, pictures and videos work here, and what helps (exit code 1: runs do not).
 
@@ -93,11 +102,9 @@ def doctor(
 
     marks: dict[Literal["good", "warning", "bad"], str] = {"good": "ok", "warning": "--", "bad": "NO"}
     findings = list(examine(folder))
-    if as_json:
-        typer.echo(json.dumps([finding._asdict() for finding in findings], indent=2))
-    else:
-        for finding in findings:
-            typer.echo(f"  {marks[finding.state]}  {finding.check:10s} {finding.found}")
-            if finding.advice:
-                typer.echo(f"      {'':10s} {finding.advice}")
-    raise typer.Exit(VERDICT_FAILED if any(finding.state == BAD for finding in findings) else GOOD)
+    lines = []
+    for finding in findings:
+        lines.append(f"  {marks[finding.state]}  {finding.check:10s} {finding.found}")
+        lines += [f"      {'':10s} {finding.advice}"] if finding.advice else []
+    code = VERDICT_FAILED if any(finding.state == BAD for finding in findings) else GOOD
+    finish("doctor", as_json, lines, code, findings=[finding._asdict() for finding in findings])

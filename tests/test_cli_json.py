@@ -1,0 +1,96 @@
+"""What commands print for programs, as docs/json.md says."""
+
+import inspect
+import json
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from escort_mj.cli import app
+from escort_mj.cli.app import finish
+from tests.test_cli import QUIET, command
+
+__all__ = ["command"]
+
+PAGE = Path(__file__).parents[1] / "docs" / "json.md"
+ROWS = re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
+KEYS = {name: set(re.findall(r"`(\w+)`", re.sub(r": .*", "", keys))) for name, keys in ROWS}
+STUDY = "study: few\nscenario: five.yaml\nseeds: 2\n"
+
+
+@pytest.fixture
+def answer(command):
+    """The document that a command prints, told from everything else."""
+
+    def ask(*arguments: str) -> dict:
+        code, out, _ = command(*arguments, "--json")
+        document = json.loads(out, parse_constant=pytest.fail)
+        assert (document.pop("command"), document.pop("exit_code")) == (arguments[0], code)
+        assert set(document) == KEYS[arguments[0]]
+        return document
+
+    return ask
+
+
+def test_a_run_and_what_is_done_with_it(answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ran = answer("run", "five.yaml", *QUIET)
+    assert ran["outcome"] == "completed" and ran["folder"] == "renders/five"
+    assert all((tmp_path / ran["folder"] / name).is_file() for name in ran["written"])
+    shown = answer("show", ran["folder"])
+    assert (shown["samples"], shown["robots"]) == (101, 5)
+    assert shown["verdicts"] == ran["verdicts"]
+    assert answer("rerun", ran["folder"])["same_bits"]
+    assert answer("export", ran["folder"], "five.csv") == {"written": ["five.csv"]}
+    monkeypatch.setattr("escort_mj.cli.runs.draw_video", lambda folder: False)
+    written = answer("render", ran["folder"])["written"]
+    assert written and all((tmp_path / path).is_file() for path in written)
+
+
+def test_checks_with_one_that_fails(answer, tmp_path: Path) -> None:
+    (tmp_path / "bad.yaml").write_text("name: bad\nrobotos: {count: 5}\n")
+    found = answer("check", "five.yaml", "bad.yaml", "--github", "--no-video")
+    assert [one["exit_code"] for one in found["scenarios"]] == [0, 2]
+    assert found["scenarios"][1]["faults"][0]["line"] == 2
+
+
+def test_many_runs(answer, tmp_path: Path) -> None:
+    (tmp_path / "few.yaml").write_text(STUDY)
+    swept = answer("sweep", "few.yaml", "--workers", "1")
+    assert (swept["runs"], swept["made"], swept["failed"]) == (2, 2, 0)
+    page = answer("report", swept["folder"])["page"]
+    assert (tmp_path / page).is_file()
+    compared = answer("compare", "five.yaml", "--laws", "pd", "--set", "duration=1", "--workers", "1")
+    assert compared["result"]["scenario"] == "five"
+
+
+def test_a_reproduction(answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "table.json").write_text('[{"claim": 1}]')
+    made = SimpleNamespace(lines=["one line"], written=["table.json"], stated=True)
+    monkeypatch.setattr("escort_mj.report.reproduction.reproduce", lambda *_: made)
+    assert answer("reproduce", "--out", ".")["result"] == [{"claim": 1}]
+
+
+def test_around_runs(answer) -> None:
+    assert answer("new", "mine.yaml") == {"written": ["mine.yaml", "schema.json"]}
+    assert {finding["state"] for finding in answer("doctor")["findings"]} <= {"good", "warning", "bad"}
+
+
+def test_bad_input_prints_no_document(command) -> None:
+    code, out, err = command("run", "maim", "--json")
+    assert (code, out) == (2, "") and "main" in err
+
+
+def test_every_command_is_on_the_page() -> None:
+    commands = {info.callback.__name__: info.callback for info in app.registered_commands}
+    with_json = {name for name, call in commands.items() if "as_json" in inspect.signature(call).parameters}
+    assert with_json == set(KEYS)
+    assert set(commands) - with_json == {"schema"}, "a command prints results, but no JSON"
+
+
+def test_what_json_has_no_word_for(capfd) -> None:
+    with pytest.raises(Exception):  # noqa: B017  typer's own Exit
+        finish("run", True, [], 1, value=float("nan"), path=Path("a"), pair=(1, 2))
+    document = {"command": "run", "exit_code": 1, "value": None, "path": "a", "pair": [1, 2]}
+    assert json.loads(capfd.readouterr().out) == document
