@@ -114,6 +114,7 @@ def run(
     *,
     figures: bool = True,
     video: bool = True,
+    report: bool = False,
     progress: Progress | None = None,
 ) -> Run:
     """Runs a scenario.
@@ -123,6 +124,7 @@ def run(
         out: Run folder to write; None keeps everything in memory.
         figures: Whether a run folder gets its figures.
         video: Whether a run folder gets its video; without GL there is none, and `outcome.json` is complete.
+        report: Whether a run folder gets `report.html`: one page with everything, and a replay in it.
         progress: Called now and then with the simulated time reached and the time to reach [s].
 
     Returns:
@@ -147,6 +149,10 @@ def run(
             render_video(folder.path)
         except RenderError as error:
             warnings.warn(f"no video: {error}", stacklevel=2)
+    if report:
+        from escort_mj.report.run_page import report as write_page
+
+        write_page(folder.path)
     return result
 
 

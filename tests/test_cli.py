@@ -48,6 +48,11 @@ def test_a_good_run(command, tmp_path: Path) -> None:
     assert [verdict["metric"] for verdict in verdicts] == ["outcome", "contacts"]
     code, out, _ = command("show", str(folder))
     assert code == 0 and "101 samples of 5 robots" in out and "pass  contacts" in out
+    code, out, _ = command("report", str(folder))
+    assert code == 0 and out == "wrote renders/five/report.html\n"
+    assert 'id="replay"' in (folder / "report.html").read_text()
+    code, _, err = command("report", str(folder), "--compare", "controller")
+    assert code == 2 and "is a run; --compare and --png are for studies" in err
 
 
 def test_a_failed_verdict(command) -> None:

@@ -39,6 +39,9 @@ def run(
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
     ] = True,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="Whether to write report.html, with a replay in it.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Run one scenario and write its run folder.
@@ -65,6 +68,10 @@ def run(
         written.append(f"figures/ ({len(draw_figures(folder.path))})")
     if video and draw_video(folder.path):
         written.append("video.mp4")
+    if report:
+        from escort_mj.report.run_page import report as write_page
+
+        written.append(write_page(folder.path).name)
     finish(
         "run",
         as_json,

@@ -23,6 +23,7 @@ from escort_mj.cli.app import (
     progress_bar,
     shown,
 )
+from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
     from escort_mj.study.design import Design
@@ -280,29 +281,49 @@ def falsify(
 
 @app.command()
 def report(
-    study_folder: Annotated[
+    folder: Annotated[
         Path,
         typer.Argument(
-            help="A folder of results.", exists=True, file_okay=False, autocompletion=complete.results
+            help="A run folder, or a folder of results.",
+            exists=True,
+            file_okay=False,
+            autocompletion=complete.results,
         ),
     ],
     out: Annotated[Path | None, typer.Option(help="The page [default: report.html in the folder].")] = None,
     compare: Annotated[
         str | None, typer.Option(help="Factor whose levels are compared [default: the laws, or the cases].")
     ] = None,
-    png: Annotated[bool, typer.Option("--png", help="Also write the figures as PNG.")] = False,
+    png: Annotated[bool, typer.Option("--png", help="Also write a study's figures as PNG.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a study's tables and figures as one HTML page, and its worst runs as scenarios.
+    """Write one self-contained HTML page of a run, with a replay in it, or of a study, with its worst runs.
 
-    Example: escort-mj report renders/studies/minute
+    Example: escort-mj report renders/main; escort-mj report renders/studies/minute
     """
+    from escort_mj.record.folder import is_run
+
+    if is_run(folder):
+        if compare is not None or png:
+            raise UsageError(f"{folder}: is a run; --compare and --png are for studies")
+        from escort_mj.report.run_page import report as write_run_page
+
+        page = write_run_page(folder, out)
+        written = [page.name]
+        finish(
+            "report",
+            as_json,
+            [f"wrote {shown(page)}"],
+            page=shown(page),
+            folder=shown(folder),
+            written=written,
+        )
     from escort_mj.report.study_page import report as write_page
 
-    page = write_page(study_folder, out, compare, ("svg", "png") if png else ("svg",))
-    lines = [f"wrote {shown(page)}", f"wrote {shown(study_folder)}: cells.csv figures/ worst/"]
+    page = write_page(folder, out, compare, ("svg", "png") if png else ("svg",))
+    lines = [f"wrote {shown(page)}", f"wrote {shown(folder)}: cells.csv figures/ worst/"]
     written = ["cells.csv", "figures/", "worst/"]
-    finish("report", as_json, lines, page=shown(page), folder=shown(study_folder), written=written)
+    finish("report", as_json, lines, page=shown(page), folder=shown(folder), written=written)
 
 
 def _finish(

@@ -30,12 +30,14 @@ from escort_mj.record.stored import (
     MODEL,
     OURS,
     OUTCOME,
+    REPORT,
     SCENARIO,
     TRACE,
     VERDICTS,
     VIDEO,
     StoredRun,
     facts,
+    is_run,
     open_run,
     read_outcome,
     recovered,
@@ -46,7 +48,18 @@ from escort_mj.signals import record_size
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["CLIP", "FIGURES", "MODEL", "VIDEO", "RunFolder", "StoredRun", "open_run"]
+__all__ = [
+    "CLIP",
+    "FIGURES",
+    "MODEL",
+    "REPORT",
+    "SCENARIO",
+    "VIDEO",
+    "RunFolder",
+    "StoredRun",
+    "is_run",
+    "open_run",
+]
 
 
 class RunFolder:

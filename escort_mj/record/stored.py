@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
-FIGURES, VIDEO, CLIP = "figures", "video.mp4", "clip.mp4"
-OURS = (OUTCOME, SCENARIO, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO, CLIP)
+FIGURES, VIDEO, CLIP, REPORT = "figures", "video.mp4", "clip.mp4", "report.html"
+OURS = (OUTCOME, SCENARIO, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO, CLIP, REPORT)
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,11 @@ class StoredRun:
     metrics: dict[str, Any]
     verdicts: list[dict[str, Any]]
     scenario_yaml: str
+
+
+def is_run(folder: Path) -> bool:
+    """Whether a folder is a run's."""
+    return (folder / OUTCOME).is_file()
 
 
 def open_run(path: str | os.PathLike[str]) -> StoredRun:

@@ -11,16 +11,16 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from escort_mj.errors import RenderError
 from escort_mj.palette import MOST_DISTINCT
 from escort_mj.report.camera import View
 from escort_mj.report.clip import Clip, Marks
 from escort_mj.report.encode import VideoFile
 from escort_mj.report.losses import LOST
 from escort_mj.report.overlay import Overlay
-from escort_mj.report.replay import Array, Moment, Replay
+from escort_mj.report.replay import Moment, Replay
 from escort_mj.report.scene import Scenery
 from escort_mj.report.shots import plan_shot
+from escort_mj.report.solids import load_model, pose
 from escort_mj.report.stages import panels_of, stage_replays
 from escort_mj.scenario.schema import Video
 
@@ -76,16 +76,17 @@ def film(
     overlay = Overlay(title, video.speed, replay.count, size, captions)
     marks = None if clip is None else Marks(clip, model, data)
 
-    def pose(time: float) -> Moment:
+    def posed(time: float) -> Moment:
         moment = replay.at(time)
-        _pose(model, data, moment.qpos, {seen.suffix: seen.at(time).target for seen in replays})
+        pose(model, data, moment.qpos, {seen.suffix: seen.at(time).target for seen in replays})
+        mujoco.mj_camlight(model, data)
         return moment
 
     if marks is None or clip is None:
         times, held = frame_times(replay.time[0], replay.end, video), math.ceil(ENDING * video.rate)
     else:
         times, held = frame_times(clip.start, clip.end, video), 0
-        shots[0] = marks.shot(replay, pose, panels[0].width / panels[0].height)
+        shots[0] = marks.shot(replay, posed, panels[0].width / panels[0].height)
     total = len(times) + held
     nobody = np.zeros(replay.count, dtype=bool)
     frame = np.full((video.height, video.width, 3), 255, dtype=np.uint8)
@@ -96,7 +97,7 @@ def film(
             for shape in {(panel.height, panel.width) for panel in panels}
         }
         for done, time in enumerate(times, 1):
-            moment = pose(float(time))
+            moment = posed(float(time))
             for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), replays):
                 model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
             avoiding = replay.lately(replay.avoiding, moment, GLOW * video.speed)
@@ -124,29 +125,12 @@ def film(
 
 def _model(path: Path, replay: Replay, video: Video) -> mujoco.MjModel:
     """The run's model, set up for drawing only."""
-    try:
-        model = mujoco.MjModel.from_xml_path(str(path))
-    except ValueError as fault:
-        raise RenderError(f"{path} cannot be loaded: {str(fault).splitlines()[0]}") from fault
-    if model.nq != replay.qpos.shape[1]:
-        raise RenderError(f"{path} has {model.nq} coordinates, the trace has {replay.qpos.shape[1]}")
+    model = load_model(path, replay.qpos.shape[1])
     model.vis.global_.offwidth, model.vis.global_.offheight = video.width, video.height
     model.light_castshadow[:] = False  # half of a frame's cost; the scenery lays soft discs instead
     detail = FINE if replay.count <= MOST_DISTINCT else COARSE
     model.vis.quality.numslices, model.vis.quality.numstacks = detail
     return model
-
-
-def _pose(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, target: dict[str, Array]) -> None:
-    """Puts every body where it was; of the target by what their names end with."""
-    data.qpos[:] = qpos
-    mujoco.mj_normalizeQuat(model, data.qpos)
-    for suffix, place in target.items():
-        mocap = model.body(f"target{suffix}").mocapid[0]
-        if mocap >= 0:  # one that can be bumped has coordinates
-            data.mocap_pos[mocap] = place
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_camlight(model, data)
 
 
 def _only(group: int) -> mujoco.MjvOption:

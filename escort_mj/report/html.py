@@ -8,18 +8,19 @@ from html import escape
 from pathlib import Path
 from typing import NamedTuple
 
+ASSETS = Path(__file__).parent / "assets"
 TYPES = {".svg": "image/svg+xml", ".png": "image/png"}
 
 STYLE = """
 :root {
   color-scheme: light dark;
   --ink: #1c2024; --soft: #5a636e; --line: #d9dde2; --back: #ffffff; --band: #f4f6f8; --bad: #b00020;
-  --link: #005ea8;
+  --good: #00684d; --link: #005ea8;
 }
 @media (prefers-color-scheme: dark) {
   :root {
     --ink: #e6e8eb; --soft: #a3adb8; --line: #3a4149; --back: #16191d; --band: #20252b; --bad: #ff8a80;
-    --link: #7cc0ff;
+    --good: #6fd3b0; --link: #7cc0ff;
   }
 }
 body {
@@ -101,16 +102,30 @@ class Text(NamedTuple):
     kind: str = ""
 
 
-def page(title: str, body: Iterable[str]) -> str:
-    """A whole page."""
+def asset(name: str) -> str:
+    """A script or a style sheet that comes with the package."""
+    return (ASSETS / name).read_text(encoding="utf-8")
+
+
+def page(title: str, body: Iterable[str], scripts: Sequence[str] = (), styles: Sequence[str] = ()) -> str:
+    """A whole page.
+
+    Args:
+        title: Its title.
+        body: Its parts.
+        scripts: Assets that run once it is there, in this order.
+        styles: Assets that add to its style.
+    """
+    style = "\n".join([STYLE, *map(asset, styles)])
+    script = "".join(f"<script>\n{text}</script>\n" for text in (SCRIPT, *map(asset, scripts)))
     return "\n".join(
         [
             '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             '<link rel="icon" href="data:,">',  # or browsers ask for one
-            f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>",
+            f"<title>{escape(title)}</title>\n<style>{style}</style>\n</head>\n<body>\n<main>",
             *body,
-            f"</main>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
+            f"</main>\n{script}</body>\n</html>\n",
         ]
     )
 

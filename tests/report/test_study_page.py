@@ -1,13 +1,8 @@
 """The page of a study: complete, whole in one file, and right in a real browser."""
 
-import json
 import math
 import re
-import shutil
-import subprocess
-from html.parser import HTMLParser
 from pathlib import Path
-from typing import NamedTuple
 from urllib.parse import unquote
 
 import pytest
@@ -19,41 +14,15 @@ from escort_mj.scenario import parse_scenario
 from escort_mj.study.results import open_results, write_design
 from escort_mj.study.store import Store
 from escort_mj.study.worst import broken, write_scenario
+from tests.report.browser import Page, look, needs_browser
 from tests.study.planted import design, study_folder
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-PROBE = """<script>addEventListener("load", () => {
-  document.querySelector("table.sortable th:nth-child(3) button").click();
-  const found = {
-    widths: [...document.images].map(image => image.naturalWidth),
-    order: [...document.querySelector("table.sortable tbody").rows].map(row => row.cells[2].textContent),
-  };
-  const said = document.createElement("pre");
-  said.id = "found";
-  said.textContent = JSON.stringify(found);
-  document.body.append(said);
-});</script></body>"""
-
-
-class Page(HTMLParser):
-    """Elements of a page, each with its attributes."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.elements: list[tuple[str, dict[str, str]]] = []
-        self.open: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, {name: value or "" for name, value in attrs}))
-        if tag not in ("meta", "link", "img", "br"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def all(self, name: str) -> list[dict[str, str]]:
-        return [attributes for tag, attributes in self.elements if tag == name]
+PROBE = """
+document.querySelector("table.sortable th:nth-child(3) button").click();
+tell({
+  widths: [...document.images].map(image => image.naturalWidth),
+  order: [...document.querySelector("table.sortable tbody").rows].map(row => row.cells[2].textContent),
+});"""
 
 
 @pytest.fixture(scope="module")
@@ -161,38 +130,9 @@ def test_cells_of_tables_are_escaped_and_sorted_by_value() -> None:
     assert "&lt;1&gt;" in made and made.count('data-value="Infinity"') == 2 and "a &quot;b&quot;" in made
 
 
-class Seen(NamedTuple):
-    """What a browser saw of a page."""
-
-    found: dict[str, list]
-    errors: list[str]
-
-
-def look(path: Path, profile: Path) -> Seen:
-    """Opens a page in a headless browser that no request can leave."""
-    assert BROWSER is not None
-    flags = [
-        "--headless",
-        "--no-sandbox",
-        "--disable-gpu",
-        "--enable-logging=stderr",
-        f"--user-data-dir={profile}",
-    ]
-    flags += ["--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=5000", "--dump-dom"]
-    done = subprocess.run([BROWSER, *flags, path.as_uri()], capture_output=True, text=True, timeout=120)
-    found = re.search(r'<pre id="found">(.*?)</pre>', done.stdout)
-    said = [line for line in done.stderr.splitlines() if ":CONSOLE" in line]
-    return Seen(json.loads(found[1]) if found else {}, said)
-
-
-needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium here; apt-get install chromium")
-
-
 @needs_browser
-def test_a_browser_shows_all_and_complains_of_nothing(folder: Path, text: str, tmp_path: Path) -> None:
-    probed = folder / "probed.html"
-    probed.write_text(text.replace("</body>", PROBE))
-    found, errors = look(probed, tmp_path)
+def test_a_browser_shows_all_and_complains_of_nothing(folder: Path, tmp_path: Path) -> None:
+    found, errors = look(folder / "report.html", tmp_path, PROBE)
     assert errors == []
     assert len(found["widths"]) == 7 and min(found["widths"]) > 300
     assert found["order"] == sorted(found["order"], key=float) and found["order"][0] == "0.2"
@@ -201,7 +141,7 @@ def test_a_browser_shows_all_and_complains_of_nothing(folder: Path, text: str, t
 @needs_browser
 def test_the_browser_would_have_complained(folder: Path, text: str, tmp_path: Path) -> None:
     spoiled = folder / "spoiled.html"
-    spoiled.write_text(text.replace("</body>", "<img src='missing.png'><script>nothing()</script>" + PROBE))
-    found, errors = look(spoiled, tmp_path)
+    spoiled.write_text(text.replace("</body>", "<img src='missing.png'><script>nothing()</script></body>"))
+    found, errors = look(spoiled, tmp_path, PROBE)
     assert any("nothing is not defined" in line for line in errors)
     assert found["widths"][-1] == 0
