@@ -21,6 +21,7 @@ from numba import types
 from numba.core import cgutils
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.np.arrayobj import make_array, populate_array
 from numpy.typing import NDArray
 
 from escort_mj.kernels import DOUBLE, inlined
@@ -311,11 +312,20 @@ def scatter(context: Any, array: Any, at: Any, stride: Any, left: Any, x: Any) -
             context.cast(builder, value, kind, types.intp)
             for value, kind in zip(arguments[1:4], sig.args[1:4], strict=True)
         )
-        for lane in range(WIDTH):
-            with builder.if_then(builder.icmp_signed(">", left, left.type(lane))):
-                number = builder.extract_element(arguments[4], _INT(lane))
-                builder.store(number, _address(context, builder, sig.args[0], arguments[0], at))
-            at = builder.add(at, stride)
+
+        def write(lane: int) -> None:
+            number = builder.extract_element(arguments[4], _INT(lane))
+            place = builder.add(at, builder.mul(stride, stride.type(lane)))
+            builder.store(number, _address(context, builder, sig.args[0], arguments[0], place))
+
+        with builder.if_else(builder.icmp_signed(">=", left, left.type(WIDTH))) as (whole, part):
+            with whole:
+                for lane in range(WIDTH):
+                    write(lane)
+            with part:
+                for lane in range(WIDTH - 1):
+                    with builder.if_then(builder.icmp_signed(">", left, left.type(lane))):
+                        write(lane)
         return context.get_dummy_value()
 
     return types.void(array, at, stride, left, x), generate
@@ -335,8 +345,55 @@ def two_to(context: Any, shifted: Any) -> Any:
     return lanes(shifted), generate
 
 
+STACK_ROWS = 24
+
+
+@intrinsic
+def stack_rows(context: Any, rows: Any) -> Any:
+    """Scratch of so many rows of four numbers, STACK_ROWS at most; nothing is in it yet.
+
+    Each place that asks has memory of its own, whose address nobody else knows: the compiler keeps in
+    registers what is read and written at places that it knows.
+    """
+    kind = types.Array(types.float64, 2, "C")
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        rows = context.cast(builder, arguments[0], sig.args[0], types.intp)
+        width, item = rows.type(WIDTH), rows.type(DOUBLE)
+        with builder.goto_entry_block():
+            data = builder.alloca(ir.DoubleType(), size=rows.type(STACK_ROWS * WIDTH))
+        array = make_array(kind)(context, builder)
+        strides = [rows.type(DOUBLE * WIDTH), item]
+        populate_array(array, data=data, shape=[rows, width], strides=strides, itemsize=item, meminfo=None)
+        return array._getvalue()
+
+    return kind(rows), generate
+
+
+@inlined
+def row_of(rows: NDArray[np.float64], k: int) -> Lanes:
+    """A row of scratch."""
+    return load(rows, WIDTH * k)
+
+
+@inlined
+def set_row(rows: NDArray[np.float64], k: int, x: Lanes) -> None:
+    """Writes a row of scratch."""
+    store(rows, WIDTH * k, WIDTH, x)
+
+
+@inlined
+def four_from(at: int, count: int) -> int:
+    """Where four of so many numbers begin: `at`, or earlier so that all four are there, if so many are.
+
+    What is found for some twice is the same twice, as long as nothing is added up.
+    """
+    return max(min(at, count - WIDTH), 0)
+
+
 @inlined
 def copy_numbers(source: NDArray[np.float64], target: NDArray[np.float64], count: int) -> None:
     """Copies so many numbers from the beginning of one array to that of another, as if both were flat."""
-    for at in range(0, count, WIDTH):
+    for begin in range(0, count, WIDTH):
+        at = four_from(begin, count)
         store(target, at, count - at, load(source, at))

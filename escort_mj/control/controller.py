@@ -9,6 +9,7 @@ from __future__ import annotations
 from escort_mj.control.behaviors.vertices import turn_figure
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
+from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.measure import measure
 from escort_mj.control.movers import drive
@@ -20,8 +21,8 @@ from escort_mj.control.side_by_side import outer_loops
 from escort_mj.control.supervisor import FIRST, LEVELS, supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocity
-from escort_mj.kernels import inlined, merged
-from escort_mj.lanes import WIDTH, copy_numbers, load, store
+from escort_mj.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.lanes import WIDTH, copy_numbers, four_from, load, store
 from escort_mj.on_demand import on_demand
 
 
@@ -43,7 +44,8 @@ def evaluate(plan: Plan, state: State) -> None:
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)
     n, p = state.q.shape
-    for at in range(0, n * p, WIDTH):
+    for begin in range(0, n * p, WIDTH):
+        at = four_from(begin, n * p)
         store(state.e, at, n * p - at, load(state.q_d, at) - load(state.q_measured, at))
     failing = plan.failures.shape[0] > 0
     if failing:
@@ -57,7 +59,7 @@ def evaluate(plan: Plan, state: State) -> None:
         )
     if plan.side_by_side:
         for i in range(0, n, WIDTH):
-            outer_loops(i, int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS]), plan, state)
+            outer_loops(four_from(i, n), int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS]), plan, state)
         for i in range(n if moved else 0):
             state.outer_updates[i] += 1.0
     else:
@@ -132,12 +134,15 @@ def advance(plan: Plan, state: State) -> bool:
 def follow_time(plan: Plan, state: State) -> None:
     """Target and disturbance at the present time."""
     n, p = state.q.shape
-    time = state.time[0]
+    time, push = state.time[0], vector_at(stack_memory(), p)
+    follow(plan, state, push)
     for k in range(p):
-        state.target_position[k], state.target_velocity[k] = evaluate_program(
-            plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
-        )
+        if plan.target[k, 1] > 0.0:
+            state.target_position[k], state.target_velocity[k] = evaluate_program(
+                plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
+            )
         first, count = int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1])
-        push = value_of(plan.code, first, count, plan.pieces, time, state.stack)
+        if count > 0:
+            push[k] = value_of(plan.code, first, count, plan.pieces, time, state.stack)
         for i in range(n):
-            state.disturbance[i, k] = push
+            state.disturbance[i, k] = push[k]

@@ -8,26 +8,36 @@ from escort_mj.control.laws.super_twisting import twist
 from escort_mj.control.laws.tracking import is_winding_up
 from escort_mj.control.plan import COMPUTED_TORQUE, DIFFERENTIATING, PD, SLIDING, SUPER_TWISTING, Plan, State
 from escort_mj.kernels import inlined, merged, stack_memory, vector_at
-from escort_mj.lanes import WIDTH, load, store, where
+from escort_mj.lanes import WIDTH, Lanes, four_from, load, store, where
 from escort_mj.on_demand import on_demand
 
 
 @inlined
 def inner_loop(plan: Plan, state: State) -> None:
     """Forces demanded of all robots and the rates of their state (eqs. 7, 9, 10, 17)."""
-    count = state.q.shape[0] * state.q.shape[1]
-    for at in range(0, count, WIDTH):
-        e_dot = load(state.v_d, at) - load(state.v_measured, at)
-        store(state.e_dot, at, count - at, e_dot)
-        store(state.s, at, count - at, e_dot + plan.slope * load(state.e, at))
     if plan.law == SLIDING:
         _sliding_mode(plan, state)
-    elif plan.law == SUPER_TWISTING:
+        return
+    count = state.q.shape[0] * state.q.shape[1]
+    for begin in range(0, count, WIDTH):
+        _errors(plan, state, four_from(begin, count))
+    if plan.law == SUPER_TWISTING:
         _super_twisting(plan, state)
     elif plan.law == PD:
         _pd(plan, state)
     elif plan.law == COMPUTED_TORQUE:
         _computed_torque(plan, state)
+
+
+@inlined
+def _errors(plan: Plan, state: State, at: int) -> tuple[Lanes, Lanes, Lanes]:
+    """The errors e, e_dot and s of four axes in a row (eq. 7); the last two are written."""
+    left = state.q.shape[0] * state.q.shape[1] - at
+    e, e_dot = load(state.e, at), load(state.v_d, at) - load(state.v_measured, at)
+    s = e_dot + plan.slope * e
+    store(state.e_dot, at, left, e_dot)
+    store(state.s, at, left, s)
+    return e, e_dot, s
 
 
 @merged
@@ -52,9 +62,10 @@ def _demand(plan: Plan, state: State, i: int, k: int, tau: float, rate: float) -
 def _sliding_mode(plan: Plan, state: State) -> None:
     """Eq. 9, of which APD-SMC, ASMC and PD-SMC are cases; axes of all robots in a row."""
     count = state.q.shape[0] * state.q.shape[1]
-    for at in range(0, count, WIDTH):
-        left, s = count - at, load(state.s, at)
-        tau = load(state.rho_hat, at) + plan.kp * load(state.e, at) + plan.kd * load(state.e_dot, at)
+    for begin in range(0, count, WIDTH):
+        at = four_from(begin, count)
+        e, e_dot, s = _errors(plan, state, at)
+        left, tau = count - at, load(state.rho_hat, at) + plan.kp * e + plan.kd * e_dot
         tau = tau + plan.k * smooth_sign(s / plan.boundary_layer, plan.smoothing)
         store(state.tau, at, left, tau)
         rate, velocity = plan.mu * s, load(state.v_d, at)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Repulsion
 from escort_mj.control.failure import FAILURE_SIZE, NEVER
+from escort_mj.control.harmonics import sum_of, tabulate
 from escort_mj.control.laws import ComputedTorque, Pd
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
@@ -89,6 +90,7 @@ def pack(
         "behaviors": len(setup.kinds),
         "levels": len(ladder),
         "cycles": len(arrays["predecessors"]),
+        "tones": np.shape(arrays["tones"])[1],
         "instructions": len(arrays["code"]),
         "failing": len(arrays["failures"]),  # n, or 0 where no robot fails
         "points": len(figures),
@@ -180,10 +182,17 @@ def _functions(setup: Setup) -> dict[str, Array]:
         more_code[more_code[:, 0] == Op.PIECEWISE, 1] += len(pieces)
         spans.append(np.asarray(more_spans) + [len(code), 0])
         code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
+    sums = []
+    for span in (row for table in spans[:2] for row in table):
+        first, count = map(int, span)
+        sums.append(sum_of(code[first : first + count]))
+        if sums[-1] is not None:
+            span[:] = 0.0  # nothing is left to the program
     drives = [[mover.mass, mover.force_limit, mover.gain, mover.obstacle] for mover in setup.movers]
     return {
         "code": code,
         "pieces": pieces,
+        **tabulate(sums),
         "target": spans[0],
         "disturbance": spans[1],
         "drives": np.reshape(drives, (-1, DRIVE_SIZE)),

@@ -104,6 +104,9 @@ class Plan(NamedTuple):
     force_limit: Annotated[Array, "n"]
     force_limits: Annotated[Array, "n", "p"]  # the same, axis by axis
     target: Annotated[Array, "p", 2]  # first instruction and number of instructions of each axis
+    lines: Annotated[Array, "2*p", 2]  # see `harmonics`
+    tones: Annotated[Array, 2, "tones"]
+    waves: Annotated[Array, "4*p", "tones"]
     columns: Annotated[Array, "bodies", 2]  # see `Bodies.columns`
     disturbance: Annotated[Array, "p", 2]
     drives: Annotated[Array, "movers", DRIVE_SIZE]  # see `movers`

@@ -24,7 +24,7 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
-from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
+from escort_mj.kernels import inlined, merged
 from escort_mj.lanes import (
     WIDTH,
     Lanes,
@@ -36,7 +36,10 @@ from escort_mj.lanes import (
     least,
     load,
     pick,
+    row_of,
     scatter,
+    set_row,
+    stack_rows,
     store,
     where,
 )
@@ -44,18 +47,6 @@ from escort_mj.lanes import (
 Array = NDArray[np.float64]
 
 AXES = 3  # at most, for which the scratch has room
-
-
-@inlined
-def row_of(rows: Array, k: int) -> Lanes:
-    """A row of scratch."""
-    return load(rows, WIDTH * k)
-
-
-@inlined
-def set_row(rows: Array, k: int, x: Lanes) -> None:
-    """Writes a row of scratch."""
-    store(rows, WIDTH * k, WIDTH, x)
 
 
 @merged
@@ -70,54 +61,50 @@ def outer_loops(i: int, first: int, levels: int, plan: Plan, state: State) -> No
         state: Its state; `v_d` and `avoidance_active` are written.
     """
     n, p = state.q.shape
-    memory = stack_memory()
-    parts = matrix_at(memory, MAX_LEVELS * p, WIDTH)
-    x = matrix_at(memory + DOUBLE * WIDTH * MAX_LEVELS * p, MAX_CYCLES * p, WIDTH)
-    carried = matrix_at(memory + DOUBLE * WIDTH * (MAX_LEVELS + MAX_CYCLES) * p, p, WIDTH)
-    relative = matrix_at(memory + DOUBLE * WIDTH * (MAX_LEVELS + MAX_CYCLES + 1) * p, p, WIDTH)
+    parts, x = stack_rows(MAX_LEVELS * p), stack_rows(MAX_CYCLES * p)
+    carried, relative = stack_rows(p), stack_rows(p)
     q, center = state.q_measured, state.target_position_measured
     share = 1.0 if plan.target_feedforward else 0.0
     for k in range(p):
         set_row(carried, k, everywhere(share * state.target_velocity_measured[k]))
     active, highest = everywhere(0.0), levels
     for level in range(levels - 1, -1, -1):
-        row, part = plan.ladder[first + level], matrix_at(memory + DOUBLE * WIDTH * p * level, p, WIDTH)
+        row, own = plan.ladder[first + level], p * level
         kind, rank, second = row[0], 1, everywhere(0.0)
         if kind == AVOID_OBSTACLES:
             weight, speed = _avoidance(i, row, plan, state, x)
             for k in range(p):
-                set_row(part, k, speed * row_of(x, k))
+                set_row(parts, own + k, speed * row_of(x, k))
             if not any_of(weight > 0.0):
                 continue
             active = greatest(active, weight)
             if row[SIDESTEP] > 0.0:
                 _sidestep(level, levels, row[SIDESTEP], weight, x, carried, parts)
         elif kind == VERTICES:
-            weight, rank = _to_vertex(i, row[1], plan, state, x, part), TANGENT
+            weight, rank = _to_vertex(i, row[1], plan, state, x, parts, own), TANGENT
         elif kind == CHORDS:
             rank = state.predecessors.shape[0]
             _look_at_others(i, q, state.predecessors[0], x, 0)
-            weight = _keep_distance(state.chord_length[0], row[1], x, 0, part)
+            weight = _keep_distance(p, state.chord_length[0], row[1], x, 0, parts, own)
             if rank == MAX_CYCLES:
                 _look_at_others(i, q, state.predecessors[1], x, p)
-                second = _keep_distance(state.chord_length[0], row[1], x, p, relative)
+                second = _keep_distance(p, state.chord_length[0], row[1], x, p, relative, 0)
                 for k in range(p):
-                    set_row(part, k, row_of(part, k) + row_of(relative, k))
+                    set_row(parts, own + k, row_of(parts, own + k) + row_of(relative, k))
         else:
             for k in range(p):
                 set_row(x, k, gather(q, i * p + k, p) - center[k])
-            weight = _keep_distance(plan.radius, row[1], x, 0, part)
+            weight = _keep_distance(p, plan.radius, row[1], x, 0, parts, own)
         for lower in range(level + 1, levels):
-            below = matrix_at(memory + DOUBLE * WIDTH * p * lower, p, WIDTH)
-            _leave(rank, x, weight, second, below)
+            _leave(p, rank, x, weight, second, parts, p * lower)
         if kind == AVOID_OBSTACLES:
-            _leave(rank, x, weight, second, carried)
+            _leave(p, rank, x, weight, second, carried, 0)
             continue
         highest = level
         if any_of(active > 0.0):  # an avoidance below has bent the feed-forward: its remainder is projected
             for k in range(p):
                 set_row(relative, k, row_of(carried, k) - share * state.target_velocity_measured[k])
-            _leave(rank, x, weight, second, relative)
+            _leave(p, rank, x, weight, second, relative, 0)
             for k in range(p):
                 set_row(carried, k, share * state.target_velocity_measured[k] + row_of(relative, k))
     store(state.avoidance_active, i, n - i, active)
@@ -125,11 +112,10 @@ def outer_loops(i: int, first: int, levels: int, plan: Plan, state: State) -> No
         set_row(relative, k, everywhere(0.0))
     for level in range(levels):
         if level == highest:
-            _add_within_limit(relative, carried, plan.max_speed)
-        part = matrix_at(memory + DOUBLE * WIDTH * p * level, p, WIDTH)
-        _add_within_limit(relative, part, plan.max_speed)
+            _add_within_limit(relative, carried, 0, plan.max_speed)
+        _add_within_limit(relative, parts, p * level, plan.max_speed)
     if highest == levels:
-        _add_within_limit(relative, carried, plan.max_speed)
+        _add_within_limit(relative, carried, 0, plan.max_speed)
     for k in range(p):
         scatter(state.v_d, i * p + k, p, n - i, row_of(relative, k))
 
@@ -146,28 +132,30 @@ def _look_at_others(i: int, q: Array, others: Array, x: Array, first: int) -> No
 
 
 @inlined
-def _keep_distance(distance: float, gain: float, x: Array, first: int, part: Array) -> Lanes:
+def _keep_distance(
+    p: int, distance: float, gain: float, x: Array, first: int, parts: Array, own: int
+) -> Lanes:
     """As `behaviors.distance.keep_distance`, with x in its rows from the first one on.
 
     Returns:
-        1 / |x|^2; the rows of `part` get the task's velocity.
+        1 / |x|^2; the rows of `parts` from its own on get the task's velocity.
     """
-    p, square = part.shape[0], everywhere(0.0)
+    square = everywhere(0.0)
     for k in range(p):
         square = square + row_of(x, first + k) * row_of(x, first + k)
     weight = where(square > 0.0, 1.0 / square, 0.0)
     speed = gain * 0.5 * (distance * distance - square) * weight
     for k in range(p):
-        set_row(part, k, speed * row_of(x, first + k))
+        set_row(parts, own + k, speed * row_of(x, first + k))
     return weight
 
 
 @inlined
-def _to_vertex(i: int, gain: float, plan: Plan, state: State, x: Array, part: Array) -> Lanes:
+def _to_vertex(i: int, gain: float, plan: Plan, state: State, x: Array, parts: Array, own: int) -> Lanes:
     """As `behaviors.vertices.to_vertex`.
 
     Returns:
-        1 / |x|^2; the rows of `part` get the task's velocity.
+        1 / |x|^2; the rows of `parts` from its own on get the task's velocity.
     """
     p = state.q.shape[1]
     square, along = everywhere(0.0), everywhere(0.0)
@@ -180,11 +168,11 @@ def _to_vertex(i: int, gain: float, plan: Plan, state: State, x: Array, part: Ar
         for c in range(p):
             vertex = vertex + state.rotation[k, c] * gather(state.vertices, i * p + c, p)
         wanted = gain * (plan.radius * vertex - row_of(x, k))
-        set_row(part, k, wanted)
+        set_row(parts, own + k, wanted)
         along = along + wanted * row_of(x, k)
     along = along * weight
     for k in range(p):
-        set_row(part, k, row_of(part, k) - along * row_of(x, k))
+        set_row(parts, own + k, row_of(parts, own + k) - along * row_of(x, k))
     return weight
 
 
@@ -198,7 +186,7 @@ def _avoidance(i: int, row: Array, plan: Plan, state: State, x: Array) -> tuple[
     n, p = state.q.shape
     q, radius, to_surface = state.q_measured, plan.robot_radius, row[4]
     own, worst, distance = load(radius, i), everywhere(0.0), everywhere(0.0)
-    here = matrix_at(stack_memory(), p, WIDTH)
+    here = stack_rows(p)
     for k in range(p):
         set_row(x, k, everywhere(0.0))
         set_row(here, k, gather(q, i * p + k, p))
@@ -310,41 +298,42 @@ def _turn(level: int, first: int, speed: Lanes, direction: Array, parts: Array) 
 
 
 @inlined
-def _leave(rank: int, x: Array, weight: Lanes, second: Lanes, part: Array) -> None:
-    """As `nsb.leave`; `second` is the weight of a second direction."""
-    p = part.shape[0]
+def _leave(p: int, rank: int, x: Array, weight: Lanes, second: Lanes, parts: Array, at: int) -> None:
+    """As `nsb.leave`, of the part in the rows from one on; `second` is the weight of a second direction."""
     along, other = everywhere(0.0), everywhere(0.0)
     for k in range(p):
-        along = along + row_of(x, k) * row_of(part, k)
+        along = along + row_of(x, k) * row_of(parts, at + k)
     along = along * weight
     if rank == MAX_CYCLES:
         for k in range(p):
-            other = other + row_of(x, p + k) * row_of(part, k)
+            other = other + row_of(x, p + k) * row_of(parts, at + k)
         other = other * second
         for k in range(p):
-            rest = 2.0 * row_of(part, k) - along * row_of(x, k) - other * row_of(x, p + k)
-            set_row(part, k, rest)
+            rest = 2.0 * row_of(parts, at + k) - along * row_of(x, k) - other * row_of(x, p + k)
+            set_row(parts, at + k, rest)
         return
     for k in range(p):
         removed = along * row_of(x, k)
-        set_row(part, k, removed if rank == TANGENT else row_of(part, k) - removed)
+        set_row(parts, at + k, removed if rank == TANGENT else row_of(parts, at + k) - removed)
 
 
 @inlined
-def _add_within_limit(total: Array, part: Array, max_speed: float) -> None:
-    """As `nsb.add_within_limit`."""
+def _add_within_limit(total: Array, parts: Array, at: int, max_speed: float) -> None:
+    """As `nsb.add_within_limit`, of the part in the rows from one on."""
     p = total.shape[0]
     alpha = everywhere(1.0)
     if max_speed < UNLIMITED:
         a, b, c = everywhere(0.0), everywhere(0.0), everywhere(0.0)
         for k in range(p):
-            a = a + row_of(part, k) * row_of(part, k)
-            b = b + row_of(part, k) * row_of(total, k)
+            a = a + row_of(parts, at + k) * row_of(parts, at + k)
+            b = b + row_of(parts, at + k) * row_of(total, k)
             c = c + row_of(total, k) * row_of(total, k)
         room = max_speed * max_speed - c
         room = where(room < ROUNDING * max_speed * max_speed, 0.0, room)
-        root = math.sqrt(b * b + a * room)
-        within = where(b > 0.0, room / (root + b), (root - b) / a)
-        alpha = where(a + 2.0 * b > room, least(within, 1.0), alpha)
+        beyond = a + 2.0 * b > room
+        if any_of(beyond):
+            root = math.sqrt(b * b + a * room)
+            within = where(b > 0.0, room, root - b) / where(b > 0.0, root + b, a)
+            alpha = where(beyond, least(within, 1.0), alpha)
     for k in range(p):
-        set_row(total, k, row_of(total, k) + alpha * row_of(part, k))
+        set_row(total, k, row_of(total, k) + alpha * row_of(parts, at + k))

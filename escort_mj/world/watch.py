@@ -11,18 +11,22 @@ from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.neighbors import candidate, number_of_candidates
 from escort_mj.control.plan import STEP, WATCHED_STEP, Plan, State
 from escort_mj.control.side_by_side import obstacle_places
-from escort_mj.kernels import inlined, matrix_at, merged, stack_memory
+from escort_mj.kernels import inlined, merged
 from escort_mj.lanes import (
     WIDTH,
     Lanes,
     any_of,
     copy_numbers,
     everywhere,
+    four_from,
     gather,
     greatest,
     lane_numbers,
     load,
+    row_of,
     scatter,
+    set_row,
+    stack_rows,
     store,
     where,
 )
@@ -150,26 +154,42 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     n, p = q.shape
     m = plan.obstacle_radius.shape[0]
     robots, target = int(plan.columns[0, GROUP]), int(plan.columns[n, GROUP])
-    for i in range(0, n, WIDTH):
-        own, left = load(radius, i), n - i
-        square = everywhere(0.0)
+    here, groups = stack_rows(p), state.clearance.shape[1]
+    for begin in range(0, n, WIDTH):
+        i = four_from(begin, n)
+        own, left, square = load(radius, i), n - i, everywhere(0.0)
         for k in range(p):
-            x = gather(q, i * p + k, p) - state.target_position[k]
+            set_row(here, k, gather(q, i * p + k, p))
+            x = row_of(here, k) - state.target_position[k]
             square = square + x * x
         _note_robots(i, target, square, own + target_radius, float(n), state)
         reach = state.target_clearance[robots] + (own + target_radius)
         if any_of(square < reach * reach):
             _note_robots_of_target(i, robots, target_radius, plan, state)
+        g, least, who = -1, own, own
         for j in range(m):
             body = n + 1 + j
+            if g != int(plan.columns[body, GROUP]):
+                if g >= 0:
+                    scatter(state.clearance, i * groups + g, groups, left, least)
+                    scatter(state.clearance_body, i * groups + g, groups, left, who)
+                g = int(plan.columns[body, GROUP])
+                least = gather(state.clearance, i * groups + g, groups)
+                who = gather(state.clearance_body, i * groups + g, groups)
             square = everywhere(0.0)
             for k in range(p):
-                x = gather(q, i * p + k, p) - obstacle_places(i, j, k, plan, state)
+                x = row_of(here, k) - obstacle_places(i, j, k, plan, state)
                 square = square + x * x
-            bodies = own + plan.obstacle_radius[j]
-            _note_robots(i, int(plan.columns[body, GROUP]), square, bodies, float(body), state)
+            reach = least + (own + plan.obstacle_radius[j])
+            if any_of(square < reach * reach):
+                clearance = math.sqrt(square) - (own + plan.obstacle_radius[j])
+                nearer = clearance < least
+                least, who = where(nearer, clearance, least), where(nearer, float(body), who)
             if sampled:
                 scatter(state.obstacle_distance, i * m + j, m, left, math.sqrt(square))
+        if g >= 0:
+            scatter(state.clearance, i * groups + g, groups, left, least)
+            scatter(state.clearance_body, i * groups + g, groups, left, who)
     seen = obstacles_seen(n, plan, state)
     for j in range(m):
         body = n + 1 + j
@@ -231,17 +251,18 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     q, radius = state.q, plan.robot_radius
     n, p = q.shape
     g, groups = int(plan.columns[0, GROUP]), state.clearance.shape[1]
-    here = matrix_at(stack_memory(), p, WIDTH)
-    for i in range(0, n, WIDTH):
+    here = stack_rows(p)
+    for begin in range(0, n, WIDTH):
+        i = four_from(begin, n)
         own, nearest = load(radius, i), everywhere(math.inf)
         for k in range(p):
-            store(here, WIDTH * k, WIDTH, gather(q, i * p + k, p))
+            set_row(here, k, gather(q, i * p + k, p))
         least = gather(state.clearance, i * groups + g, groups)
         who = gather(state.clearance_body, i * groups + g, groups)
         for j in range(n):
             square = everywhere(0.0)
             for k in range(p):
-                x = load(here, WIDTH * k) - q[j, k]
+                x = row_of(here, k) - q[j, k]
                 square = square + x * x
             bodies, another = own + radius[j], lane_numbers() + float(i) != float(j)
             reach = least + bodies
