@@ -9,7 +9,7 @@ endif
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test slow bench lint format lock clean
+.PHONY: help run test slow bench docs lint format lock clean
 
 help: ## show these targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 16
@@ -25,6 +25,9 @@ slow: .venv/.test .venv/.gl ## the tests too slow for every change
 
 bench: .venv/.test ## measure speed
 	$(BIN)/python -m benchmarks $(ARGS)
+
+docs: .venv/.test ## the site, in docs/site; broken links are errors
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs docs/site $(ARGS)
 
 lint: .venv/.test ## style, types and import contracts
 	$(BIN)/ruff check

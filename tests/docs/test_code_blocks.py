@@ -1,0 +1,51 @@
+"""YAML and Python of the pages: what is a scenario is checked as one, what is marked to run is run."""
+
+import io
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+
+from escort_mj.api import scenarios_folder
+from escort_mj.scenario.load import parse_scenario
+from escort_mj.scenario.schema import Scenario
+from escort_mj.study.definition import Study, load_study
+from escort_mj.study.design import Design
+from tests.docs.pages import Block, blocks
+
+YAMLS, PYTHONS = blocks("yaml"), blocks("python")
+FOREIGN = {"jobs", "missions"}  # keys that only other programs' files have
+
+
+def study(text: str, folder: Path) -> None:
+    """Reads a study, and checks its cells where its scenario is a shipped one."""
+    path = folder / "study.yaml"
+    path.write_text(text)
+    file = load_study(path)
+    if "/" in file.study.scenario or file.study.scenario == "main":
+        assert len(Design(file, scenarios_folder())) > 0
+
+
+@pytest.mark.parametrize("block", YAMLS, ids=[block.place for block in YAMLS])
+def test_yaml(block: Block, tmp_path: Path) -> None:
+    keys = set(YAML(typ="safe").load(io.StringIO(block.text)))
+    if keys <= set(Scenario.model_fields):
+        parse_scenario(block.text, block.place)
+    elif "study" in keys:
+        study(block.text, tmp_path)
+    elif keys <= set(Study.model_fields):
+        study(f"study: some\nscenario: main\n{block.text}", tmp_path)
+    else:
+        assert keys & FOREIGN, f"{keys} are no keys of scenarios or studies"
+
+
+@pytest.mark.parametrize("block", PYTHONS, ids=[block.place for block in PYTHONS])
+def test_python(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    code = compile(block.text, block.place, "exec")
+    if block.runs:
+        monkeypatch.chdir(tmp_path)
+        exec(code, {"__name__": "__main__"})
+
+
+def test_there_is_something_to_test() -> None:
+    assert len(YAMLS) > 10 and sum(block.runs for block in PYTHONS) >= 2
