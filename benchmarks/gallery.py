@@ -27,7 +27,15 @@ PICTURES = DOCS / "figures" / "gallery"
 WIDTH, HEIGHT = 960, 540
 FRAMES = 12  # of each film
 TELLING = 0.55  # share of the mission at which most show what they are about
-MOMENTS = {"main": 0.4, "head_on": 0.15, "supervised": 0.45, "one_of_six_fails": 0.75, "crowd": 0.5}
+MOMENTS = {
+    "main": 0.4,
+    "head_on": 0.15,
+    "supervised": 0.45,
+    "one_of_six_fails": 0.75,
+    "crowd": 0.5,
+    "worlds/pushed": 0.4,
+    "worlds/corridor": 0.45,
+}
 WHOLE = {"crowd", "head_on", "sixteen_cell"}  # pictures of all that there is; others go with the target
 SECTIONS = {
     "": "Missions",

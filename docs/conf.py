@@ -26,6 +26,7 @@ myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 napoleon_use_ivar = True
 default_role = "code"
+smartquotes = False  # -- begins an option
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 exclude_patterns = ["site"]
