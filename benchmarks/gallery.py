@@ -77,18 +77,8 @@ def picture(name: str) -> Path:
         wanted |= {} if name in WHOLE else {"camera": "follow"}
         film = render_video(folder, scenario_video(run).model_copy(update=wanted))
         frame = round(MOMENTS.get(name, TELLING) * FRAMES)
-        command = [
-            find_ffmpeg(),
-            "-v",
-            "error",
-            "-i",
-            film,
-            "-vf",
-            f"select=eq(n\\,{frame})",
-            "-frames:v",
-            "1",
-        ]
-        pixels = subprocess.run([*command, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"], capture_output=True)
+        one = rf"-vf select=eq(n\,{frame}) -frames:v 1 -f rawvideo -pix_fmt rgb24 -".split()
+        pixels = subprocess.run([find_ffmpeg(), "-v", "error", "-i", film, *one], capture_output=True)
     image = np.frombuffer(pixels.stdout, dtype=np.uint8).reshape(HEIGHT, WIDTH, 3)
     Image.fromarray(image).save(file_of(name), quality=80, method=6)
     return file_of(name)
