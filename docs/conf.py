@@ -38,6 +38,7 @@ html_css_files = ["site.css"]
 html_math_renderer = "svg"
 html_show_sphinx = False
 html_copy_source = False
+html_show_search_summary = False  # fetching it is forbidden to pages opened from a disk
 
 SIZE = 16  # pixels of an em
 _VIEW = re.compile(r'width="[\d.]+" height="[\d.]+" viewBox="(\S+) (\S+) (\S+) (\S+)"')

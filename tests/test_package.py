@@ -91,6 +91,8 @@ def test_the_wheel_works_in_an_empty_environment(
     place = sh("venv/bin/python", "-c", "import escort_mj; print(escort_mj.__file__)")
     assert Path(place.strip()).is_relative_to(tmp_path)
     assert "main: completed" in sh(escort, "run", "main", "--no-video")
+    sh(escort, "report", "renders/main")
+    assert (tmp_path / "renders" / "main" / "report.html").stat().st_size > 100_000
     assert "2 passed" in sh(escort, "check", "main", "robots/slung", "--workers", "1")
     findings = {
         finding["check"]: finding for finding in json.loads(sh(escort, "doctor", "--json"))["findings"]

@@ -12,17 +12,16 @@ from tests.docs.pages import ROOT
 pytest.importorskip("furo", reason="the extra docs is not installed")
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("site")
+@pytest.fixture
+def site(tmp_path: Path) -> Path:
     command = [sys.executable, "-m", "sphinx", "--fail-on-warning", "--keep-going", "--quiet"]
-    places = [ROOT / "docs", folder / "html", "--doctree-dir", folder / "doctrees"]
+    places = [ROOT / "docs", tmp_path / "html", "--doctree-dir", tmp_path / "doctrees"]
     made = subprocess.run([*command, *map(str, places)], capture_output=True, text=True)
     assert made.returncode == 0, made.stderr
-    return folder / "html"
+    return tmp_path / "html"
 
 
-def test_every_page_is_there_and_needs_no_network(site: Path) -> None:
+def test_every_page_is_there_needs_no_network_and_draws_its_equations(site: Path) -> None:
     for page in (ROOT / "docs").glob("*.md"):
         text = (site / f"{page.stem}.html").read_text(encoding="utf-8")
         assert not re.search(
@@ -30,9 +29,6 @@ def test_every_page_is_there_and_needs_no_network(site: Path) -> None:
         )
     for style in site.rglob("*.css"):
         assert not re.search(r"(@import|url\()\s*[\"']?(https?:)?//", style.read_text(encoding="utf-8"))
-
-
-def test_equations_are_drawn(site: Path) -> None:
     text = (site / "concepts.html").read_text(encoding="utf-8")
     assert text.count("<svg xmlns") > 30 and "currentColor" in text
     assert "\\tau" not in re.sub(r'aria-label="[^"]*"', "", text)
