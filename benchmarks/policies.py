@@ -25,7 +25,7 @@ Policy = Callable[[Array], Array]
 
 PAGE = "environments.md"
 TRAINING, HELD_OUT = range(100, 104), range(10)  # seeds
-GENERATIONS, SPREAD = 40, 0.4
+GENERATIONS, SPREAD = 25, 0.3
 # Shares of the largest speed, and reaches in mission radii: by hand, and where the training starts.
 BY_HAND = {
     "follow": 1.0,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.api import load_scenario
+from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.errors import UsageError
 from escort_mj.mission import Run, bound_of, conclude, examine
 from escort_mj.record.outcome import Outcome
@@ -34,13 +35,16 @@ class Reward:
         radius: Of the distance to the sphere around the target, in radii.
         spacing: Of the lack of distance to the nearest teammate, as a share of the even formation's spacing.
         command: Of the mean square of the scaled command.
-        touch: Of having touched anything since the last sample.
+        clearance: Of the lack of distance to anything, as a share of `avoid_obstacles`' safe distance.
+        touch: Of having touched anything since the last sample. A mission has thousands of samples: with less
+            than this it pays to run into obstacles rather than to go around them.
     """
 
     radius: float = 1.0
     spacing: float = 1.0
     command: float = 0.01
-    touch: float = 1.0
+    clearance: float = 1.0
+    touch: float = 100.0
 
 
 class Simulation:
@@ -87,6 +91,10 @@ class Simulation:
             self.scale = self.world.setup.force_limit[:, np.newaxis].copy()
             if not np.isfinite(self.scale).all():
                 raise UsageError("commands of force are shares of robots.force_limit, which is null")
+        behaviors = self.world.setup.behaviors
+        self._safe_distance = max(
+            [b.safe_distance for b in behaviors if isinstance(b, AvoidObstacles)], default=0.0
+        )
         self.outcome, self.message = Outcome.RUNNING, ""
         self._bound = bound_of(self.scenario, self.world)
         self._samples: list[Array] = []
@@ -159,6 +167,10 @@ class Simulation:
             lack = np.maximum(spacing.min() - state.robot_distance_min, 0.0) / spacing.min()
             found -= weigh.spacing * lack
         found -= weigh.command * (self._commanded**2).mean(axis=1)
+        if (safe := self._safe_distance) > 0.0:
+            found -= weigh.clearance * np.clip(
+                1.0 - state.clearance.min(axis=1, initial=np.inf) / safe, 0.0, 1.0
+            )
         found -= weigh.touch * self.touching
         return np.nan_to_num(found, nan=-1e6, posinf=-1e6, neginf=-1e6)
 

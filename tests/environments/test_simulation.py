@@ -63,15 +63,24 @@ def test_the_same_seed_is_the_same_mission() -> None:
 
 def test_rewards_say_what_is_asked() -> None:
     scenario = load_scenario("main", {"duration": 2.0, "expect": [], "sensing": {}})
-    only_radius = Simulation(scenario, reward=Reward(spacing=0.0, command=0.0, touch=0.0))
+    only_radius = Simulation(scenario, reward=Reward(spacing=0.0, command=0.0, clearance=0.0, touch=0.0))
     only_radius.reset()
     rewards = only_radius.step(np.zeros((5, 2)))
     state = only_radius.plant.state
     distance = np.linalg.norm(state.q - state.target_position, axis=1)
     np.testing.assert_allclose(rewards, -np.abs(distance - 3.0) / 3.0)
-    only_command = Simulation(scenario, reward=Reward(radius=0.0, spacing=0.0, command=2.0, touch=0.0))
+    only_command = Simulation(
+        scenario, reward=Reward(radius=0.0, spacing=0.0, command=2.0, clearance=0.0, touch=0.0)
+    )
     only_command.reset()
     np.testing.assert_allclose(only_command.step(np.full((5, 2), 0.5)), -0.5)
+    near = load_scenario("main", {"duration": 2.0, "expect": [], "mission.behaviors[0].safe_distance": 4.0})
+    only_clearance = Simulation(near, reward=Reward(0.0, 0.0, command=0.0, touch=0.0))
+    only_clearance.reset()
+    rewards = only_clearance.step(np.zeros((5, 2)))
+    least = only_clearance.plant.state.clearance.min(axis=1)
+    np.testing.assert_allclose(rewards, np.minimum(least / 4.0 - 1.0, 0.0))
+    assert (rewards < 0.0).any()
 
 
 def test_observations_are_what_sensors_and_geometry_say() -> None:
