@@ -125,7 +125,7 @@ def fly(
         scenario.axes
     )  # compiled or read from the cache now, so that the clock below times the run alone
     if folder is not None:
-        folder.begin(dump_scenario(scenario), world.xml, world.sizes, _labels(scenario, world))
+        folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels_of(scenario, world))
     clock = time.perf_counter()
     samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
     wall = time.perf_counter() - clock
@@ -155,7 +155,7 @@ def conclude(
         folder: Where to write it.
     """
     world = plant.world
-    recording = record(samples, world.sizes, _labels(scenario, world), episodes)
+    recording = record(samples, world.sizes, labels_of(scenario, world), episodes)
     recording.attrs["mujoco_warnings"] = sum(plant.warnings().values())
     steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
     measures = measures_of(recording)
@@ -283,7 +283,7 @@ def _outlines(scenario: Scenario) -> list[list[list[float]]]:
     return [outline(body.solid, scenario.axes).tolist() for body in bodies]
 
 
-def _labels(scenario: Scenario, world: World) -> dict[str, Any]:
+def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
     neighbors, spacing = setup.edges

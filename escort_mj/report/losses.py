@@ -15,11 +15,13 @@ from escort_mj.report.style import Key
 if TYPE_CHECKING:
     import xarray
 
+    from escort_mj.record.recording import Recorded
+
 LOST = (0.55, 0.56, 0.58)  # color of a robot that the team has lost
 MOST_LINKED = 200  # robots of a formation that is found anew
 
 
-def links(trace: xarray.Dataset) -> list[tuple[int, NDArray[np.int64]]]:
+def links(trace: Recorded) -> list[tuple[int, NDArray[np.int64]]]:
     """The formation's neighbors: from which sample on, and pairs of robots from 0, shape (edges, 2).
 
     A loss ends a formation. The next is what those that are left stand in before another loss, or the end.
@@ -29,7 +31,7 @@ def links(trace: xarray.Dataset) -> list[tuple[int, NDArray[np.int64]]]:
     first = [0, *(np.flatnonzero(np.diff(count)) + 1).tolist()]
     formations = []
     for start, end in zip(first, [*first[1:], len(gone)], strict=True):
-        if not count[start] or not len(trace["neighbors"]):
+        if not count[start] or not len(trace["neighbors"].values):
             pairs = trace["neighbors"].values.astype(np.int64) - 1
         elif len(gone[start]) - count[start] > MOST_LINKED:
             pairs = np.zeros((0, 2), dtype=np.int64)

@@ -14,7 +14,7 @@ from escort_mj.record.evenness import lost
 from escort_mj.report.losses import links
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -154,7 +154,7 @@ class Replay:
         return raised
 
 
-def replay_of(trace: xarray.Dataset) -> Replay:
+def replay_of(trace: Recorded) -> Replay:
     """A trace as a replay.
 
     Raises:
@@ -194,7 +194,7 @@ def replay_of(trace: xarray.Dataset) -> Replay:
     )
 
 
-def outlines(trace: xarray.Dataset) -> Array:
+def outlines(trace: Recorded) -> Array:
     """Points around each obstacle, relative to its center, shape (m, k, 3) [m]; k is 0 for spheres only."""
     if "obstacle_outline" not in trace:
         return np.zeros((trace.sizes["obstacle"], 0, 3))
@@ -202,7 +202,7 @@ def outlines(trace: xarray.Dataset) -> Array:
     return np.asarray(np.pad(points, ((0, 0), (0, 0), (0, 3 - points.shape[2]))))
 
 
-def safe_radius(trace: xarray.Dataset) -> Array:
+def safe_radius(trace: Recorded) -> Array:
     """How near avoidance lets a robot's center come to an obstacle's, shape (n, m) [m]; 0 without it.
 
     To one that is no sphere: to its nearest point.

@@ -1,0 +1,89 @@
+"""The command that shows a run, live or recorded."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event
+from typing import Annotated
+
+import typer
+
+from escort_mj.cli import complete
+from escort_mj.cli.app import SetOption, app
+from escort_mj.errors import UsageError
+
+
+@app.command()
+def view(
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="A run folder to replay; or a scenario to simulate: a file, or the name of a shipped one.",
+            autocompletion=complete.runs_or_scenarios,
+        ),
+    ],
+    overrides: SetOption = None,
+    speed: Annotated[float, typer.Option(help="Simulated seconds per second at first.")] = 1.0,
+    host: Annotated[
+        str, typer.Option(help="Where to listen: this machine only, unless told otherwise.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="The first port to try; 0 for any.")] = 8080,
+    native: Annotated[
+        bool, typer.Option("--native", help="MuJoCo's own viewer instead; needs a display.")
+    ] = False,
+) -> None:
+    """Watch a run in the browser: a run folder again, or a scenario while it is simulated. Ctrl-C ends it.
+
+    Example: escort-mj view main --speed 4; escort-mj view renders/main
+    """
+    from escort_mj import api
+
+    if not 0.01 <= speed <= 1000.0:
+        raise UsageError(f"--speed: found {speed:g}; allowed is 0.01 to 1000")
+    recorded = Path(source).is_dir()
+    if recorded and overrides:
+        raise UsageError("--set changes a scenario; a run folder is what it is")
+    scenario = None if recorded else api.load_scenario(source, overrides or ())
+    with contextlib.ExitStack() as stack:
+        if native:
+            from escort_mj.view.native import KEYS, Native, check_display
+
+            check_display()
+        else:
+            from escort_mj.view.viewer import Viewer, require_viser
+
+            require_viser()
+        from escort_mj.view.tape import Live, Stored
+
+        tape = Stored(Path(source)) if scenario is None else stack.enter_context(Live(scenario))
+        ended = stack.enter_context(_ended_by_hand())
+        if native:
+            typer.echo(KEYS)
+            Native(tape, speed).run(ended)
+            return
+        viewer = stack.enter_context(Viewer(tape, host, port, speed))
+        typer.echo(f"{tape.title} at {viewer.url}  (Ctrl-C ends)")
+        if viewer.public:
+            typer.echo("whoever reaches this address can watch and steer the viewer", err=True)
+        viewer.run(ended)
+
+
+@contextlib.contextmanager
+def _ended_by_hand() -> Iterator[Event]:
+    """Takes Ctrl-C and a polite kill for the end that was meant; a second one ends at once."""
+    ended = Event()
+
+    def end(number: int, frame: object) -> None:
+        if ended.is_set():
+            raise KeyboardInterrupt
+        ended.set()
+
+    before = {number: signal.signal(number, end) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield ended
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

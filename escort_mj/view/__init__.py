@@ -1,0 +1,1 @@
+"""Watching a run: in a browser by viser, or in MuJoCo's own viewer; live or recorded."""

@@ -1,0 +1,198 @@
+"""The browser viewer: driven from its server and in a real headless browser, and looked at."""
+
+import io
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from escort_mj.errors import UsageError
+from escort_mj.palette import robot_colors
+from escort_mj.scenario import parse_scenario
+from escort_mj.view import native
+from escort_mj.view.stage import LAYERS, linear
+from escort_mj.view.tape import Live
+from escort_mj.view.viewer import Viewer
+from tests.report.browser import needs_browser
+from tests.view.devtools import Browser, wait
+
+pytest.importorskip("viser")
+
+MISSION = """
+name: watched
+duration: 2
+robots: {count: 5, radius: 0.4}
+target: {position: ["0.2*t", 0]}
+obstacles: [{position: [4, 0], radius: 0.5}]
+expect: [{contacts: none}]
+"""
+
+
+@pytest.fixture
+def tape(compiled):
+    with Live(parse_scenario(MISSION)) as live:
+        yield live
+
+
+@pytest.fixture
+def viewer(tape):
+    with Viewer(tape, port=0) as made:
+        yield made
+
+
+def test_time_goes_at_the_pace_asked_for(viewer, tape) -> None:
+    viewer.tick(0.1)
+    assert viewer.now == pytest.approx(0.1) and tape.reached < 0.2, "it simulates what is seen, no more"
+    viewer.panel.pace.value = "4"
+    viewer.tick(0.1)
+    assert viewer.now == pytest.approx(0.5)
+    viewer.panel.set_playing(False)
+    viewer.tick(0.1)
+    assert viewer.now == pytest.approx(0.5)
+    viewer.panel.seek(0.2)
+    viewer.tick(0.1)
+    assert viewer.now == pytest.approx(0.2) and tape.reached >= 0.5, "what was simulated stays"
+
+
+def test_a_time_ahead_is_simulated_first(viewer, tape) -> None:
+    viewer.panel.seek(1.8)
+    wait(lambda: viewer.tick(0.0) or viewer.now >= 1.8, "the time asked for")
+    assert viewer.now == pytest.approx(1.8) and not viewer.panel.verdicts.content
+    viewer.panel.seek(99.0)
+    wait(lambda: viewer.tick(0.01) or tape.ending, "the end")
+    viewer.tick(0.1)
+    viewer.tick(0.1)
+    assert viewer.now == pytest.approx(2.0) and not viewer.panel.playing
+    assert "**pass** contacts" in viewer.panel.verdicts.content
+
+
+def test_layers_are_switched(viewer) -> None:
+    stage = viewer._stage
+    assert all(stage._handles[layer] for layer in LAYERS)
+    for layer, box in viewer.panel.layers.items():
+        box.value = not stage.shown[layer]
+    wait(lambda: viewer.panel.changed, "a change")
+    time.sleep(0.1)  # callbacks come one by one
+    viewer.tick(0.0)
+    hidden = [not handle.visible for layer in LAYERS for handle in stage._handles[layer]]
+    assert all(hidden) and not any(stage.shown.values())
+
+
+def test_bodies_are_where_the_run_has_them(viewer, tape) -> None:
+    viewer.panel.seek(1.01)  # halfway between two samples
+    wait(lambda: viewer.tick(0.0) or viewer.now >= 1.01, "the time asked for")
+    part, replay = tape.around(1.01, 0.0, 1)
+    moment = replay.at(1.01)
+    bodies = np.concatenate([handle.batched_positions for _, handle in viewer._stage._bodies])
+    for place in (*moment.robots, moment.target, *moment.obstacles):
+        assert np.abs(bodies - place).max(axis=1).min() < 1e-5
+    arrows = viewer._stage._arrows.points
+    np.testing.assert_allclose(arrows[:, 0], moment.robots, atol=1e-5)
+    along = (arrows[:, 1] - arrows[:, 0])[:, :2]
+    np.testing.assert_allclose(along, 3.0 * part["v_d"].values[moment.sample], atol=1e-4)
+
+
+def test_colors_in_linear_light() -> None:
+    np.testing.assert_array_equal(linear(np.array([0.0, 0.04045, 0.5, 1.0])), [0, 1, 55, 255])
+
+
+def test_it_listens_to_this_machine_only(viewer) -> None:
+    assert viewer.url.startswith("http://127.0.0.1:") and not viewer.public
+    port = int(viewer.url.rpartition(":")[2])
+    with socket.create_server(("127.0.0.2", port)):  # another address of this machine is free
+        pass
+    with pytest.raises(OSError), socket.create_server(("127.0.0.1", port)):
+        pass
+    assert viewer._server.request_share_url() is None, "no tunnel to the outside"
+
+
+@needs_browser
+def test_a_browser_shows_the_run_and_steers_it(viewer, tape, tmp_path: Path) -> None:
+    def turn() -> None:
+        viewer.tick(0.03)
+        time.sleep(0.02)
+
+    with Browser(viewer.url, tmp_path, (1000, 640)) as browser:
+        wait(lambda: turn() or viewer.watched, "a browser that shows it")
+        wait(lambda: turn() or "Pause" in browser.ask("document.body.innerText"), "its controls")
+        said = browser.ask("document.body.innerText")
+        assert "watched" in said and all(name in said for name in LAYERS.values())
+        assert "avoid_obstacles" in said, "what colors of arrows mean"
+        press = "[...document.querySelectorAll('button')].find(b => b.innerText.trim() === '{}').click()"
+        browser.ask(press.format("Pause"))
+        wait(lambda: not viewer.panel.playing, "a pause")
+        viewer.panel.seek(1.5)
+        wait(lambda: turn() or viewer.now >= 1.5, "the time asked for")
+        wait(lambda: turn() or "t = 1.50 s" in browser.ask("document.body.innerText"), "the time in words")
+        in_view = (0, 1, 4)  # the controls hide the others in so small a window
+        wait(lambda: min(look(browser)[k] for k in in_view) > 100, "robots in their colors")
+        (client,) = viewer._server.get_clients().values()
+        viewer.panel.camera.value = "robot 2"
+        viewer.panel.changed = True
+        robot = tape.around(1.5, 0.0, 1)[1].robots[0, 1]
+        viewer.tick(0.0)
+        np.testing.assert_allclose(client.camera.look_at, robot, atol=1e-6)
+        browser.ask(press.format("Play"))
+        wait(lambda: viewer.panel.playing, "it plays again")
+        wait(lambda: turn() or tape.ending and not viewer.panel.playing, "the end")
+        wait(lambda: turn() or "completed 2 s" in browser.ask("document.body.innerText"), "how it ended")
+        assert browser.complaints == []
+
+
+def look(browser: Browser) -> list[int]:
+    """Pixels of about the hue of each robot, left of the controls."""
+    pixels = np.asarray(Image.open(io.BytesIO(browser.picture())).convert("RGB"), float)[:, :660] / 255
+    vivid = pixels[np.ptp(pixels, axis=2) > 0.15]
+    unit = vivid / np.linalg.norm(vivid, axis=1, keepdims=True)
+    hues = [np.array(color) / np.linalg.norm(color) for color in robot_colors(5)]
+    return [int((unit @ hue > 0.985).sum()) for hue in hues]
+
+
+def test_no_viser_no_display_no_port(monkeypatch, tape) -> None:
+    with pytest.raises(UsageError, match=r"port must be 0-65535"):
+        Viewer(tape, port=70000)
+    with pytest.raises(UsageError, match="cannot listen there"):
+        Viewer(tape, host="192.0.2.1")
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(UsageError, match=r'pip install "escort-mj\[view\]"'):
+        Viewer(tape)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    with pytest.raises(UsageError, match="neither DISPLAY nor WAYLAND_DISPLAY is set"):
+        native.check_display()
+
+
+def test_keys_of_the_native_viewer(tape) -> None:
+    shown = native.Native(tape, 2.0)
+    for key in (native.PLUS, native.SPACE, native.RIGHT):
+        shown.key(key)
+    assert shown.speed == 4.0 and not shown.playing and shown.now == pytest.approx(2.0)
+    shown.key(native.AGAIN)
+    assert shown.now == 0.0
+
+
+def test_ctrl_c_ends_in_order(compiled, tmp_path: Path) -> None:
+    (tmp_path / "watched.yaml").write_text(MISSION)
+    command = [sys.executable, "-m", "escort_mj.cli", "view", "watched.yaml", "--port", "0"]
+    process = subprocess.Popen(
+        command,
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )
+    assert process.stdout is not None
+    said = process.stdout.readline()
+    assert said.startswith("watched at http://127.0.0.1:")
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 0 and not out and not err
