@@ -54,15 +54,23 @@ def export(
             autocompletion=complete.runs_or_scenarios,
         ),
     ],
-    to: Annotated[Path, typer.Argument(help="FILE.xml: the world as MJCF; FILE.csv, FILE.parquet: a run.")],
+    to: Annotated[
+        Path,
+        typer.Argument(
+            help="FILE.xml: the world as MJCF. Of a run: FILE.csv, FILE.parquet: a table; "
+            "FILE.mcap: for Foxglove; FILE.npz: MuJoCo's states."
+        ),
+    ],
     overrides: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write the world of a scenario or run as MJCF, or the trace of a run as a table.
+    """Write the world of a scenario or run as MJCF, or a run for other programs.
 
     Example: escort-mj export main main.xml
 
     Example: escort-mj export renders/main main.csv
+
+    Example: escort-mj export renders/main main.mcap
     """
     from escort_mj import api
     from escort_mj.record.export import CSV, PARQUET, write_table
@@ -70,8 +78,9 @@ def export(
     from escort_mj.record.folder import MODEL, open_run
 
     is_run = Path(source).is_dir()
-    if to.suffix not in (".xml", CSV, PARQUET):
-        raise UsageError(f"{to}: the suffix says what to write; allowed are .xml, {CSV}, {PARQUET}")
+    allowed = (".xml", CSV, PARQUET, ".mcap", ".npz")
+    if to.suffix not in allowed:
+        raise UsageError(f"{to}: the suffix says what to write; allowed are {', '.join(allowed)}")
     if not to.parent.is_dir():
         raise UsageError(f"{to}: there is no folder {to.parent}")
     if is_run and overrides:
@@ -79,7 +88,17 @@ def export(
     if to.suffix != ".xml":
         if not is_run:
             raise UsageError(f"{source}: is no run folder; {to.suffix} holds what a run recorded")
-        write_table(open_run(source).trace, to)
+        run = open_run(source)
+        if to.suffix == ".mcap":
+            from escort_mj.report.foxglove import write_mcap
+
+            write_mcap(run, to)
+        elif to.suffix == ".npz":
+            from escort_mj.report.states import write_states
+
+            write_states(run, to)
+        else:
+            write_table(run.trace, to)
     elif is_run:
         write_text(to, (open_run(source).path / MODEL).read_text(encoding="utf-8"))
     else:
