@@ -96,15 +96,13 @@ def _cores() -> Finding:
 
 def _kernels() -> Finding:
     """The compiled kernels, which a first run makes and later ones find."""
-    import numba
+    from escort_mj import cache
 
-    from escort_mj.kernels import cache_key
-
-    folder = Path(numba.config.CACHE_DIR)
-    if folder.name != cache_key():
-        advice = "unset NUMBA_CACHE_DIR" if "NUMBA_CACHE_DIR" in os.environ else "set XDG_CACHE_HOME"
+    folder = cache.folder()
+    if folder.name != cache.cache_key():
+        advice = f"unset {cache.FOLDER}" if cache.FOLDER in os.environ else "set XDG_CACHE_HOME"
         return Finding("kernels", WARNING, f"are kept in {folder}", f"{advice} to keep them for the next run")
-    kept = sum(1 for _ in folder.rglob("*.nbc"))
+    kept = sum(1 for _ in folder.glob("*.o"))
     told = f"{kept} compiled kernels" if kept else "none compiled yet: the first run takes some seconds more"
     return Finding("kernels", GOOD, f"{told} in {folder}")
 

@@ -1,129 +1,57 @@
-"""The one place that configures numba: how kernels are compiled and where their machine code is kept."""
+"""What kernels are: functions of numbers and of views of memory, written in Python, that become machine code.
+
+The decorators say how; nothing is compiled here, and in Python a kernel stays the Python that it is. Only
+`compiler` imports numba, mostly in a process of its own; `machine_code` loads what came of it. So a process
+that finds its machine code on disk never imports numba.
+"""
 
 from __future__ import annotations
 
 import ctypes
-import gc
-import hashlib
-import importlib.metadata
-import os
-import tempfile
-import uuid
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from typing import Any, TypeVar
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
 
-import llvmlite.binding
-import numba
 import numpy as np
-import platformdirs
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.caching import IndexDataCacheFile
-from numba.core.typing.templates import infer_global
-from numba.extending import intrinsic, lower_builtin, register_jitable, type_callable
-from numba.np.arrayobj import make_array, populate_array
 from numpy.typing import NDArray
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-# No reassociation and no "NaN cannot happen": kernels must agree with their NumPy twin and see a NaN.
-# Kernels see borrowed memory only, so numba's reference counting (half of the time, else) is off.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True, "_nrt": False}
-
 DOUBLE = 8  # bytes
+STACK_DOUBLES = 192  # the most that a kernel takes in nine axes: 2 p^2 numbers
 
 
-def sources(package: Path) -> list[Path]:
-    """The files of the package that kernels and the constants in them come from, in order."""
-    folders = (".", "control/**", "scenario", "world")
-    return sorted({source for folder in folders for source in package.glob(f"{folder}/*.py")})
+class External(NamedTuple):
+    """A C function that kernels call.
 
-
-def cache_key(package: Path = Path(__file__).parent) -> str:
-    """Digest of everything compiled kernels depend on.
-
-    numba checks only the file a kernel stands in, not the kernels and constants that it uses, and not
-    the layout of MuJoCo's structures. A folder per digest makes a stale kernel impossible.
-
-    Args:
-        package: Where the package is.
+    Attributes:
+        symbol: Its name in machine code.
+        result: ctypes type of what it returns.
+        arguments: Those of what it is told.
     """
-    digest = hashlib.sha256()
-    for name in ("mujoco", "numba", "llvmlite", "numpy"):
-        digest.update(f"{name}={importlib.metadata.version(name)};".encode())
-    for source in sources(package):
-        content = source.read_bytes()
-        digest.update(f"{source.relative_to(package).as_posix()}:{len(content)};".encode())
-        digest.update(content)
-    return digest.hexdigest()[:16]
+
+    symbol: str
+    result: Any
+    arguments: tuple[Any, ...]
 
 
-def _cache_folder() -> str:
-    """Folder for compiled kernels, by their key; a private temporary one where nothing can be written."""
-    asked = os.environ.get("NUMBA_CACHE_DIR")
-    folder = Path(asked) if asked else platformdirs.user_cache_path("escort_mj") / "kernels"
-    folder /= cache_key()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
-            return str(folder)
-    except OSError:
-        pass
-    return tempfile.mkdtemp(prefix="escort_mj-kernels-")
-
-
-# LLVM's model of Zen 3 and later unrolls the law's short loops until they miss the instruction cache:
-# tuned as for Zen 2, with all features of the machine, a controlled step takes 6 % less.
-if numba.config.CPU_NAME is None and llvmlite.binding.get_host_cpu_name() in ("znver3", "znver4", "znver5"):
-    numba.config.CPU_NAME = "znver2"
-numba.config.CACHE_DIR = _cache_folder()
-
-
-def _name_of_code(self: Any, number: int) -> str:
-    """File name of one piece of machine code, which no other process chooses.
-
-    numba numbers the pieces of a kernel. Two processes that compile it for other types at the same moment
-    choose the same number, and what one of them wrote stands for what the other did.
-    """
-    return f"{self._index_name.removesuffix('.nbi')}.{uuid.uuid4().hex[:16]}.nbc"
-
-
-IndexDataCacheFile._data_name = _name_of_code
-
-
-@contextmanager
-def compiling() -> Iterator[None]:
-    """Lets garbage lie while kernels are compiled: looking for it took a fifth of the time, in vain."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
+declared: list[tuple[str, Any]] = []
+"""How kernels are compiled, and which: "kernel", "inlined" or "merged"."""
+externals: list[tuple[Any, External]] = []
+places: list[tuple[Any, str]] = []
+"""Functions that return an address, and what machine code calls it."""
+symbols: dict[str, int] = {}
+"""What machine code names, and where this process has it."""
 
 
 def kernel(function: F) -> F:
-    """Compiles a function of numbers and arrays to machine code at its first call, and caches it."""
-    compiled: F = numba.njit(cache=True, **OPTIONS)(function)
-    return compiled
-
-
-_inlined: list[Any] = []  # numba's types hold them weakly
+    """Compiled by itself, and called by the kernels that use it."""
+    declared.append(("kernel", function))
+    return function
 
 
 def inlined(function: F) -> F:
-    """For small functions that LLVM is to merge into the kernels that call them; plain Python to Python.
-
-    They are no kernels by themselves: nobody calls their machine code, so none is wrapped or kept.
-    """
-    alone = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    dispatcher = numba.njit(forceinline=True, **alone, **OPTIONS)(function)
-    _inlined.append(dispatcher)
-    infer_global(function, types.Dispatcher(dispatcher))
+    """For functions that LLVM is to merge into the kernels that call them."""
+    declared.append(("inlined", function))
     return function
 
 
@@ -132,14 +60,51 @@ def merged(function: F) -> F:
 
     It also keeps what the caller knows of its arguments, such as a literal number of axes.
     """
-    compiled: F = numba.njit(inline="always", **OPTIONS)(function)
-    return compiled
+    declared.append(("merged", function))
+    return function
 
 
-def shared(function: F) -> F:
-    """Compiled when a kernel calls it, and plain Python when Python does."""
-    both: F = register_jitable(**OPTIONS)(function)
-    return both
+def external(address: int, result: Any, *arguments: Any) -> Callable[[F], F]:
+    """Marks what stands for a C function: kernels call that; Python gets what the body says.
+
+    Args:
+        address: Of the C function in this process.
+        result: ctypes type of what it returns.
+        arguments: Those of what it is told.
+    """
+
+    def declare(function: F) -> F:
+        symbol = f"{function.__module__}.{function.__qualname__}"
+        symbols[symbol] = address
+        externals.append((function, External(symbol, result, arguments)))
+        return function
+
+    return declare
+
+
+def place(symbol: str, address: int) -> Callable[[], int]:
+    """A function that returns an address, which machine code has a name for: it holds in any process."""
+
+    def found() -> int:
+        return address
+
+    symbols[symbol] = address
+    places.append((found, symbol))
+    return found
+
+
+def machine(function: F) -> F:
+    """For what only kernels can do, in a few machine instructions; `compiler` says in which."""
+
+    def no_python(*arguments: Any) -> Any:
+        raise TypeError(f"{function.__name__} is for kernels alone")
+
+    no_python.__name__, no_python.__doc__ = function.__name__, function.__doc__
+    found: F = no_python  # type: ignore[assignment]
+    return found
+
+
+# Inside kernels these are a handful of machine instructions.
 
 
 def matrix_at(address: int, rows: int, columns: int) -> NDArray[np.float64]:
@@ -155,62 +120,32 @@ def vector_at(address: int, size: int) -> NDArray[np.float64]:
     return matrix_at(address, 1, size)[0]
 
 
-# Inside kernels the two above are a handful of machine instructions. They are lowered by hand because
-# numba's own `carray` needs the reference counting that OPTIONS turns off.
-@type_callable(matrix_at)
-def _type_matrix(context: Any) -> Callable[..., types.Array]:
-    return lambda address, rows, columns: types.Array(types.float64, 2, "C")
+def double_at(address: int) -> float:
+    """The double at an address."""
+    return ctypes.c_double.from_address(address).value
 
 
-@type_callable(vector_at)
-def _type_vector(context: Any) -> Callable[..., types.Array]:
-    return lambda address, size: types.Array(types.float64, 1, "C")
+def int_at(address: int) -> int:
+    """The 32-bit integer at an address."""
+    return ctypes.c_int32.from_address(address).value
 
 
-@lower_builtin(matrix_at, types.Integer, types.Integer, types.Integer)
-@lower_builtin(vector_at, types.Integer, types.Integer)
-def _view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    address, *shape = (
-        context.cast(builder, value, kind, types.intp)
-        for value, kind in zip(arguments, signature.args, strict=True)
-    )
-    item = context.get_constant(types.intp, DOUBLE)
-    strides = [item] if len(shape) == 1 else [builder.mul(item, shape[1]), item]
-    array = make_array(signature.return_type)(context, builder)
-    data = builder.inttoptr(address, context.get_data_type(types.float64).as_pointer())
-    populate_array(array, data=data, shape=shape, strides=strides, itemsize=item, meminfo=None)
-    return array._getvalue()
+def pointer_at(address: int) -> int:
+    """The address at an address."""
+    return ctypes.c_ssize_t.from_address(address).value
 
 
-STACK_DOUBLES = 192  # the most that a kernel takes in nine axes: 2 p^2 numbers
-
-
-@intrinsic
-def stack_memory(context: Any) -> Any:
+@machine
+def stack_memory() -> int:
     """Address of STACK_DOUBLES doubles on the machine's stack: scratch that nothing else can alias."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        size = ir.IntType(64)(STACK_DOUBLES)
-        memory = cgutils.alloca_once(builder, ir.DoubleType(), size=size)
-        return builder.ptrtoint(memory, context.get_value_type(types.intp))
-
-    return types.intp(), generate
+    raise NotImplementedError
 
 
-def _loader(kind: types.Type) -> Any:
-    """An intrinsic that loads one value of a type from an address."""
-
-    @intrinsic
-    def load(context: Any, address: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            pointer = builder.inttoptr(arguments[0], context.get_data_type(kind).as_pointer())
-            return builder.load(pointer)
-
-        return kind(types.intp), generate
-
-    return load
+@machine
+def call_at(address: int, arguments: tuple[Any, ...]) -> None:
+    """Calls the C function at an address, which returns nothing."""
 
 
-double_at = _loader(types.float64)
-int_at = _loader(types.int32)
-pointer_at = _loader(types.intp)
+@machine
+def high_product(a: Any, b: Any) -> Any:
+    """Upper 64 bits of the 128-bit product of two unsigned words."""

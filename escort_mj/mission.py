@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
+from escort_mj.on_demand import waited
 from escort_mj.record.episodes import NONE
 from escort_mj.record.metrics import Measure, measures_of, summarize
 from escort_mj.record.outcome import Outcome
@@ -121,14 +122,12 @@ def fly(
     """
     world = build(scenario)
     plant = Plant(world)
-    callbacks(
-        scenario.axes
-    )  # compiled or read from the cache now, so that the clock below times the run alone
+    callbacks(scenario.axes)  # now, so that the clock below times the run alone
     if folder is not None:
         folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels_of(scenario, world))
-    clock = time.perf_counter()
+    clock = time.perf_counter() - waited()
     samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
-    wall = time.perf_counter() - clock
+    wall = time.perf_counter() - waited() - clock
     return conclude(scenario, plant, samples, episodes, outcome, message, wall, folder)
 
 
@@ -151,7 +150,7 @@ def conclude(
         episodes: Contact episodes, shape (k, len(EPISODE)).
         outcome: How it ended.
         message: The same in words.
-        wall: Time that it took [s].
+        wall: Time that it took, that for compiling kernels not included [s].
         folder: Where to write it.
     """
     world = plant.world
@@ -190,7 +189,7 @@ def _simulate(
     bound = bound_of(scenario, world)
     done, outcome, message = 0, Outcome.COMPLETED, ""
     episodes = [NONE]
-    with native_loop(world), _interruptible() as interrupted:
+    with native_loop(world), interruptible(signal.SIGINT, signal.SIGTERM) as interrupted:
         while done < total and outcome is Outcome.COMPLETED:
             start, done = done, min(done + BLOCK, total)
             log = [NONE]
@@ -254,8 +253,12 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
 
 
 @contextlib.contextmanager
-def _interruptible() -> Iterator[list[str]]:
-    """Turns Ctrl-C and a polite kill into a note, so that the run ends in order; a second ends it."""
+def interruptible(*signals: signal.Signals) -> Iterator[list[str]]:
+    """Turns signals such as Ctrl-C into a note, so that what runs ends in order; a second ends the process.
+
+    Args:
+        signals: Which; threads other than the main one get none.
+    """
     notes: list[str] = []
 
     def note(number: int, frame: Any) -> None:
@@ -267,7 +270,7 @@ def _interruptible() -> Iterator[list[str]]:
     if threading.current_thread() is not threading.main_thread():
         yield notes
         return
-    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, note) for number in signals}
     try:
         yield notes
     finally:

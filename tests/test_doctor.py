@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from escort_mj import doctor, gl
+from escort_mj import cache, doctor, gl
 from escort_mj.doctor import BAD, GOOD, WARNING, Finding, examine
 
 
@@ -54,9 +54,7 @@ def test_a_full_disk_and_a_locked_folder(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_kernels_that_are_compiled_again_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import numba
-
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
     assert found(tmp_path)["kernels"].state == WARNING
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.elementary import tanh
-from escort_mj.kernels import kernel
 from escort_mj.lanes import (
     WIDTH,
     any_of,
@@ -27,7 +27,7 @@ from escort_mj.lanes import (
 ROOM = WIDTH - 1  # what may be read past an end
 
 
-@kernel
+@jitted
 def arithmetic(x, y, results):
     n = results.shape[1]
     for at in range(0, n, WIDTH):
@@ -41,7 +41,7 @@ def arithmetic(x, y, results):
         store(results[6], at, left, where(lane_numbers() != 2.0, a, b))
 
 
-@kernel
+@jitted
 def rows(matrix, sums, columns, extremes):
     n, p = matrix.shape
     for at in range(0, n, WIDTH):

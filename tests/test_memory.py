@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 
-from escort_mj.kernels import kernel
+from escort_mj.compiler.declarations import jitted
 from escort_mj.memory import Array, Layout, viewer
 
 
@@ -40,14 +40,14 @@ viewer(LAYOUT, Known, known)
 viewer(LAYOUT, Moving, moving)
 
 
-@kernel
+@jitted
 def work(plan, memory, axes, literal):
     if literal:
         return fill(known(plan, 2), moving(plan, memory, 2))
     return fill(known(plan, axes), moving(plan, memory, axes))
 
 
-@kernel
+@jitted
 def fill(given, state):
     n, p = given.weights.shape
     for i in range(n):

@@ -11,12 +11,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from escort_mj.kernels import inlined, stack_memory, vector_at
+from escort_mj.kernels import high_product, inlined, stack_memory, vector_at
 
 Array = NDArray[np.float64]
 
@@ -33,26 +30,14 @@ _DROPOUTS = 2  # added to these: whether their measurements arrive
 _FORCES = 2**32  # block where a stream's second use begins, out of the reach of the first
 
 
-@intrinsic
-def _high_product(context: Any, a: Any, b: Any) -> Any:
-    """Upper 64 bits of the 128-bit product of two unsigned words."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        wide = ir.IntType(128)
-        product = builder.mul(builder.zext(arguments[0], wide), builder.zext(arguments[1], wide))
-        return builder.trunc(builder.lshr(product, wide(64)), ir.IntType(64))
-
-    return types.uint64(types.uint64, types.uint64), generate
-
-
 @inlined
 def philox(seed: int, block: int, use: int, robot: int, step: int) -> tuple[Any, Any, Any, Any]:
     """The four words of one block of a robot's stream for some use at a step."""
     c0, c1, c2, c3 = np.uint64(block), np.uint64(use), np.uint64(robot), np.uint64(step)
     k0, k1 = np.uint64(seed), TAG
     for _ in range(_ROUNDS):
-        high0, low0 = _high_product(_M0, c0), _M0 * c0
-        high1, low1 = _high_product(_M1, c2), _M1 * c2
+        high0, low0 = high_product(_M0, c0), _M0 * c0
+        high1, low1 = high_product(_M1, c2), _M1 * c2
         c0, c1, c2, c3 = high1 ^ c1 ^ k0, low1, high0 ^ c3 ^ k1, low0
         k0 += _W0
         k1 += _W1

@@ -19,7 +19,7 @@ from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, Supe
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.sensing import SENSOR_SIZE
-from escort_mj.kernels import shared, vector_at
+from escort_mj.kernels import inlined, vector_at
 from escort_mj.memory import FIRST, LENGTH, Layout, viewer
 from escort_mj.signals import CAUSES, EPISODE
 
@@ -227,13 +227,13 @@ DIFFERENTIATING = 7  # whether v_d has been differentiated before
 LAYOUT = Layout(MAGIC, Plan, State)
 
 
-@shared
+@inlined
 def axes_of(address: int) -> int:
     """Dimension of the space of the packed plan at an address."""
     return int(vector_at(address, FIRST + 1)[FIRST])
 
 
-@shared
+@inlined
 def size_of(address: int) -> int:
     """Length of the packed plan at an address."""
     return int(vector_at(address, FIRST)[LENGTH])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.thomson import even_points
-from escort_mj.kernels import inlined, kernel, shared
+from escort_mj.kernels import inlined, kernel
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def reforming(count: int, axes: int, losses: int) -> Reforming:
     return Reforming(figures, turns)
 
 
-@shared
+@inlined
 def scratch_size(count: int, axes: int) -> int:
     """Numbers that `reform` needs to work with."""
     return 6 * (count + 1) + 2 * count + 3 * count * axes + 4 * axes * axes

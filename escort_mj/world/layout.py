@@ -1,17 +1,19 @@
 """Where MuJoCo's C structures keep their fields, computed from the introspection data that ships with it.
 
-Nothing is assumed about a MuJoCo release: offsets are worked out from the declared field types at run
-time, and checked against the addresses that the Python bindings report for a live model.
+Nothing is assumed about a MuJoCo release: offsets are worked out from the declared field types, and checked
+against the addresses that the Python bindings report for a live model.
 """
 
 from __future__ import annotations
 
 import ctypes
+import json
 from functools import cache
 from typing import Any
 
 import mujoco
-from mujoco.introspect import ast_nodes, structs
+
+from escort_mj.cache import remembered
 
 _SCALARS: dict[str, type] = {
     "mjtNum": ctypes.c_double,
@@ -28,6 +30,8 @@ _SCALARS: dict[str, type] = {
     "mjtBool": ctypes.c_bool,
 }
 
+
+STRUCTURES = ("mjModel", "mjData", "mjContact")
 
 # Arrays that the callbacks read or write.
 DATA_ARRAYS = (
@@ -51,12 +55,16 @@ MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind", "geom_aabb")
 @cache
 def structure(name: str) -> type[ctypes.Structure]:
     """The ctypes twin of one of MuJoCo's structures, such as `mjData`."""
+    from mujoco.introspect import structs
+
     fields = [(field.name, _ctype(field.type)) for field in structs.STRUCTS[name].fields]
     return type(name, (ctypes.Structure,), {"_fields_": fields})
 
 
 def _ctype(node: Any) -> Any:
     """The ctypes type of a declared field type."""
+    from mujoco.introspect import ast_nodes
+
     if isinstance(node, ast_nodes.ValueType):
         return _SCALARS.get(node.name) or structure(node.name)
     if isinstance(node, ast_nodes.PointerType):
@@ -70,15 +78,37 @@ def _ctype(node: Any) -> Any:
     return type("anonymous", (ctypes.Structure,), {"_fields_": fields})
 
 
-@cache
 def offset(struct: str, field: str) -> int:
     """Byte offset of a (possibly nested, dotted) field in a structure."""
-    kind: Any = structure(struct)
-    total = 0
-    for part in field.split("."):
-        total += getattr(kind, part).offset
-        kind = dict(kind._fields_)[part]
-    return total
+    return _layout()[struct][field]
+
+
+def size(struct: str) -> int:
+    """Bytes of a structure."""
+    return _layout()[struct][""]
+
+
+@cache
+def _layout() -> dict[str, dict[str, int]]:
+    """Offsets of all fields of the structures that kernels use, and sizes under no name.
+
+    They are worked out once on each machine: reading MuJoCo's description of itself takes 0.1 s.
+    """
+
+    def work_out() -> str:
+        return json.dumps({name: _offsets(structure(name)) for name in STRUCTURES})
+
+    found: dict[str, dict[str, int]] = json.loads(remembered("layout.json", work_out))
+    return found
+
+
+def _offsets(kind: Any) -> dict[str, int]:
+    found = {"": ctypes.sizeof(kind)}
+    for name, inner in kind._fields_:
+        found[name] = getattr(kind, name).offset
+        if issubclass(inner, ctypes.Structure):
+            found |= {f"{name}.{of}": found[name] + at for of, at in _offsets(inner).items() if of}
+    return found
 
 
 def check(model: mujoco.MjModel, data: mujoco.MjData) -> None:
@@ -126,7 +156,7 @@ def _check_contacts() -> None:
     _compare("mjData", "contact", data._address, ctypes.c_void_p, data.contact.dist.ctypes.data)
     first = ctypes.c_void_p.from_address(data._address + offset("mjData", "contact")).value or 0
     for index in range(data.ncon):
-        address, contact = first + index * ctypes.sizeof(structure("mjContact")), data.contact[index]
+        address, contact = first + index * size("mjContact"), data.contact[index]
         _compare("mjContact", "dim", address, ctypes.c_int, contact.dim)
         _compare("mjContact", "efc_address", address, ctypes.c_int, contact.efc_address)
         _compare("mjContact", "dist", address, ctypes.c_double, contact.dist)

@@ -1,22 +1,34 @@
-"""What the callbacks do in a physics step, on the memory of MuJoCo's own structures.
+"""What MuJoCo calls in a physics step, and what that does with the memory of MuJoCo's own structures.
 
-Offsets into them are constants of this module, which keys of the compiler's cache leave out; its folder is
-named by MuJoCo's version, among others (`kernels.cache_key`).
+Offsets into them are constants of this module; machine code lies in a folder named by MuJoCo's version, among
+others (`machine_code.cache_key`).
 """
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
+from ctypes import c_int
 
 import mujoco
 
 from escort_mj.control.controller import evaluate
-from escort_mj.control.plan import MAGIC, Plan, State, unpack_plan, unpack_state
-from escort_mj.kernels import DOUBLE, double_at, inlined, int_at, merged, pointer_at, vector_at
+from escort_mj.control.plan import MAGIC, Plan, State, axes_of, unpack_plan, unpack_state
+from escort_mj.kernels import (
+    DOUBLE,
+    call_at,
+    double_at,
+    inlined,
+    int_at,
+    merged,
+    place,
+    pointer_at,
+    vector_at,
+)
 from escort_mj.lanes import copy_numbers
 from escort_mj.on_demand import on_demand
 from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps
-from escort_mj.world.layout import offset, structure
+from escort_mj.world.layout import offset, size
 from escort_mj.world.mass import INT, kinetic_energy, mass_block
 from escort_mj.world.motors import command_motors
 from escort_mj.world.nearest import find_nearest
@@ -41,10 +53,12 @@ MODEL_COLUMNS = offset("mjModel", "M_colind")
 DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "qfrc_actuator"), offset("mjData", "efc_force")
 DATA_EFC_VELOCITY = offset("mjData", "efc_vel")
 DATA_NCON, DATA_CONTACT = offset("mjData", "ncon"), offset("mjData", "contact")
-CONTACT_SIZE = ctypes.sizeof(structure("mjContact"))
+CONTACT_SIZE = size("mjContact")
 CONTACT_DIM, CONTACT_GEOMS = offset("mjContact", "dim"), offset("mjContact", "geom")
 CONTACT_EFC, CONTACT_DISTANCE = offset("mjContact", "efc_address"), offset("mjContact", "dist")
 CONTACT_NORMAL = offset("mjContact", "frame")
+MANY = 4  # the class of all numbers of axes from here on
+ACCELERATION_STAGE = int(mujoco.mjtStage.mjSTAGE_ACC)
 PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
 
 
@@ -199,3 +213,75 @@ def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -
                 opening += moved if body2 == target else -moved
         touch(state, state.time[0], body1, body2, force, -distance, -opening)
     settle(state, state.time[0], plan.timestep)
+
+
+# What makes the callbacks of a class of models. All find everything from the model and data that MuJoCo hands
+# them, so any number of models and threads can be stepped at once; other models are left alone at once.
+
+
+def control_callback(axes: int | None) -> Callable[..., None]:
+    """Before MuJoCo solves for accelerations: evaluates the law."""
+    if axes is None:
+
+        def of_many(m: int, d: int) -> None:
+            if is_ours(m):
+                axes = axes_of(pointer_at(m + MODEL_NUMERIC))
+                if axes >= MANY:
+                    control(m, d, axes)
+
+        return of_many
+
+    def of_few(m: int, d: int) -> None:
+        if is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == axes:
+            control(m, d, axes)
+
+    return of_few
+
+
+def sensor_callback(axes: int | None) -> Callable[..., None]:
+    """A sensor after the solve: only then do contact forces belong to this step."""
+    if axes is None:
+
+        def of_many(m: int, d: int, stage: c_int) -> None:
+            if stage == ACCELERATION_STAGE and is_ours(m):
+                axes = axes_of(pointer_at(m + MODEL_NUMERIC))
+                if axes >= MANY:
+                    look(m, d, axes)
+
+        return of_many
+
+    def of_few(m: int, d: int, stage: c_int) -> None:
+        if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == axes:
+            look(m, d, axes)
+
+    return of_few
+
+
+table = (ctypes.c_void_p * (2 * (MANY + 1)))()
+"""Addresses of both callbacks of each class of models, zero where they are not loaded."""
+_table = place("escort_mj.world.step.table", ctypes.addressof(table))
+
+
+def any_control_callback(axes: int | None) -> Callable[..., None]:
+    """Where models of several classes are stepped: sends each to the callback of its own."""
+
+    def of_any(m: int, d: int) -> None:
+        if is_ours(m):
+            callback = pointer_at(_table() + 2 * DOUBLE * min(axes_of(pointer_at(m + MODEL_NUMERIC)), MANY))
+            if callback != 0:
+                call_at(callback, (m, d))
+
+    return of_any
+
+
+def any_sensor_callback(axes: int | None) -> Callable[..., None]:
+    """Likewise."""
+
+    def of_any(m: int, d: int, stage: c_int) -> None:
+        if stage == ACCELERATION_STAGE and is_ours(m):
+            at = 2 * min(axes_of(pointer_at(m + MODEL_NUMERIC)), MANY) + 1
+            callback = pointer_at(_table() + DOUBLE * at)
+            if callback != 0:
+                call_at(callback, (m, d, stage))
+
+    return of_any

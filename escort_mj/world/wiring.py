@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.attitude import Craft
 from escort_mj.control.plan import MAGIC, size_of
-from escort_mj.kernels import DOUBLE, shared
+from escort_mj.kernels import DOUBLE, inlined
 from escort_mj.memory import Layout, viewer
 from escort_mj.scenario.kinds import ROTORS, Quadrotor
 from escort_mj.scenario.placement import Team
@@ -150,7 +150,7 @@ def thickness(model: mujoco.MjModel, names: Sequence[str]) -> Array:
     return found
 
 
-@shared
+@inlined
 def behind(plan: int) -> int:
     """Address of the wiring, which stands behind the plan at an address."""
     return plan + DOUBLE * size_of(plan)

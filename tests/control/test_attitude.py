@@ -3,13 +3,18 @@
 import numpy as np
 import pytest
 
-from escort_mj.control.attitude import Craft, fly
+from escort_mj.compiler.declarations import jitted
+from escort_mj.control import attitude
+from escort_mj.control.attitude import Craft
 from escort_mj.control.reference.attitude import mixing, rotation, thrusts_for, wanted_rotation
 from escort_mj.scenario.kinds import Quadrotor
 
 GRAVITY = (0.0, 0.0, -9.81)
 CRAFT = Quadrotor().craft(1.2, 0.25, GRAVITY, 0.75)
 RNG = np.random.default_rng(4)
+
+
+fly = jitted(attitude.fly)
 
 
 def kernel_thrusts(force: np.ndarray, orientation: np.ndarray, rate: np.ndarray, craft: Craft) -> np.ndarray:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.elementary import sine_and_cosine
 from escort_mj.control.harmonics import Sum, sum_of, tabulate
-from escort_mj.kernels import kernel
+from escort_mj.compiler.declarations import jitted
 from escort_mj.lanes import WIDTH, load, store
 from escort_mj.scenario.expressions import Expression
 from escort_mj.scenario.trajectory import Trajectory
@@ -40,7 +40,7 @@ OTHERS = [
 ]
 
 
-@kernel
+@jitted
 def turn(x, sines, cosines):
     for at in range(0, len(x), WIDTH):
         sine, cosine = sine_and_cosine(load(x, at))

@@ -6,13 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.cells import CELL_ROWS
 from escort_mj.control.neighbors import ALL, COUNT, FIRST, keep_neighbors
 from escort_mj.control.plan import NEIGHBORS
-from escort_mj.kernels import kernel
 
 
-@kernel
+@jitted
 def keep(points, radius, lists, places, note, cells):
     keep_neighbors(points, radius, lists, places, note, cells)
 

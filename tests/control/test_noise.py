@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.noise import OF_ROBOT, PER_BLOCK, draw_points, first_coordinates
@@ -13,7 +14,7 @@ from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.noise import NOISE_KEY, ball_noise
 from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
-from escort_mj.kernels import kernel, stack_memory, vector_at
+from escort_mj.kernels import stack_memory, vector_at
 
 MASK = 2**64 - 1
 DRAWS = 400_000
@@ -80,7 +81,7 @@ def test_ball_noise_follows_its_definition(seed: int, axes: int) -> None:
         np.testing.assert_array_equal(ball_noise(seed, robot, step, axes), inside[:2])
 
 
-@kernel
+@jitted
 def draw(points: np.ndarray, seed: int) -> None:
     """Fills rows with points from unit balls, a position's and a velocity's in turn, four robots a step."""
     coordinates = vector_at(stack_memory(), PER_BLOCK)

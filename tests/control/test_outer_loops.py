@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.behaviors import AvoidObstacles, Surface
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
@@ -14,7 +15,6 @@ from escort_mj.control.outer_loops.potential_field import repulsion
 from escort_mj.control.reference.outer_loops import filtered, least_change, repulsions
 from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
-from escort_mj.kernels import kernel
 
 
 class Origin:
@@ -64,7 +64,7 @@ def row_of(setup: Setup, avoid: AvoidObstacles) -> np.ndarray:
     )
 
 
-@kernel
+@jitted
 def filter_all(q, lost, position, radius, robot_radius, row, rate, v, moved):
     if q.shape[1] == 2 or q.shape[1] == 3:
         for i in range(q.shape[0]):
@@ -73,7 +73,7 @@ def filter_all(q, lost, position, radius, robot_radius, row, rate, v, moved):
             )
 
 
-@kernel
+@jitted
 def repel_all(q, lost, position, radius, robot_radius, row, gain, least, direction, v, moved):
     for i in range(q.shape[0]):
         moved[i] = repulsion(i, q, lost, position, radius, robot_radius, row, gain, least, direction, v[i])

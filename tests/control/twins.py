@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
 from escort_mj.control.controller import evaluate
 from escort_mj.control.formation import arrange, chords_exist
@@ -16,7 +17,6 @@ from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
 from escort_mj.control.thomson import figure
-from escort_mj.kernels import kernel
 
 TOLERANCE = 1e-10
 
@@ -72,7 +72,7 @@ class Wave:
         return np.array(code, dtype=float), spans, np.zeros((0, 5))
 
 
-@kernel
+@jitted
 def step(plan: int, state: int, axes: int) -> None:
     """Evaluates the law on packed memory; literal axes where the physics callback has them."""
     if axes == 2:

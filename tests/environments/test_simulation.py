@@ -1,5 +1,8 @@
 """Commands from outside meet the same plant: what the outer loop would say gives the same bits."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -128,3 +131,35 @@ def test_what_cannot_be() -> None:
         simulation.step(np.zeros((5, 2)))
     with pytest.raises(UsageError, match="force_limit"):
         Simulation(load_scenario("main", {"robots.force_limit": None}), "force")
+
+
+INTERRUPTED = """
+import signal
+from escort_mj import machine_code
+from escort_mj.api import load_scenario
+from escort_mj.environments import Simulation
+simulation = Simulation(load_scenario("main", {"duration": 1.0, "expect": []}))
+simulation.reset()
+address = machine_code.address
+def slow(piece):
+    machine_code.address = address
+    signal.raise_signal(signal.SIGINT)
+    return address(piece)
+machine_code.address = slow
+from escort_mj import on_demand
+for entry in on_demand.entries.values():
+    entry.slot.value = None
+try:
+    while True:
+        simulation.step([[0.0, 0.0]] * 5)
+except KeyboardInterrupt:
+    print("interrupted", simulation.time > 0.0, flush=True)
+simulation.step([[0.0, 0.0]] * 5)
+print("goes on", simulation.outcome.value)
+"""
+
+
+def test_an_interrupt_while_a_kernel_is_fetched_waits_for_the_end_of_the_step() -> None:
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["interrupted True", "goes on running"]
+    assert "Exception" not in done.stderr

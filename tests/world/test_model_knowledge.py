@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.kernels import kernel
+from escort_mj.compiler.declarations import jitted
 from escort_mj.world.callback import native_loop
 from escort_mj.world.mass import mass_block
 from escort_mj.world.plant import Plant
@@ -23,7 +23,7 @@ TREE = """
 """
 
 
-@kernel
+@jitted
 def read(mass: int, sizes: int, starts: int, columns: int, first: int, count: int, block: np.ndarray) -> None:
     mass_block(mass, sizes, starts, columns, first, count, block)
 

@@ -1,0 +1,5 @@
+"""Turns kernels into machine code: the only part that imports numba, mostly in a process of its own.
+
+`declarations` teaches numba what `kernels`, `memory`, `lanes` and `on_demand` only name; `views`, `lanes` and
+`machine` say by which instructions; `pieces` compiles what is kept on disk.
+"""

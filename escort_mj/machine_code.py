@@ -1,0 +1,142 @@
+"""Compiled kernels on disk: where they are, and how this process gets them, with numba or without.
+
+A piece of machine code is an object file as compilers write them. LLVM's linker puts it into memory and finds
+what it names: slots of kernels on demand, functions of C. What is not on disk yet is compiled by processes
+started for it, which import numba; this one waits.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from escort_mj import cache
+from escort_mj.kernels import symbols
+
+PROCESSES = 2  # that compile at once
+_lock = threading.RLock()  # threads that begin together compile once
+
+
+class Piece(NamedTuple):
+    """What is compiled and loaded as one.
+
+    Attributes:
+        module: Where the function stands.
+        function: Its name: a kernel on demand, or what makes a callback for so many axes.
+        axes: Number of axes that the compiler knows; None for any more.
+    """
+
+    module: str
+    function: str
+    axes: int | None
+
+    def __str__(self) -> str:
+        return f"{self.module}.{self.function}.{self.axes}"
+
+    @classmethod
+    def named(cls, text: str) -> Piece:
+        """The piece that has a text for its name."""
+        module, function, axes = text.rsplit(".", 2)
+        return cls(module, function, None if axes == "None" else int(axes))
+
+
+def keep(piece: Piece, code: bytes) -> None:
+    """Writes a piece to the cache."""
+    cache.write(f"{piece}.o", code)
+
+
+def kept(piece: Piece) -> bytes | None:
+    """A piece's machine code; None where it is not in the cache."""
+    return cache.read(f"{piece}.o")
+
+
+def have(pieces: Sequence[Piece]) -> None:
+    """Compiles those of some pieces that are not on disk, side by side; begin with those that take longest.
+
+    Raises:
+        Exception: What the compiler says of a kernel that is wrong.
+    """
+    missing = [piece for piece in pieces if piece not in _loaded and kept(piece) is None]
+    if not missing:
+        return
+    if "numba" not in sys.modules:  # else it is faster here
+        _elsewhere(missing)
+    for piece in missing:
+        if kept(piece) is None:
+            from importlib import import_module
+
+            import_module("escort_mj.compiler.pieces").compile_piece(piece)
+
+
+def _elsewhere(pieces: Sequence[Piece]) -> None:
+    """Has pieces compiled in processes of their own; where those cannot be started or fail, they are not."""
+    left = list(pieces)
+
+    def serve() -> None:
+        command = [sys.executable, "-m", "escort_mj.compiler", str(cache.folder())]
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+        try:
+            with subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+                env=environment,
+                start_new_session=True,
+            ) as process:
+                while left:
+                    print(left.pop(0), file=process.stdin, flush=True)
+                    if not process.stdout.readline():  # type: ignore[union-attr]
+                        return
+        except OSError:
+            return
+
+    servers = [threading.Thread(target=serve) for _ in range(min(PROCESSES, os.cpu_count() or 1, len(left)))]
+    for server in servers:
+        server.start()
+    for server in servers:
+        server.join()
+
+
+_loaded: dict[Piece, int] = {}
+_engines: list[Any] = []  # they own the memory that machine code lies in
+
+
+def address(piece: Piece) -> int:
+    """Address of a piece's function in this process, compiled, loaded or known already."""
+    with _lock:
+        if piece not in _loaded:
+            have([piece])
+            code = kept(piece)
+            if code is None:
+                raise RuntimeError(f"{piece}: the compiler left no machine code in {cache.folder()}")
+            _loaded[piece] = _load(str(piece), code)
+        return _loaded[piece]
+
+
+def _load(symbol: str, code: bytes) -> int:
+    """Links machine code into this process; address of the function that it has under a name."""
+    import llvmlite.binding as llvm
+
+    give_names()
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    _engines.append(engine)
+    return int(engine.get_function_address(symbol))
+
+
+def give_names() -> None:
+    """Tells LLVM's linker where this process has what machine code names."""
+    import llvmlite.binding as llvm
+
+    for symbol, address in symbols.items():
+        llvm.add_symbol(symbol, address)
