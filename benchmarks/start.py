@@ -1,7 +1,7 @@
 """How long a fresh process takes to its first step: kernels on disk, or none yet.
 
 As `escort-mj run` does: read and check a scenario, build its world, get the native callbacks, take a step.
-The measure is a process that imports MuJoCo and numba and ends.
+The measure is a process that imports MuJoCo and numba and ends; a warm start has no need of numba.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 from benchmarks.document import table
 from benchmarks.paired import alternate, paired
+from escort_mj.cache import FOLDER
 
 BARE = "import mujoco, numba"
 FIRST_STEP = """
@@ -38,7 +39,7 @@ WARM_ROUNDS, COLD_ROUNDS = 7, 2
 
 def process(*arguments: str, folder: str | None = None) -> dict[str, float]:
     """Runs Python once: wall time, and processor time of it and its children [s]."""
-    environment = dict(os.environ) | ({"NUMBA_CACHE_DIR": folder} if folder else {})
+    environment = dict(os.environ) | ({FOLDER: folder} if folder else {})
     before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
     subprocess.run([sys.executable, "-c", *arguments], check=True, env=environment)
     wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)

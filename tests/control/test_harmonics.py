@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.elementary import sine_and_cosine
 from escort_mj.control.harmonics import Sum, sum_of, tabulate
-from escort_mj.compiler.declarations import jitted
 from escort_mj.lanes import WIDTH, load, store
 from escort_mj.scenario.expressions import Expression
 from escort_mj.scenario.trajectory import Trajectory
