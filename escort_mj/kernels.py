@@ -120,6 +120,11 @@ def vector_at(address: int, size: int) -> NDArray[np.float64]:
     return matrix_at(address, 1, size)[0]
 
 
+def flat(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """An array's numbers in a row, where they lie."""
+    return array.reshape(-1)
+
+
 def double_at(address: int) -> float:
     """The double at an address."""
     return ctypes.c_double.from_address(address).value

@@ -58,6 +58,24 @@ def _view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return array._getvalue()
 
 
+@instructions(kernels.flat)
+def _flat(context: Any, array: Any) -> Any:
+    """Unlike numba's `reshape` it needs nothing of numba's when it runs."""
+    if array.layout != "C":
+        return None
+    row = types.Array(array.dtype, 1, "C")
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        source = make_array(array)(context, builder, arguments[0])
+        found, item = make_array(row)(context, builder), context.get_constant(types.intp, DOUBLE)
+        populate_array(
+            found, data=source.data, shape=[source.nitems], strides=[item], itemsize=item, meminfo=None
+        )
+        return found._getvalue()
+
+    return row(array), generate
+
+
 @instructions(kernels.stack_memory)
 def _stack_memory(context: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -28,12 +28,16 @@ if numba.config.CPU_NAME is None and llvm.get_host_cpu_name() in ("znver3", "znv
 ALONE_OPTIMIZED = "_optimize_final_module"
 
 
+EVERY_KERNEL = "escort_mj.world.step"  # a module that brings all kernels and views
+
+
 def compile_piece(piece: Piece) -> None:
     """Compiles one piece.
 
     Raises:
         RuntimeError: If it needs what only a process with numba has.
     """
+    import_module(EVERY_KERNEL)
     function = getattr(import_module(piece.module), piece.function)
     if function not in on_demand.declared:
         function = function(piece.axes)  # it makes a callback

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.kernels import inlined, merged
+from escort_mj.kernels import flat, inlined, merged
 
 Array = NDArray[np.float64]
 
@@ -118,7 +118,7 @@ def sort_into_cells(
 @merged
 def cell_ends(cells: Array) -> Array:
     """First slot of each cell, and last the number of robots: the rows of the scratch from CELL_FIRST on."""
-    return cells[CELL_FIRST:].reshape(-1)
+    return flat(cells[CELL_FIRST:])
 
 
 @inlined
