@@ -22,6 +22,7 @@ LARGE = 64  # from so many points on, few starts: the energies of the minima lie
 CROWD = 200  # from so many points on, from a lattice, and no further than where steps gain nothing to see
 CROWD_STEPS = 60  # energy of 1000 points within 2e-5 of a minimum, least spacing within 2 %
 ROWS = 32  # of the points' distances at once
+SETTLED, SETTLED_RELATIVE = 1e-12, 1e-5  # change of a rotation's entries that is none
 ROTATIONS = 200  # starts of the search for the best assignment; fewer for a large team, which fits any turn
 
 
@@ -192,7 +193,7 @@ def _nearest_placing(points: Array, directions: Array) -> Array:
             turned = points @ rotation.T
             placed = points[linear_sum_assignment(directions @ turned.T, maximize=True)[1]]
             fitted = _rotation(directions.T @ placed)
-            if np.allclose(fitted, rotation, atol=1e-12):
+            if (np.abs(fitted - rotation) <= SETTLED + SETTLED_RELATIVE * np.abs(rotation)).all():
                 break
             rotation = fitted
         alignment = float((directions * (placed @ rotation.T)).sum())

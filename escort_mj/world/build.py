@@ -44,8 +44,8 @@ class World:
     """A compiled world and what it was made from.
 
     Attributes:
-        model: MuJoCo's model; it carries the controller's parameters.
-        xml: The same model as MJCF text, to open in any MuJoCo viewer.
+        model: MuJoCo's model; it carries the controller's parameters, but no textures, which only pictures need.
+        xml: The same model as MJCF text, to open in any MuJoCo viewer, and with textures.
         setup: What the controller is told.
         team: The robots.
         bodies: What can touch.
@@ -115,14 +115,14 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
         _set_contacts(tree, contact_physics(scenario), len(robots.mass))
     set_medium(tree, scenario.environment)
     _add_numbers(tree, "escort_plan", plan)
-    model = mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"))
-    _add_numbers(tree, "escort_wiring", wire(model, robots, gravity_of(scenario), stages, bodies.names))
-    add_start(tree, model, robots, gravity_of(scenario))
+    first = _compiled(tree)
+    _add_numbers(tree, "escort_wiring", wire(first, robots, gravity_of(scenario), stages, bodies.names))
+    add_start(tree, first, robots, gravity_of(scenario))
+    model = _compiled(tree)
     ElementTree.indent(tree)
-    xml = ElementTree.tostring(tree, "unicode")
     return World(
-        mujoco.MjModel.from_xml_string(xml),
-        xml,
+        model,
+        ElementTree.tostring(tree, "unicode"),
         setup,
         robots,
         bodies,
@@ -130,6 +130,25 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
         stride,
         sizes,
     )
+
+
+def _compiled(tree: Element) -> mujoco.MjModel:
+    """The model of a tree, without its textures: to make them takes longer than all the rest."""
+    assets = section(tree, "asset")
+    place = list(tree).index(assets)
+    bare = Element("asset")
+    for element in assets:
+        if element.get("texture"):
+            element = Element(
+                element.tag, {key: element.attrib[key] for key in element.keys() if key != "texture"}
+            )
+        if element.tag != "texture":
+            bare.append(element)
+    tree[place] = bare
+    try:
+        return mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"))
+    finally:
+        tree[place] = assets
 
 
 def _add_numbers(tree: Element, name: str, numbers: NDArray[Any]) -> None:
