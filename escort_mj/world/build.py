@@ -44,7 +44,7 @@ class World:
     """A compiled world and what it was made from.
 
     Attributes:
-        model: MuJoCo's model; it carries the controller's parameters, but no textures, which only pictures need.
+        model: MuJoCo's model; it carries the controller's parameters, and no textures.
         xml: The same model as MJCF text, to open in any MuJoCo viewer, and with textures.
         setup: What the controller is told.
         team: The robots.
