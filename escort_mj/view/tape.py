@@ -150,7 +150,8 @@ class Live:
             scenario: What to run.
         """
         world = build(scenario)
-        self.scenario, self.title, self.model = scenario, scenario.name, world.model
+        self.scenario, self.title = scenario, scenario.name
+        self.model = mujoco.MjModel.from_xml_string(world.xml)  # with textures
         self._plant = Plant(world)
         self._labels = labels_of(scenario, world)
         self._spacing = world.stride * scenario.physics.timestep
