@@ -27,18 +27,21 @@ def shipped_scenarios() -> list[str]:
     return scenario_names(scenarios_folder())
 
 
-def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:
+def load_scenario(
+    path: str | os.PathLike[str], overrides: Overrides = (), plugins: Sequence[str] = ()
+) -> Scenario:
     """Reads and checks a scenario.
 
     Args:
         path: A YAML file, or the name of a shipped scenario such as `main` or `paper/case1_2d`.
         overrides: Texts `key.path=value`, or a mapping of key paths, that replace values of the file.
+        plugins: Plugins beside those that it names (docs/plugins.md): Python files, names of installed ones.
 
     Raises:
         ScenarioError: With every fault of the file at once.
         UsageError: If there is neither such a file nor such a shipped scenario.
     """
-    return _load_file(scenario_path(path), overrides)
+    return _load_file(scenario_path(path), overrides, plugins)
 
 
 def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:

@@ -67,6 +67,10 @@ class UsageError(EscortError, ValueError):
     exit_code = 2
 
 
+class PluginError(UsageError):
+    """A plugin that is not there, cannot be loaded, or is not what it should be."""
+
+
 class RunFolderError(EscortError):
     """A run folder that cannot be read or written."""
 

@@ -152,5 +152,23 @@ def call_at(address: int, arguments: tuple[Any, ...]) -> None:
 
 
 @machine
+def call_function(address: int, arguments: tuple[Any, ...]) -> tuple[int, int]:
+    """Calls a function that numba compiled with whole numbers; gives its status and what it returned."""
+    raise NotImplementedError
+
+
+@machine
+def data_address(array: Any) -> int:
+    """Address of an array's first number."""
+    raise NotImplementedError
+
+
+@machine
+def view_addresses(view: Any) -> tuple[int, int]:
+    """Addresses of the plan, and of the state, that a view of the state reads."""
+    raise NotImplementedError
+
+
+@machine
 def high_product(a: Any, b: Any) -> Any:
     """Upper 64 bits of the 128-bit product of two unsigned words."""

@@ -32,11 +32,13 @@ class Field(NamedTuple):
         kind: `float`, `int` or `bool` for a scalar, ndarray for an array of floats.
         shape: Extent of each of an array's dimensions.
         place: Where the header has the scalar's value, or the array's offset in its vector.
+        in_plan: Whether an array lies in the plan.
     """
 
     kind: Any
     shape: tuple[Extent, ...]
     place: int
+    in_plan: bool
 
 
 class Layout:
@@ -58,11 +60,17 @@ class Layout:
         self.fields: dict[type, dict[str, Field]] = {}
         for kind, fields in declared.items():
             self.fields[kind] = {
-                name: Field(*field, place + k) for k, (name, field) in enumerate(fields.items())
+                name: Field(*field, place + k, kind is plan) for k, (name, field) in enumerate(fields.items())
             }
             place += len(fields)
         self.header_size = place
         self.plan, self.state = plan, state
+
+    def part(self, kind: type) -> None:
+        """Makes a class readable that annotates some fields of the state, or else of the plan, by name."""
+        assert self.state is not None
+        known = self.fields[self.plan] | self.fields[self.state]
+        self.fields[kind] = {name: known[name] for name in get_type_hints(kind)}
 
     def pack(self, sizes: Mapping[str, int], values: Mapping[str, Any]) -> Array:
         """Writes a plan.
@@ -108,7 +116,7 @@ class Layout:
         """NumPy views of all fields, as an instance of the class that declared them.
 
         Args:
-            kind: The plan's or the state's class.
+            kind: The plan's or the state's class, or a part of them.
             plan: Address of the plan.
             memory: Address of the vector that holds the arrays: the plan's own, or the state's.
         """
@@ -120,7 +128,8 @@ class Layout:
                 values[name] = field.kind(header[field.place])
                 continue
             shape = _shape(field, sizes)
-            flat = matrix_at(memory + DOUBLE * int(header[field.place]), 1, prod(shape))
+            base = plan if field.in_plan else memory
+            flat = matrix_at(base + DOUBLE * int(header[field.place]), 1, prod(shape))
             values[name] = flat.reshape(shape)
         return kind(**values)
 

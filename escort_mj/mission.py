@@ -28,6 +28,7 @@ from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.bodies import obstacle_names
+from escort_mj.scenario.catalog import catalog_of
 from escort_mj.scenario.crowd import contact_physics
 from escort_mj.scenario.geometry import outline
 from escort_mj.scenario.obstacles import obstacles_of
@@ -124,7 +125,8 @@ def fly(
     plant = Plant(world)
     callbacks(scenario.axes)  # now, so that the clock below times the run alone
     if folder is not None:
-        folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels_of(scenario, world))
+        plugins = [file for each in catalog_of(scenario).plugins if (file := each.source.file)]
+        folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels_of(scenario, world), plugins)
     clock = time.perf_counter() - waited()
     samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
     wall = time.perf_counter() - waited() - clock
@@ -157,9 +159,15 @@ def conclude(
     recording = record(samples, world.sizes, labels_of(scenario, world), episodes)
     recording.attrs["mujoco_warnings"] = sum(plant.warnings().values())
     steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
-    measures = measures_of(recording)
-    metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall)
+    known = catalog_of(scenario).metrics
+    measures = measures_of(recording, known)
     verdicts = judge(scenario.expect, recording, outcome)
+    errors = [found.reason for found in measures.values() if found.broken]
+    errors += [verdict.found for verdict in verdicts if verdict.broken]
+    if errors and outcome is Outcome.COMPLETED:
+        outcome, message = Outcome.FAILED, f"a plugin raised an error after the run: {errors[0]}"
+        verdicts = judge(scenario.expect, recording, outcome)
+    metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall, metrics=known)
     run = Run(scenario, outcome, message, recording, measures, metrics, verdicts)
     if folder is not None:
         folder.finish(outcome, message, run.trace, metrics, verdicts)
@@ -227,6 +235,10 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
     Returns:
         How many of its samples to keep, and how things stand.
     """
+    if failure := plant.failure:
+        before = block[:, 0] < failure.time
+        moment = f" at {failure.time:.2f} s"
+        return int(before.sum()), Outcome.FAILED, f"a plugin raised an error{moment}: {failure.message}"
     sizes = plant.world.sizes
     n, p = sizes["robot"], sizes["axis"]
     # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
@@ -322,6 +334,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "target_radius": scenario.target.radius,
             "least_energy": setup.least_energies or None,
             **_versions(),
+            **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},
             "version_git_revision": git_revision(),
         },
     }

@@ -10,11 +10,11 @@ Frames: world. Units: SI. Robots are numbered from 1 in a trace's coordinates.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import accumulate
 from math import prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 
 class Signal(NamedTuple):
@@ -245,6 +245,8 @@ class Metric(NamedTuple):
         tail: Whether the run's own summary looks at its tail only (steady state) instead of all of it.
         least: No value is below this.
         most: No value is above this.
+        function: What measures it, of a metric that a plugin brings; others are in `record.measures`.
+        grows: Whether it can only grow as its window does; plugins are checked for it.
     """
 
     name: str
@@ -253,6 +255,8 @@ class Metric(NamedTuple):
     tail: bool = False
     least: float = 0.0
     most: float = math.inf
+    function: Callable[[Any], Any] | None = None
+    grows: bool = False
 
 
 METRICS: tuple[Metric, ...] = (

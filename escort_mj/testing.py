@@ -19,9 +19,10 @@ from escort_mj.expect.verdicts import Verdict, judge_one
 from escort_mj.mission import Run
 from escort_mj.record.folder import StoredRun
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import Scenario, explain, parse_scenario
+from escort_mj.scenario import Scenario, explain
 from escort_mj.scenario.check_expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.findings import key_path
+from escort_mj.scenario.load import stored_scenario
 
 if TYPE_CHECKING:
     import xarray
@@ -179,7 +180,7 @@ def assert_expected(run: Run | StoredRun, **expectation: Any) -> Verdict:
 def _parts(run: Run | StoredRun) -> tuple[Scenario, xarray.Dataset, Outcome]:
     """What a verdict needs of a run."""
     if isinstance(run, StoredRun):
-        scenario = parse_scenario(run.scenario_yaml, str(run.path / "scenario.yaml"))
+        scenario = stored_scenario(run.scenario_yaml, run.path)
         return scenario, run.trace, Outcome(run.outcome["outcome"])
     return run.scenario, run.trace, run.outcome
 
@@ -192,9 +193,9 @@ def _with(scenario: Scenario, expectation: dict[str, Any]) -> Scenario:
     """
     data = scenario.model_dump() | {"expect": (expectation,)}
     try:
-        changed = Scenario.model_validate(data)
+        changed = type(scenario).model_validate(data)
     except ValidationError as error:
-        found = explain.findings(error, data)
+        found = explain.findings(error, data, type(scenario))
     else:
         found = [
             finding for check in (check_bounds, check_windows, check_sides) for finding in check(changed)

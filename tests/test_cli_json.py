@@ -15,7 +15,7 @@ from tests.test_cli import QUIET, command
 __all__ = ["command"]
 
 PAGE = Path(__file__).parents[1] / "docs" / "json.md"
-ROWS = re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
+ROWS = re.findall(r"^\| `([\w-]+)` \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
 KEYS = {name: set(re.findall(r"`(\w+)`", re.sub(r": .*", "", keys))) for name, keys in ROWS}
 STUDY = "study: few\nscenario: five.yaml\nseeds: 2\n"
 
@@ -84,6 +84,7 @@ def test_bad_input_prints_no_document(command) -> None:
 
 def test_every_command_is_on_the_page() -> None:
     commands = {info.callback.__name__: info.callback for info in app.registered_commands}
+    commands = {name.replace("_", "-"): call for name, call in commands.items()}
     with_json = {name for name, call in commands.items() if "as_json" in inspect.signature(call).parameters}
     assert with_json == set(KEYS)
     assert set(commands) - with_json == {"schema"}, "a command prints results, but no JSON"

@@ -41,6 +41,12 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY.PATH=VALUE", help="Overrides one value; may be given many times."),
 ]
+PluginOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--plugin", metavar="FILE|NAME", help="Python file or installed plugin; may be given many times."
+    ),
+]
 
 
 def finish(

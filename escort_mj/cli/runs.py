@@ -14,6 +14,7 @@ from escort_mj.cli.app import (
     GOOD,
     VERDICT_FAILED,
     JsonOption,
+    PluginOption,
     RunArgument,
     ScenarioArgument,
     SetOption,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 def run(
     scenario: ScenarioArgument,
     overrides: SetOption = None,
+    plugins: PluginOption = None,
     out: Annotated[Path | None, typer.Option(help="Run folder to write [default: renders/NAME].")] = None,
     video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to draw the video.")] = True,
     figures: Annotated[
@@ -53,7 +55,7 @@ def run(
     from escort_mj import api
     from escort_mj.record.folder import RunFolder
 
-    mission = api.load_scenario(scenario, overrides or ())
+    mission = api.load_scenario(scenario, overrides or (), plugins or ())
     with (
         RunFolder.create(out if out is not None else Path("renders") / mission.name) as folder,
         progress_bar("simulating", " s") as progress,
@@ -176,15 +178,18 @@ def show(
 @app.command()
 def schema(
     markdown: Annotated[bool, typer.Option("--markdown", help="Print every key as a page instead.")] = False,
+    plugins: PluginOption = None,
 ) -> None:
     """Print the JSON Schema of scenarios, for editors that complete and check them.
 
     Example: escort-mj schema > schema.json
     """
     from escort_mj.scenario import json_schema
+    from escort_mj.scenario.catalog import scenario_type_with
     from escort_mj.scenario.handbook import handbook
 
-    typer.echo(handbook() if markdown else json.dumps(json_schema(), indent=2))
+    kind = scenario_type_with(plugins or ())
+    typer.echo(handbook(kind) if markdown else json.dumps(json_schema(kind), indent=2))
 
 
 def _report(result: Run) -> None:

@@ -14,6 +14,7 @@ from escort_mj.cli.app import (
     GOOD,
     VERDICT_FAILED,
     JsonOption,
+    PluginOption,
     RunArgument,
     ScenarioArgument,
     SetOption,
@@ -109,6 +110,7 @@ def compare(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds, from the scenario's own upward.")] = 1,
     overrides: SetOption = None,
+    plugins: PluginOption = None,
     out: Annotated[
         Path | None, typer.Option(help="Where runs, figures and table go [default: renders/compare/NAME].")
     ] = None,
@@ -126,7 +128,7 @@ def compare(
     from escort_mj import api
     from escort_mj.report.comparison import compare as compare_laws
 
-    mission = api.load_scenario(scenario, overrides or ())
+    mission = api.load_scenario(scenario, overrides or (), plugins or ())
     folder = out if out is not None else Path("renders") / "compare" / mission.name
     with progress_bar("comparing", " runs") as progress:
         result = compare_laws(mission, folder, laws or (), outer or (), seeds, workers, docs, again, progress)

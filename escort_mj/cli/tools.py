@@ -8,7 +8,17 @@ from typing import Annotated, Literal
 
 import typer
 
-from escort_mj.cli.app import GOOD, VERDICT_FAILED, JsonOption, SetOption, app, complete, finish, shown
+from escort_mj.cli.app import (
+    GOOD,
+    VERDICT_FAILED,
+    JsonOption,
+    PluginOption,
+    SetOption,
+    app,
+    complete,
+    finish,
+    shown,
+)
 from escort_mj.errors import UsageError
 
 
@@ -62,6 +72,7 @@ def export(
         ),
     ],
     overrides: SetOption = None,
+    plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Write the world of a scenario or run as MJCF, or a run for other programs.
@@ -104,8 +115,30 @@ def export(
     else:
         from escort_mj.world.build import build
 
-        write_text(to, build(api.load_scenario(source, overrides or ())).xml)
+        write_text(to, build(api.load_scenario(source, overrides or (), plugins or ())).xml)
     finish("export", as_json, [f"wrote {shown(to)}"], written=[shown(to)])
+
+
+@app.command("check-plugin")
+def check_plugin(
+    plugin: Annotated[str, typer.Argument(help="A Python file, or the name of an installed plugin.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Check what a plugin brings: laws, behaviors and more of one's own (docs/plugins.md).
+
+    Exit code: 0 if all holds, 1 if something does not, 2 if the plugin cannot be loaded.
+
+    Example: escort-mj check-plugin own_law.py
+    """
+    from escort_mj.conformance import check_plugin as check
+
+    checks = []
+    for found in check(plugin):
+        checks.append(found)
+        if not as_json:  # at once: a mission takes its time to compile
+            typer.echo(f"  {'ok' if found.held else 'NO'}  {found.member}  {found.name:20s} {found.words}")
+    code = GOOD if all(found.held for found in checks) else VERDICT_FAILED
+    finish("check-plugin", as_json, [], code, checks=[found._asdict() for found in checks])
 
 
 @app.command()

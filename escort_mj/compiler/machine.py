@@ -114,6 +114,30 @@ def _call_at(context: Any, address: Any, arguments: Any) -> Any:
     return types.void(types.intp, arguments), generate
 
 
+@instructions(kernels.call_function)
+def _call_function(context: Any, address: Any, arguments: Any) -> Any:
+    pair = types.UniTuple(types.intp, 2)
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        word = context.get_value_type(types.intp)
+        given = cgutils.unpack_tuple(builder, values[1], len(signature.args[1]))
+        result, error = (cgutils.alloca_once_value(builder, word(0)) for _ in range(2))
+        kind = ir.FunctionType(ir.IntType(32), [result.type, error.type] + [word] * len(given))
+        code = builder.call(builder.inttoptr(values[0], kind.as_pointer()), [result, error, *given])
+        return context.make_tuple(builder, pair, [builder.sext(code, word), builder.load(result)])
+
+    return pair(types.intp, arguments), generate
+
+
+@instructions(kernels.data_address)
+def _data_address(context: Any, array: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = make_array(signature.args[0])(context, builder, arguments[0]).data
+        return builder.ptrtoint(data, context.get_value_type(types.intp))
+
+    return types.intp(array), generate
+
+
 @instructions(kernels.high_product)
 def _high_product(context: Any, a: Any, b: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -18,6 +18,8 @@ from numba.extending import (
 )
 from numba.np.arrayobj import make_array, populate_array
 
+from escort_mj import kernels
+from escort_mj.compiler.machine import instructions
 from escort_mj.kernels import DOUBLE
 from escort_mj.memory import AXES, Extent, Field, Layout
 
@@ -55,6 +57,12 @@ def view_type(name: str, axes: int | None) -> ViewType:
     return next(ViewType(view, axes) for view, (_, kind) in _LAYOUTS.items() if kind.__name__ == name)
 
 
+def name_view(name: str, layout: Layout, kind: type, axes: int | None) -> ViewType:
+    """Type in kernels of a view by a name of one's own, for functions that are handed one."""
+    _LAYOUTS[name] = layout, kind
+    return ViewType(name, axes)
+
+
 def teach(layout: Layout, kind: type, function: Any) -> None:
     """Tells numba of a viewer, see `memory.viewer`."""
     name = f"{function.__module__}.{function.__name__}"
@@ -85,6 +93,17 @@ def teach(layout: Layout, kind: type, function: Any) -> None:
         model.plan = context.cast(builder, arguments[0], kinds[0], types.intp)
         model.memory = context.cast(builder, arguments[addresses - 1], kinds[addresses - 1], types.intp)
         return model._getvalue()
+
+
+@instructions(kernels.view_addresses)
+def _view_addresses(context: Any, view: Any) -> Any:
+    pair = types.UniTuple(types.intp, 2)
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        model = context.make_helper(builder, signature.args[0], value=arguments[0])
+        return context.make_tuple(builder, pair, [model.plan, model.memory])
+
+    return pair(view), generate
 
 
 @infer_getattr
@@ -138,8 +157,7 @@ def _get(context: Any, builder: Any, view: ViewType, value: Any, name: str) -> A
     offset = builder.mul(builder.fptosi(load(field.place), word), word(DOUBLE))
     kind = types.Array(types.float64, len(shape), "C")
     array = make_array(kind)(context, builder)
-    data = builder.inttoptr(
-        builder.add(model.memory, offset), context.get_data_type(types.float64).as_pointer()
-    )
+    base = model.plan if field.in_plan else model.memory
+    data = builder.inttoptr(builder.add(base, offset), context.get_data_type(types.float64).as_pointer())
     populate_array(array, data=data, shape=shape, strides=strides, itemsize=word(DOUBLE), meminfo=None)
     return array._getvalue()

@@ -15,6 +15,7 @@ from escort_mj.control.plan import (
     COLUMN,
     MAX_CYCLES,
     MAX_LEVELS,
+    OWN,
     Plan,
     State,
 )
@@ -94,7 +95,7 @@ def _error(
     row: Array, rank: int, weights: Array, speeds: Array, wished: Array, plan: Plan, state: State
 ) -> float:
     """How far an active task is from done, as a length [m]; root mean square over a task's directions."""
-    if row[0] == AVOID_OBSTACLES:
+    if row[0] == AVOID_OBSTACLES or row[0] == OWN:
         return float(speeds[1])
     if rank == TANGENT:
         return _norm(wished) / row[1]

@@ -6,7 +6,17 @@ from escort_mj.control.laws.computed_torque import force_of
 from escort_mj.control.laws.sliding import smooth_sign, smooth_signs
 from escort_mj.control.laws.super_twisting import twist
 from escort_mj.control.laws.tracking import is_winding_up
-from escort_mj.control.plan import COMPUTED_TORQUE, DIFFERENTIATING, PD, SLIDING, SUPER_TWISTING, Plan, State
+from escort_mj.control.own.calls import own_law
+from escort_mj.control.plan import (
+    COMPUTED_TORQUE,
+    DIFFERENTIATING,
+    OWN,
+    PD,
+    SLIDING,
+    SUPER_TWISTING,
+    Plan,
+    State,
+)
 from escort_mj.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.lanes import WIDTH, Lanes, four_from, load, store, where
 from escort_mj.on_demand import on_demand
@@ -27,6 +37,8 @@ def inner_loop(plan: Plan, state: State) -> None:
         _pd(plan, state)
     elif plan.law == COMPUTED_TORQUE:
         _computed_torque(plan, state)
+    elif plan.law == OWN:
+        _own(plan, state)
 
 
 @inlined
@@ -99,6 +111,16 @@ def _pd(plan: Plan, state: State) -> None:
         for k in range(p):
             tau = plan.kp * state.e[i, k] + plan.kd * state.e_dot[i, k] + state.model_bias[i, k]
             _demand(plan, state, i, k, tau, 0.0)
+
+
+@on_demand
+def _own(plan: Plan, state: State) -> None:
+    """A plugin's law."""
+    n, p = state.q.shape
+    own_law(plan, state)
+    for i in range(n):
+        for k in range(p):
+            _demand(plan, state, i, k, state.tau[i, k], state.rho_hat_rate[i, k])
 
 
 @on_demand

@@ -12,12 +12,14 @@ from escort_mj.control.behaviors.vertices import to_vertex
 from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.neighbors import seen_neighbors
 from escort_mj.control.nsb import INACTIVE, TANGENT, add_within_limit, combine, leave
+from escort_mj.control.own.calls import own_wish
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     BARRIER_FILTER,
     CHORDS,
     MAX_CYCLES,
     MAX_LEVELS,
+    OWN,
     REPULSION,
     SIDESTEP,
     VERTICES,
@@ -86,6 +88,8 @@ def wish(
             part,
         )
         return TANGENT
+    if row[0] == OWN:
+        return own_wish(i, int(row[2]), plan, state, directions[0], weights, speeds, part)
     cycles = 1
     if row[0] == CHORDS:
         cycles = state.predecessors.shape[0]

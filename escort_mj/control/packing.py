@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Repulsion
 from escort_mj.control.failure import FAILURE_SIZE, NEVER
 from escort_mj.control.harmonics import sum_of, tabulate
-from escort_mj.control.laws import ComputedTorque, Pd
+from escort_mj.control.laws import ComputedTorque
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
 from escort_mj.control.nsb import UNLIMITED
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
+from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.control.own.native import block_of
 from escort_mj.control.plan import (
     AVOID_OBSTACLES,
     CELLS_PER_PAIR,
@@ -24,6 +26,7 @@ from escort_mj.control.plan import (
     LISTED,
     LOOP_KINDS,
     OUTSIDE,
+    OWN,
     PAIRS_PER_BODY,
 )
 from escort_mj.control.program import Op
@@ -59,11 +62,14 @@ def pack(
     """
     n, p, law = setup.count, setup.axes, setup.law
     phases = [Phase("", setup.behaviors), *setup.phases]
-    ladder = [_level(setup, behavior) for phase in phases for behavior in phase.behaviors]
+    behaviors = [behavior for phase in phases for behavior in phase.behaviors]
+    own, places = _own(setup, behaviors)
+    ladder = [_level(setup, *each) for each in zip(behaviors, places, strict=True)]
     starts = np.cumsum([0, *(len(phase.behaviors) for phase in phases)])
     figures = np.vstack([np.zeros((0, p)), *(setup.reforming.figures if setup.reforming else ())])
     sensors, bias, past = sensor_table(setup.sensing, n, p)
     arrays = _functions(setup) | {
+        "own": own,
         "sensors": sensors,
         "bias": bias,
         "ladder": ladder,
@@ -89,6 +95,8 @@ def pack(
         "coordinates": coordinates,
         "behaviors": len(setup.kinds),
         "levels": len(ladder),
+        "own": len(own),
+        "memories": law.memories if isinstance(law, Law) else 0,
         "cycles": len(arrays["predecessors"]),
         "tones": np.shape(arrays["tones"])[1],
         "instructions": len(arrays["code"]),
@@ -97,7 +105,7 @@ def pack(
         "turns": len(arrays["turns"]) // p,
         "known": n * truth,  # robots whose truth is recorded
         "judged": n * (truth and law.has_lyapunov),
-        "told": n * isinstance(law, Pd | ComputedTorque),  # robots whose law is told their model
+        "told": n * law.needs_model,  # robots whose law is told their model
         "movers": len(setup.movers),
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * isinstance(law, ComputedTorque),
@@ -137,7 +145,7 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "outer": OUTSIDE if setup.outside else LOOP_KINDS[type(outer)],
         "outer_gain": gain,
         "outer_distance": distance,
-        "law": OUTSIDE if setup.outside == "force" else LAW_KINDS[type(law)],
+        "law": OUTSIDE if setup.outside == "force" else LAW_KINDS.get(type(law), OWN),
         "acceleration_filter": law.acceleration_filter if isinstance(law, ComputedTorque) else 0.0,
         "kp": gains.kp,
         "kd": gains.kd,
@@ -166,7 +174,11 @@ def _side_by_side(setup: Setup) -> bool:
     """Whether the robots' outer loops can be run four at a time: nothing tells one from another."""
     told = setup.phases or setup.failures or setup.trigger or setup.outside
     alike = not told and isinstance(setup.outer, Nsb)
-    return alike and setup.axes <= AXES and not any(isinstance(each, Repulsion) for each in setup.behaviors)
+    return (
+        alike
+        and setup.axes <= AXES
+        and not any(isinstance(each, Repulsion | Behavior) for each in setup.behaviors)
+    )
 
 
 def _functions(setup: Setup) -> dict[str, Array]:
@@ -200,8 +212,19 @@ def _functions(setup: Setup) -> dict[str, Array]:
     }
 
 
-def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
-    """One row of the ladder."""
+def _own(setup: Setup, behaviors: Sequence[BehaviorParameters]) -> tuple[Array, list[int]]:
+    """Parameters of the plugins' law and behaviors, and where each behavior's begin."""
+    blocks, places, end = [np.zeros(0)], [], 0
+    for each in (setup.law, *behaviors):
+        places.append(end)
+        if isinstance(each, Law | Behavior):
+            blocks.append(block_of(each, setup.axes))
+            end += len(blocks[-1])
+    return np.concatenate(blocks), places[1:]
+
+
+def _level(setup: Setup, behavior: BehaviorParameters, place: int) -> list[float]:
+    """One row of the ladder; a plugin's behavior has its parameters at a place of their own."""
     column = float(setup.kinds.index(behavior.behavior))
     if isinstance(behavior, AvoidObstacles):
         return [
@@ -214,6 +237,8 @@ def _level(setup: Setup, behavior: BehaviorParameters) -> list[float]:
             behavior.sidestep,
             column,
         ]
+    if isinstance(behavior, Behavior):
+        return [OWN, 0.0, place, 0.0, 0.0, 0.0, 0.0, column]
     return [KINDS[type(behavior)], behavior.gain, 0.0, 0.0, 0.0, 0.0, 0.0, column]
 
 

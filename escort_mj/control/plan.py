@@ -34,6 +34,7 @@ AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
 KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
 SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
 NSB, POTENTIAL_FIELD, BARRIER_FILTER = 0, 1, 2
+OWN = 9  # law or behavior of a plugin, see `own`
 OUTSIDE = -1  # law or outer loop: what it would compute is written from outside, between steps
 LOOP_KINDS = {Nsb: NSB, PotentialField: POTENTIAL_FIELD, BarrierFilter: BARRIER_FILTER}
 LAW_KINDS = {
@@ -68,7 +69,7 @@ class Plan(NamedTuple):
     outer: int  # one of LOOP_KINDS, or OUTSIDE
     outer_gain: float  # of the repulsion [m^4/s], or rate of the filter [1/s]
     outer_distance: float  # below which repulsion grows no further [m]
-    law: int  # one of LAW_KINDS, or OUTSIDE
+    law: int  # one of LAW_KINDS, or OWN, or OUTSIDE
     acceleration_filter: float
     kp: float
     kd: float
@@ -92,6 +93,7 @@ class Plan(NamedTuple):
     side_by_side: bool  # whether all robots run one ladder at every step, see `side_by_side`
     sensing_robots: float  # how far robots see each other, surface to surface [m]
     sensing_obstacles: float
+    own: Annotated[Array, "own"]  # parameters of plugins, the law's first: see `own/numbers`
     sensors: Annotated[Array, 4, SENSOR_SIZE]  # see `sensing`
     bias: Annotated[Array, "biased", "p"]
     ladder: Annotated[Array, "levels", LEVEL_SIZE]  # kind, then the behavior's own numbers
@@ -197,6 +199,11 @@ class State(NamedTuple):
     model_bias: Annotated[Array, "told", "p"]  # bias force, and (0, p) likewise
     v_d_filtered: Annotated[Array, "differentiating", "p"]  # v_d behind a filter
     v_d_rate: Annotated[Array, "differentiating", "p"]  # its derivative
+    law_memory: Annotated[Array, "memories", "n", "p"]  # of a plugin's law
+    law_memory_rate: Annotated[Array, "memories", "n", "p"]
+    wish_direction: Annotated[Array, "p"]  # what a plugin's behavior says of one robot
+    wish_velocity: Annotated[Array, "p"]
+    wish_error: Annotated[Array, 1]
     obstacle_point: Annotated[Array, "seen*m", "p"]  # what robots and target see of each; see `movers`
     mover_position: Annotated[Array, "movers", "p"]
     mover_velocity: Annotated[Array, "movers", "p"]
@@ -222,6 +229,7 @@ STARTED, LAST_TIME, WATCHED_STEP = 0, 1, 2
 KEPT = 4  # samples in `State.samples`
 EVALUATED = 3  # steps evaluated before the present one
 STEP = 5  # number of the present step
+REMEMBERED = 6  # time up to which `law_memory` is integrated
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 
 LAYOUT = Layout(MAGIC, Plan, State)

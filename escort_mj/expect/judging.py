@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from escort_mj.control.own.place import place_of
 from escort_mj.expect.sanity import sanity
 from escort_mj.record.episodes import pair
 from escort_mj.record.measures import Bodies, Measure, contacts_untold, in_words, radius_error
@@ -18,20 +19,18 @@ from escort_mj.scenario.expectations import (
     ClearanceExpectation,
     ContactExpectation,
     Expectation,
+    Judgment,
     MetricExpectation,
+    OutcomeExpectation,
+    OwnExpectation,
     SanityExpectation,
     SettledExpectation,
 )
-from escort_mj.signals import METRICS
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 NEAR = 0.05  # a margin below this share of the bound is a near miss
-UNITS = {
-    metric.name: metric.unit.removeprefix("1") if metric.unit == "1" else metric.unit for metric in METRICS
-}
-LEAST = {metric.name: metric.least for metric in METRICS}
 NO_SAMPLE = "the run has no sample in the window"
 
 
@@ -50,6 +49,7 @@ class Found:
         bodies: Names of the bodies that had it.
         margin: Distance from the bound, negative beyond it.
         near_miss: It held, but barely.
+        broken: A plugin raised an error instead.
     """
 
     subject: str
@@ -62,6 +62,7 @@ class Found:
     bodies: Bodies = ()
     margin: float | None = None
     near_miss: bool = False
+    broken: bool = False
 
     @property
     def who(self) -> str:
@@ -114,21 +115,45 @@ def judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> Found
         return _settled(expectation, trace)
     if isinstance(expectation, SanityExpectation):
         return _sanity(expectation, trace, outcome)
+    if isinstance(expectation, OwnExpectation):
+        return _own(expectation, trace)
+    assert isinstance(expectation, OutcomeExpectation), "of other kinds there are none"
     held = outcome.value == expectation.outcome
     words = outcome.value if outcome.good else f"{outcome.value}, {outcome.meaning}"
     time = float(trace["time"][-1]) if trace.sizes["time"] and not outcome.good else None
     return Found("outcome", expectation.outcome, held, words, time=time)
 
 
+def _own(expectation: OwnExpectation, trace: Recorded) -> Found:
+    """What a plugin's expectation says; an error that it raises is no verdict, and is told as such."""
+    part, demanded = window(trace, *expectation.window), expectation.kind
+    if not part.sizes["time"]:
+        return Found(expectation.subject, demanded, False, NO_SAMPLE)
+    try:
+        demanded = expectation.demanded + _when(expectation.window)
+        said = expectation.judge(part)
+        if not isinstance(said, Judgment):
+            raise TypeError(f"judge returned {type(said).__name__}; expected a Judgment")
+    except Exception as error:
+        words = place_of(error, type(expectation).judge)
+        return Found(expectation.subject, demanded, False, words, broken=True)
+    return Found(
+        expectation.subject, demanded, bool(said.held), said.words, said.value, said.unit, said.time,
+        said.bodies, said.margin,
+    )  # fmt: skip
+
+
 def _metric(expectation: MetricExpectation, trace: Recorded) -> Found:
     """A bound on a metric."""
     name, low, high = expectation.metric, expectation.at_least, expectation.at_most
-    least = LEAST[name] if math.isfinite(LEAST[name]) else 0.0
+    metric = expectation.definition
+    unit = "" if metric.unit == "1" else metric.unit
+    least = metric.least if math.isfinite(metric.least) else 0.0
     bounds = [] if low is None else [Bound(low, False, least)]
     bounds += [] if high is None else [Bound(high, True, least)]
-    demanded = " and ".join(bound.words("") for bound in bounds) + (UNITS[name] and f" {UNITS[name]}")
-    found = measure(name, trace, *expectation.window)
-    return _held_against(name, demanded + _when(expectation.window), found, UNITS[name], bounds)
+    demanded = " and ".join(bound.words("") for bound in bounds) + (unit and f" {unit}")
+    found = measure(metric, trace, *expectation.window)
+    return _held_against(name, demanded + _when(expectation.window), found, unit, bounds)
 
 
 def _clearance(expectation: ClearanceExpectation, trace: Recorded) -> Found:

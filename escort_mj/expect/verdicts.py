@@ -34,6 +34,7 @@ class Verdict:
         held: Whether what was demanded held.
         xfail: Why it is known to fail; empty where it is not.
         expectation: Its place in the scenario's list, from 0; None for the outcome that nobody wrote down.
+        broken: A plugin raised an error instead of judging.
     """
 
     metric: str
@@ -50,6 +51,7 @@ class Verdict:
     held: bool = True
     xfail: str = ""
     expectation: int | None = None
+    broken: bool = False
 
     @property
     def found(self) -> str:
@@ -97,7 +99,8 @@ def judge_one(
         time=found.time,
         who=found.who,
         margin=found.margin,
-        passed=found.held != bool(known),
+        passed=found.held != bool(known) and not found.broken,
+        broken=found.broken,
         near_miss=found.near_miss,
         message=message,
         bodies=found.bodies,

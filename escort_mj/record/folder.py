@@ -30,6 +30,7 @@ from escort_mj.record.stored import (
     MODEL,
     OURS,
     OUTCOME,
+    PLUGINS,
     REPORT,
     SCENARIO,
     TRACE,
@@ -109,7 +110,14 @@ class RunFolder:
                     _remove(left)
         return cls(path, outcome)
 
-    def begin(self, scenario: str, model: str, sizes: Mapping[str, int], labels: Mapping[str, Any]) -> None:
+    def begin(
+        self,
+        scenario: str,
+        model: str,
+        sizes: Mapping[str, int],
+        labels: Mapping[str, Any],
+        plugins: Sequence[str] = (),
+    ) -> None:
         """Writes what is known before the first step, and opens the journal.
 
         Args:
@@ -117,10 +125,14 @@ class RunFolder:
             model: The model as MJCF.
             sizes: Size of each dimension of a record.
             labels: As `recording.record` takes them; what JSON can hold.
+            plugins: Files that the scenario names, of which the folder keeps copies.
         """
         with _writing(self.path):
             write_text(self.path / SCENARIO, scenario)
             write_text(self.path / MODEL, model)
+            for plugin in plugins:
+                (self.path / PLUGINS).mkdir(exist_ok=True)
+                shutil.copyfile(plugin, self.path / PLUGINS / Path(plugin).name)
             header = {"sizes": dict(sizes), "record_size": record_size(sizes), "labels": dict(labels)}
             self._journal = Journal(self.path / JOURNAL, header)
 

@@ -43,12 +43,14 @@ class Measure(NamedTuple):
         time: Moment of the worst value [s]; None where there is none.
         bodies: Names of the bodies that had it; empty where nobody in particular.
         reason: Why there is no value.
+        broken: Whether that is an error of a plugin.
     """
 
     value: float | None
     time: float | None = None
     bodies: Bodies = ()
     reason: str = ""
+    broken: bool = False
 
     @property
     def who(self) -> str:

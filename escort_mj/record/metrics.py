@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
+from escort_mj.control.own.place import place_of
 from escort_mj.record import measures
 from escort_mj.record.measures import Measure
 from escort_mj.record.outcome import Outcome
-from escort_mj.signals import METRICS
+from escort_mj.signals import METRICS, Metric
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Part, Recorded
@@ -32,24 +33,46 @@ def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part
     return cast("Part", trace.isel(time=inside))
 
 
-def measure(name: str, trace: Recorded, after: float = 0.0, before: float | None = None) -> Measure:
-    """Value of a metric over a window of a trace."""
+def measure(
+    metric: str | Metric, trace: Recorded, after: float = 0.0, before: float | None = None
+) -> Measure:
+    """Value of a metric, told by its name or, of a plugin's, itself, over a window of a trace."""
     part = window(trace, after, before)
     if not part.sizes["time"]:
         return Measure(None, reason=EMPTY)
-    return FUNCTIONS[name](part)
+    return _value(metric, part)
 
 
-def measures_of(trace: Recorded) -> dict[str, Measure]:
+def measures_of(trace: Recorded, metrics: Sequence[Metric] = METRICS) -> dict[str, Measure]:
     """Every metric: over the whole run or, for steady state, over its last fifth."""
     if not trace.sizes["time"]:
-        return {metric.name: Measure(None, reason=EMPTY) for metric in METRICS}
+        return {metric.name: Measure(None, reason=EMPTY) for metric in metrics}
     tail = window(trace, (1.0 - TAIL) * float(trace["time"][-1]))
-    return {metric.name: FUNCTIONS[metric.name](tail if metric.tail else trace) for metric in METRICS}
+    return {metric.name: _value(metric, tail if metric.tail else trace) for metric in metrics}
+
+
+def _value(metric: str | Metric, part: Part) -> Measure:
+    """Value of a metric over all of a part of a trace; an error of a plugin's is no value."""
+    if isinstance(metric, str) or metric.function is None:
+        return FUNCTIONS[metric if isinstance(metric, str) else metric.name](part)
+    try:
+        found = metric.function(part)
+        if isinstance(found, Measure):
+            return found
+        if found is None:
+            return Measure(None, reason=f"{metric.name} says nothing of this run")
+        return Measure(float(found))
+    except Exception as error:
+        return Measure(None, reason=place_of(error, metric.function), broken=True)
 
 
 def summarize(
-    found: dict[str, Measure], trace: Recorded, outcome: Outcome, steps: int, wall_time: float
+    found: dict[str, Measure],
+    trace: Recorded,
+    outcome: Outcome,
+    steps: int,
+    wall_time: float,
+    metrics: Sequence[Metric] = METRICS,
 ) -> dict[str, Any]:
     """Contents of metrics.json: every metric, over the run or, for steady state, over its last fifth.
 
@@ -59,6 +82,7 @@ def summarize(
         outcome: How the run ended.
         steps: Physics steps taken.
         wall_time: Time that they took [s].
+        metrics: Which.
     """
     time = trace["time"].values
     reached = float(time[-1]) if len(time) else 0.0
@@ -71,7 +95,7 @@ def summarize(
             "real_time_factor": reached / wall_time if wall_time > 0.0 else None,
         }
     }
-    for metric in METRICS:
+    for metric in metrics:
         one = _finite(found[metric.name])
         summary[metric.name] = {
             "value": one.value,

@@ -33,6 +33,6 @@ _MEANINGS = {
     Outcome.UNSTABLE: "MuJoCo warned about the simulation",
     Outcome.INTERRUPTED: "the run was stopped by Ctrl-C or a polite kill, and ended in order",
     Outcome.KILLED: "the process died without ending the run; the trace goes as far as its journal",
-    Outcome.FAILED: "the program itself broke",
+    Outcome.FAILED: "the program itself broke, or a plugin",
     Outcome.RUNNING: "the run is still going on",
 }

@@ -19,8 +19,21 @@ if TYPE_CHECKING:
 
 OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
-FIGURES, VIDEO, CLIP, REPORT = "figures", "video.mp4", "clip.mp4", "report.html"
-OURS = (OUTCOME, SCENARIO, MODEL, TRACE, METRICS, VERDICTS, JOURNAL, FIGURES, VIDEO, CLIP, REPORT)
+FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "report.html", "plugins"
+OURS = (
+    OUTCOME,
+    SCENARIO,
+    MODEL,
+    TRACE,
+    METRICS,
+    VERDICTS,
+    JOURNAL,
+    FIGURES,
+    VIDEO,
+    CLIP,
+    REPORT,
+    PLUGINS,
+)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from escort_mj.record.measures import radius_error
 from escort_mj.report.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.style import FAILED, figure
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.catalog import catalog_of
 from escort_mj.study.comparison import (
     LAWS,
     OUTERS,
@@ -29,6 +30,7 @@ from escort_mj.study.comparison import (
     perform,
     rows,
     scenario_of,
+    title_of,
     trials,
 )
 from escort_mj.study.comparison_table import (
@@ -53,10 +55,15 @@ DRAWN = {
     "obstacle_clearance_min": "Least clearance to an obstacle",
     "robot_clearance_min": "Least clearance between robots",
 }
-COLORS = dict(zip(LAWS, (palette.robot_color(i, len(LAWS)) for i in range(len(LAWS))), strict=True))
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)))
 BAR = 0.19  # inches of height
 MILLI = 1000.0
+
+
+def _colors(laws: Iterable[str]) -> dict[str, palette.Color]:
+    """A color for each law: those that come with the package, and the plugins' after them."""
+    names = list(dict.fromkeys([*LAWS, *laws]))
+    return dict(zip(names, palette.robot_colors(len(names)), strict=True))
 
 
 class Comparison(NamedTuple):
@@ -102,7 +109,8 @@ def compare(
             page has no marks.
         ScenarioError: If a seed leaves no room for robots that are placed at random.
     """
-    names = chosen("--laws", laws, LAWS, list(LAWS))
+    known = [model.model_fields["law"].default for model in catalog_of(scenario).laws]
+    names = chosen("--laws", laws, known, known)
     if docs is not None:
         around_marks(docs, scenario)
     loops = chosen("--outer", outers, OUTERS, [scenario.mission.outer.loop])
@@ -152,12 +160,12 @@ def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:
 
 def _label(row: Row, table: Sequence[Row]) -> str:
     """Law and outer loop, the latter only where there are several."""
-    return row.title if len({other.outer for other in table}) > 1 else LAWS[row.law]
+    return row.title if len({other.outer for other in table}) > 1 else title_of(row.law)
 
 
 def _bars(axes: Axes, name: str, table: Sequence[Row]) -> None:
     """One quantity; what has no value says why."""
-    unit = QUANTITIES[name].unit
+    unit, colors = QUANTITIES[name].unit, _colors(row.law for row in table)
     means = [row.spreads[name].mean for row in table]
     small = unit in ("m", "m/s") and max((abs(mean) for mean in means if mean is not None), default=1.0) < 1.0
     scale = MILLI if small else 1.0
@@ -180,7 +188,7 @@ def _bars(axes: Axes, name: str, table: Sequence[Row]) -> None:
                 color=FAILED,
             )
             continue
-        color = COLORS[row.law]
+        color = colors[row.law]
         axes.barh(place, scale * spread.mean, 0.72, color=color, alpha=0.55)
         values = [result.values[name] for result in row.results]
         dots = [scale * value for value in values if value is not None and np.isfinite(value)]
@@ -203,6 +211,7 @@ def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> 
     first = results[0].trial.seed
     runs = [result for result in results if result.trial.seed == first and result.completed]
     path, outers = out / "figures" / "curves.png", list(dict.fromkeys(run.trial.outer for run in results))
+    colors = _colors(result.trial.law for result in results)
     with figure(path, 5.6, f"{scenario.name}: {subject(results)} over time, seed {first}") as canvas:
         upper, lower = canvas.subplots(2, 1, sharex=True)
         time = np.zeros(1)
@@ -212,7 +221,7 @@ def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> 
             drawn = len(upper.lines)
             radius = np.nanmax(np.abs(radius_error(trace)), axis=1)
             error = np.linalg.norm(trace["q_d"].values - trace["q"].values, axis=2).max(axis=1)
-            color = [COLORS[run.trial.law]]
+            color = [colors[run.trial.law]]
             draw_curves(upper, time, radius[:, None], color)
             draw_curves(lower, time, running_rms(time, error)[:, None], color)
             for line in [*upper.lines[drawn:], *lower.lines[drawn:]]:
@@ -225,7 +234,7 @@ def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> 
             log_scale(axes)
         timeline([upper, lower], time)
         laws = list(dict.fromkeys(run.trial.law for run in runs))
-        keys = [(LAWS[law], Line2D([], [], color=COLORS[law], linewidth=2.0)) for law in laws]
+        keys = [(title_of(law), Line2D([], [], color=colors[law], linewidth=2.0)) for law in laws]
         if len(outers) > 1:
             keys += [
                 (OUTERS[outer], Line2D([], [], color="#555555", linestyle=DASHES[index % len(DASHES)]))

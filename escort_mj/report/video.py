@@ -23,7 +23,7 @@ from typing import IO
 from escort_mj.errors import EscortError, RenderError
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, open_run
-from escort_mj.scenario import parse_scenario
+from escort_mj.scenario.load import stored_scenario
 from escort_mj.scenario.schema import Video
 
 Progress = Callable[[float, float], None]
@@ -179,7 +179,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def scenario_video(run: StoredRun) -> Video:
     """What the run's own scenario says of its video."""
-    return parse_scenario(run.scenario_yaml, str(run.path / "scenario.yaml")).video
+    return stored_scenario(run.scenario_yaml, run.path).video
 
 
 def ending(run: StoredRun) -> tuple[str, bool]:

@@ -16,9 +16,7 @@ from escort_mj.scenario.expectations import (
 )
 from escort_mj.scenario.findings import Finding, Path, nearest, shown
 from escort_mj.scenario.schema import Scenario
-from escort_mj.signals import METRICS
 
-_METRICS = {metric.name: metric for metric in METRICS}
 MOST_NAMES = 8  # listed in a message
 
 
@@ -39,7 +37,7 @@ def _metric_bounds(expectation: MetricExpectation, path: Path) -> Iterator[Findi
     low, high = expectation.at_least, expectation.at_most
     if low is None and high is None:
         yield Finding(path, "has no bound; give at_most or at_least")
-    metric = _METRICS[expectation.metric]
+    metric = expectation.definition
     for key, bound in (("at_least", low), ("at_most", high)):
         if bound is not None and not metric.least <= bound <= metric.most:
             unit = "" if metric.unit == "1" else f" {metric.unit}"

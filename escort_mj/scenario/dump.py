@@ -24,11 +24,15 @@ def dump_scenario(scenario: Scenario) -> str:
     return "\n".join(_table(scenario.model_dump(), "")) + "\n"
 
 
-def json_schema() -> dict[str, Any]:
-    """The JSON Schema of scenario files, by which editors complete and check them."""
+def json_schema(kind: type[Scenario] = Scenario) -> dict[str, Any]:
+    """The JSON Schema of scenario files, by which editors complete and check them.
+
+    Args:
+        kind: The type of scenarios, which plugins make (`catalog.scenario_type`).
+    """
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **Scenario.model_json_schema(),
+        **kind.model_json_schema(),
         "title": "escort_mj scenario, version 1",
     }
 

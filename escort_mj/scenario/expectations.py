@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from collections.abc import Mapping, Sequence
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    NamedTuple,
+    TypeAlias,
+    Union,
+    get_args,
+)
 
 from pydantic import (
     BeforeValidator,
@@ -18,7 +29,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from escort_mj.control.parameters import Parameters
-from escort_mj.signals import METRIC_NAMES
+from escort_mj.signals import METRIC_NAMES, METRICS, Metric
 
 _SIDE = "a group (robots, target, obstacles, walls, floor) or the name of a body"
 Sides = tuple[str, str]
@@ -83,6 +94,9 @@ class MetricExpectation(Windowed):
 
     kind = "metric"
 
+    definitions: ClassVar[Mapping[str, Metric]] = {metric.name: metric for metric in METRICS}
+    """All metrics by name."""
+
     metric: Literal[METRIC_NAMES]  # type: ignore[valid-type]
     """Which metric."""
     at_most: float | None = None
@@ -94,6 +108,11 @@ class MetricExpectation(Windowed):
     def subject(self) -> str:
         """What is looked at, in words."""
         return self.metric
+
+    @property
+    def definition(self) -> Metric:
+        """What it is a bound on."""
+        return self.definitions[self.metric]
 
 
 class ContactExpectation(Windowed):
@@ -202,6 +221,50 @@ class OutcomeExpectation(Demand):
     """`diverged`: a robot left for good, or a number is none; `unstable`: MuJoCo warned."""
 
 
+class Judgment(NamedTuple):
+    """What a plugin's expectation found.
+
+    Attributes:
+        held: Whether what it demands held.
+        words: What was found, in words.
+        value: Worst value; None where there was none.
+        unit: Its unit, empty for none.
+        time: When it was found [s].
+        bodies: Names of the bodies that had it, such as `robot_1`.
+        margin: Distance from the bound, negative beyond it.
+    """
+
+    held: bool
+    words: str
+    value: float | None = None
+    unit: str = ""
+    time: float | None = None
+    bodies: tuple[str, ...] = ()
+    margin: float | None = None
+
+
+class OwnExpectation(Windowed):
+    """Base of a plugin's expectation.
+
+    A subclass has a name, `kind`, a key of that name, which tells it from other expectations, and `judge`.
+    """
+
+    def judge(self, trace: Any) -> Judgment:
+        """Whether it holds.
+
+        Args:
+            trace: The recorded signals (xarray) within its window.
+        """
+        raise NotImplementedError
+
+    @property
+    def demanded(self) -> str:
+        """What it demands, in words."""
+        given = self.model_dump(exclude={"xfail", "after", "before"}, exclude_none=True)
+        bound = str(given.pop(self.kind))
+        return ", ".join([bound, *(f"{key} {value}" for key, value in given.items())])
+
+
 KINDS: tuple[type[Demand], ...] = (
     MetricExpectation,
     ContactExpectation,
@@ -217,20 +280,22 @@ def tag_of_kind(kind: str) -> str:
     return f"{kind} expectations"
 
 
-def _kind_of(value: Any) -> str | None:
-    """Which table an expectation is, by the first key of all kinds that it has."""
-    if isinstance(value, Demand):
-        return tag_of_kind(value.kind)
-    kinds = (kind.kind for kind in KINDS) if isinstance(value, dict) else ()
-    return next((tag_of_kind(kind) for kind in kinds if kind in value), None)
+def expectation_of(kinds: Sequence[type[Demand]]) -> Any:
+    """Type of an expectation that is one of several kinds, told by the first key of all kinds that it has."""
+
+    def kind_of(value: Any) -> str | None:
+        if isinstance(value, Demand):
+            return tag_of_kind(value.kind)
+        names = (kind.kind for kind in kinds) if isinstance(value, dict) else ()
+        return next((tag_of_kind(name) for name in names if name in value), None)
+
+    tagged = [Annotated[kind, Tag(tag_of_kind(kind.kind))] for kind in kinds]
+    one: Any = Union[tuple(tagged)]  # noqa: UP007 - of types that are known at run time only
+    asked = Discriminator(kind_of, custom_error_type="kind", custom_error_message="an expectation")
+    return Annotated[one, asked]
 
 
-Expectation = Annotated[
-    Annotated[MetricExpectation, Tag("metric expectations")]
-    | Annotated[ContactExpectation, Tag("contacts expectations")]
-    | Annotated[ClearanceExpectation, Tag("clearance expectations")]
-    | Annotated[SettledExpectation, Tag("settled expectations")]
-    | Annotated[SanityExpectation, Tag("sanity expectations")]
-    | Annotated[OutcomeExpectation, Tag("outcome expectations")],
-    Discriminator(_kind_of, custom_error_type="kind", custom_error_message="an expectation"),
-]
+if TYPE_CHECKING:
+    Expectation: TypeAlias = Demand
+else:
+    Expectation = expectation_of(KINDS)

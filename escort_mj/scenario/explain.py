@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from escort_mj.scenario.expectations import KINDS
+from escort_mj.scenario.catalog import catalog_of
 from escort_mj.scenario.fields import PATTERNS
 from escort_mj.scenario.findings import Finding, Path, listed, nearest, shown
 from escort_mj.scenario.paths import Location, locate, member_name
@@ -36,7 +36,7 @@ def _finding(details: ErrorDetails, data: Any, root: type[BaseModel]) -> Finding
     if kind == "missing":
         return Finding(path, f"is missing{_meaning(location)}")
     if kind == "kind":
-        return Finding(path, _no_kind(found))
+        return Finding(path, _no_kind(found, [each.kind for each in catalog_of(root).demands]))
     if kind.startswith("union_tag"):
         return _wrong_tag(path, context, data)
     if kind == "literal_error":
@@ -83,9 +83,8 @@ def _wrong_tag(path: Path, context: dict[str, Any], data: Any) -> Finding:
     return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{nearest(found, names)}")
 
 
-def _no_kind(found: Any) -> str:
+def _no_kind(found: Any, names: list[str]) -> str:
     """What to say of an expectation that names nothing to be expected."""
-    names = [kind.kind for kind in KINDS]
     if not isinstance(found, dict):
         return f"found {shown(found)}; expected a table with one of {listed(names)}"
     close = filter(None, (nearest(key, names) for key in found))

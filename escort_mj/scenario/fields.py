@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
 
-from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic import BaseModel, BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from escort_mj.control.behaviors import BEHAVIORS, BehaviorParameters
@@ -69,22 +70,29 @@ def named(key: str, default: str | None = None) -> Any:
     return expand
 
 
-BehaviorName = Literal[tuple(b.model_fields["behavior"].default for b in BEHAVIORS)]  # type: ignore[valid-type]
-LoopName = Literal[tuple(loop.model_fields["loop"].default for loop in OUTER_LOOPS)]  # type: ignore[valid-type]
-LawName = Literal[tuple(law.model_fields["law"].default for law in LAWS)]  # type: ignore[valid-type]
-Behavior = Annotated[
-    BehaviorParameters,
-    Field(discriminator="behavior"),
-    BeforeValidator(named("behavior"), json_schema_input_type=BehaviorName | BehaviorParameters),
-]
+def one_of(models: Sequence[type[BaseModel]], key: str, default: str | None = None) -> Any:
+    """Type of a table that is one of several, told by a key or by its name alone.
+
+    Args:
+        models: The tables; each has its name as the key's default.
+        key: The key that tells them apart.
+        default: Name of the one that a table without the key is; None where the key must be there.
+    """
+    names = Literal[tuple(model.model_fields[key].default for model in models)]  # type: ignore[valid-type]
+    table: Any = Union[tuple(models)]  # noqa: UP007 - of types that are known at run time only
+    return Annotated[
+        table,
+        Field(discriminator=key),
+        BeforeValidator(named(key, default), json_schema_input_type=names | table),
+    ]
+
+
+if TYPE_CHECKING:
+    Behavior: TypeAlias = BehaviorParameters
+    Law: TypeAlias = LawParameters
+    OuterLoop: TypeAlias = OuterLoopParameters
+else:
+    Behavior = one_of(BEHAVIORS, "behavior")
+    Law = one_of(LAWS, "law", "apd_smc")
+    OuterLoop = one_of(OUTER_LOOPS, "loop", "nsb")
 Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]
-Law = Annotated[
-    LawParameters,
-    Field(discriminator="law"),
-    BeforeValidator(named("law", "apd_smc"), json_schema_input_type=LawName | LawParameters),
-]
-OuterLoop = Annotated[
-    OuterLoopParameters,
-    Field(discriminator="loop"),
-    BeforeValidator(named("loop", "nsb"), json_schema_input_type=LoopName | OuterLoopParameters),
-]

@@ -8,6 +8,7 @@ from typing import Any
 
 from escort_mj.scenario.dump import flow, json_schema
 from escort_mj.scenario.paths import TAGS
+from escort_mj.scenario.schema import Scenario
 
 Node = dict[str, Any]
 
@@ -22,9 +23,13 @@ LONGEST = 60  # characters of a default; longer ones are tables whose own defaul
 FAR = 1e5  # bounds from here on keep numbers finite and say nothing to a reader
 
 
-def handbook() -> str:
-    """The page, Markdown: a section for each table, each key with its type, default, bounds and meaning."""
-    root = json_schema()
+def handbook(kind: type[Scenario] = Scenario) -> str:
+    """The page, Markdown: a section for each table, each key with its type, default, bounds and meaning.
+
+    Args:
+        kind: The type of scenarios, which plugins make (`catalog.scenario_type`).
+    """
+    root = json_schema(kind)
     tables: dict[str, Node] = root["$defs"]
     parts = [INTRODUCTION, *_section("Scenario", root, tables)]
     for name in _found_from(root, tables, []):

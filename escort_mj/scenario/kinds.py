@@ -7,8 +7,9 @@ are the position of its hull, one per axis of the mission.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, ClassVar, Literal
+from xml.etree.ElementTree import Element
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
@@ -34,8 +35,18 @@ class RobotKind(Parameters):
     """Whether a mission with it has gravity unless told otherwise."""
     flies: ClassVar[bool] = False
     """Whether thrust holds its weight, turned by our own attitude loop to where the law wants a force."""
+    mjcf: ClassVar[str] = ""
+    """MJCF of a plugin's kind (docs/plugins.md); of others it is a file in models/."""
 
     kind: str
+
+    def shape(self, parts: Mapping[str, Element], radius: float) -> None:
+        """Gives the parts of one robot's body the sizes and masses that the parameters say.
+
+        Args:
+            parts: Elements of the body by their names in the MJCF.
+            radius: Of its hull [m].
+        """
 
     def coordinates(self, axes: int) -> int:
         """Number of its generalized positions in a mission of so many axes."""
@@ -232,4 +243,3 @@ class Quadrotor(RobotKind):
 
 KINDS = (PointMass, RollingSphere, Loaded, Slung, Quadrotor)
 Kind = PointMass | RollingSphere | Loaded | Slung | Quadrotor
-KindName = Literal[tuple(each.model_fields["kind"].default for each in KINDS)]  # type: ignore[valid-type]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
+from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -11,43 +12,73 @@ from pydantic import ValidationError
 
 from escort_mj.errors import Fault, ScenarioError, UsageError
 from escort_mj.scenario import checks, explain
+from escort_mj.scenario.catalog import resolve
 from escort_mj.scenario.document import Document, Place, line_and_column, read
 from escort_mj.scenario.findings import Finding, key_path, nearest, shown
 from escort_mj.scenario.overrides import Overrides, apply
+from escort_mj.scenario.plugins import load, source_of
 from escort_mj.scenario.schema import Scenario
 
 MAX_BYTES = 1_000_000
+COPIES = "plugins"  # in a run folder: the plugin files that took part
 NO_DEMAND = {"sanity": "all"}  # an expectation that nothing can be wrong with stands in for a wrong one
 
 
-def load_scenario(path: str | os.PathLike[str], overrides: Overrides = ()) -> Scenario:
+def load_scenario(
+    path: str | os.PathLike[str], overrides: Overrides = (), plugins: Sequence[str] = ()
+) -> Scenario:
     """Reads and checks a scenario file.
 
     Args:
         path: A YAML file.
         overrides: Texts `key.path=value` with values as YAML, or a mapping from key paths to values;
             they are set in this order before anything is checked.
+        plugins: Plugins beside those that the file names: Python files or names of installed ones.
 
     Raises:
         UsageError: If there is no such file or it cannot be read.
         ScenarioError: With every fault found.
     """
     source = os.fspath(path)
-    return parse_scenario(read_text(FilePath(source)), source, overrides)
+    return parse_scenario(read_text(FilePath(source)), source, overrides, plugins)
 
 
-def parse_scenario(text: str, source: str = "<text>", overrides: Overrides = ()) -> Scenario:
+def parse_scenario(
+    text: str, source: str = "<text>", overrides: Overrides = (), plugins: Sequence[str] = ()
+) -> Scenario:
     """Reads and checks a scenario given as YAML text.
 
     Args:
         text: The YAML.
-        source: What to call it in messages.
+        source: What to call it in messages; plugin files that it names are looked for in its folder.
         overrides: As for `load_scenario`.
+        plugins: As for `load_scenario`.
 
     Raises:
         ScenarioError: With every fault found.
     """
-    return Template(text, source).scenario(overrides)
+    return Template(text, source).scenario(overrides, plugins)
+
+
+def stored_scenario(text: str, folder: FilePath) -> Scenario:
+    """The scenario of a run folder. Of plugin files the run's own copies are taken, whatever became of them.
+
+    Args:
+        text: Its scenario.yaml.
+        folder: The run folder.
+
+    Raises:
+        ScenarioError: With every fault found.
+    """
+    template = Template(text, str(folder / "scenario.yaml"))
+    plugins = template.overridden().get("plugins") or ()
+    if not plugins:
+        return template.scenario()
+    copies = [each | {"sha256": None} for each in plugins]
+    for each in copies:
+        if each.get("file") and (copy_of := folder / COPIES / FilePath(each["file"]).name).is_file():
+            each["file"] = str(copy_of.absolute())
+    return template.scenario({"plugins": copies})
 
 
 class Template:
@@ -92,21 +123,28 @@ class Template:
         data: dict[str, Any] = document.data
         return data
 
-    def scenario(self, overrides: Overrides = ()) -> Scenario:
-        """The checked scenario with overrides, as `load_scenario`.
+    def scenario(self, overrides: Overrides = (), plugins: Sequence[str] = ()) -> Scenario:
+        """The checked scenario with overrides and plugins, as `load_scenario`.
 
         Raises:
             ScenarioError: With every fault found.
+            PluginError: If one of the plugins given here cannot be loaded.
         """
-        return _scenario(
-            copy.deepcopy(self._document) if overrides else self._document, overrides, self.source
-        )
+        document = copy.deepcopy(self._document) if overrides else self._document
+        unset = apply(document, overrides)
+        data = dict(document.data)
+        if plugins:
+            told = [load(source_of(each, FilePath())).source.model_dump() for each in plugins]
+            data["plugins"] = [*(data.get("plugins") or ()), *told]
+        return _scenario(document, data, unset, self.source)
 
 
-def _scenario(document: Document, overrides: Overrides, source: str) -> Scenario:
-    """Checks a document, which the overrides change in place."""
-    unset = apply(document, overrides)
-    scenario, findings = _checked(document.data)
+def _scenario(document: Document, data: dict[str, Any], unset: list[Fault], source: str) -> Scenario:
+    """Checks what a document and the command line say together."""
+    kind, findings = resolve(data, FilePath(source).parent)
+    scenario = None
+    if not findings:
+        scenario, findings = _checked(data, kind)
     faults = [
         _fault(finding.message, key_path(finding.path), _place(document, finding))
         for finding in sorted(findings, key=lambda finding: _order(document, finding, source))
@@ -170,15 +208,15 @@ def _decoded(content: bytes, source: str) -> str:
         raise ScenarioError([Fault(message, "", line, column, source)]) from None
 
 
-def _checked(data: dict[str, Any]) -> tuple[Scenario | None, list[Finding]]:
+def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | None, list[Finding]]:
     """The scenario in plain data, and everything wrong with it.
 
     Parts that are wrong by themselves are left out, so that what is wrong between the others is found too.
     """
     try:
-        scenario = Scenario.model_validate(tuples(data), strict=True)
+        scenario = kind.model_validate(tuples(data), strict=True)
     except ValidationError as error:
-        found = explain.findings(error, data)
+        found = explain.findings(error, data, kind)
     else:
         return scenario, checks.findings(scenario)
     if version := [finding for finding in found if finding.path == ("version",)]:
@@ -190,7 +228,7 @@ def _checked(data: dict[str, Any]) -> tuple[Scenario | None, list[Finding]]:
         rest["expect"] = [NO_DEMAND if i in bad else one for i, one in enumerate(rest["expect"])]
         wrong.discard("expect")
     rest = {key: value for key, value in rest.items() if key not in wrong}
-    return None, found + checks.findings(Scenario.model_validate(tuples(rest), strict=True), wrong)
+    return None, found + checks.findings(kind.model_validate(tuples(rest), strict=True), wrong)
 
 
 def tuples(data: Any) -> Any:

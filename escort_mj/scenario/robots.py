@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, TypeAlias
 
-from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveInt
+from pydantic import Field, NonNegativeFloat, PositiveInt
 
 from escort_mj.control.failure import Failure
 from escort_mj.control.parameters import Parameters
-from escort_mj.scenario.fields import Force, Mass, Radius, Vector, named
-from escort_mj.scenario.kinds import Kind, KindName, PointMass
+from escort_mj.scenario.fields import Force, Mass, Radius, Vector, one_of
+from escort_mj.scenario.kinds import KINDS, Kind, PointMass
 
 MAX_ROBOTS = 5000
 Share = Annotated[float, Field(ge=0, lt=1)]
 Gain = Annotated[float, Field(gt=0, le=10)]
-OneKind = Annotated[
-    Kind,
-    Field(discriminator="kind"),
-    BeforeValidator(named("kind"), json_schema_input_type=KindName | Kind),
-]
+if TYPE_CHECKING:
+    OneKind: TypeAlias = Kind
+else:
+    OneKind = one_of(KINDS, "kind")
 
 
 class Actuators(Parameters):

@@ -28,6 +28,7 @@ from escort_mj.scenario.fields import (
     Vector,
 )
 from escort_mj.scenario.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
+from escort_mj.scenario.plugins import PluginSource
 from escort_mj.scenario.robots import Robots
 from escort_mj.scenario.sensing import Sensing
 
@@ -139,6 +140,9 @@ class Scenario(Parameters):
     """Name of the run's folder and title of its pictures."""
     description: Annotated[str, Field(max_length=2000)] = ""
     """What the scenario is for."""
+    plugins: Annotated[tuple[PluginSource, ...], Field(max_length=32)] = ()
+    """Laws, behaviors and more of one's own (docs/plugins.md): Python files, from this file's folder, or
+    names of installed plugins. They are code that runs: name only what you trust."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
     """Seed of all randomness: positions, and errors of measurements."""
     duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0

@@ -31,6 +31,7 @@ LAWS = {
     "computed_torque": "computed torque",
     "super_twisting": "super-twisting",
 }
+"""Titles of the laws that come with the package."""
 OUTERS = {"nsb": "NSB", "potential_field": "potential field", "barrier_filter": "barrier filter"}
 
 TRUE_ERROR, TRUE_PEAK = "true_error_rms", "true_error_max"
@@ -117,6 +118,11 @@ class Result(NamedTuple):
     def stated(self) -> bool:
         """Whether the simulation itself decided how it ended."""
         return self.outcome in FINAL
+
+
+def title_of(law: str) -> str:
+    """What pictures and tables call a law: one of a plugin by its name."""
+    return LAWS.get(law, law)
 
 
 def chosen(option: str, words: Sequence[str], known: Iterable[str], default: Sequence[str]) -> list[str]:
@@ -235,7 +241,7 @@ class Row(NamedTuple):
     @property
     def title(self) -> str:
         """Law and outer loop in words."""
-        return f"{LAWS[self.law]} / {OUTERS[self.outer]}"
+        return f"{title_of(self.law)} / {OUTERS[self.outer]}"
 
 
 def rows(results: Iterable[Result]) -> list[Row]:

@@ -12,7 +12,7 @@ from escort_mj.errors import UsageError
 from escort_mj.record.metrics import TAIL
 from escort_mj.scenario import Scenario
 from escort_mj.study.claims import number
-from escort_mj.study.comparison import IN_TAIL, LAWS, OUTERS, QUANTITIES, Result, Row, Spread, best, rows
+from escort_mj.study.comparison import IN_TAIL, OUTERS, QUANTITIES, Result, Row, Spread, best, rows, title_of
 from escort_mj.study.table import markdown_rows
 
 HEADS = {
@@ -85,7 +85,7 @@ def cells(table: Sequence[Row], name: str, mark: str = "**") -> list[str]:
 def markdown(scenario: Scenario, results: Sequence[Result]) -> list[str]:
     """The table for people, with what its columns mean."""
     table = rows(results)
-    columns = [[LAWS[row.law] for row in table], [OUTERS[row.outer] for row in table]]
+    columns = [[title_of(row.law) for row in table], [OUTERS[row.outer] for row in table]]
     columns += [[outcomes(row) for row in table], *(cells(table, name) for name in QUANTITIES)]
     return [
         *markdown_rows(

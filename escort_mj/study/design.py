@@ -17,6 +17,7 @@ import numpy as np
 
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.recognize import scenario_names
+from escort_mj.scenario.catalog import catalog_of, resolve
 from escort_mj.scenario.findings import nearest, parse_key_path
 from escort_mj.scenario.load import Template, read_text
 from escort_mj.scenario.schema import Scenario
@@ -79,6 +80,7 @@ class Design:
         self.file, self.study = file, file.study
         path = _scenario_path(file, shipped)
         self.template = Template(read_text(path), str(path))
+        self._folder = path.parent
         self.cells = tuple(_cells(file))
         self.factors = [CASE] * bool(self.study.cases) + list(self.study.vary)
         if self.study.sample is not None:
@@ -100,7 +102,7 @@ class Design:
         data = [self.template.overridden(cell.settings) for cell in self.cells]
         for seed in self.seeds:
             for index in range(len(self.cells)):
-                yield Planned(index, seed, _digest(data[index] | {"seed": seed}))
+                yield Planned(index, seed, _digest(data[index] | {"seed": seed}, self._folder))
 
     def cells_at(self, point: Mapping[str, Any]) -> tuple[Cell, ...]:
         """All cells with what a search sets beside them: scenario keys or parameters, and their values."""
@@ -108,7 +110,7 @@ class Design:
 
     def key(self, cell: Cell, seed: int) -> str:
         """Digest of everything that a run of a cell depends on."""
-        return _digest(self.template.overridden(cell.settings) | {"seed": seed})
+        return _digest(self.template.overridden(cell.settings) | {"seed": seed}, self._folder)
 
     def _own_seed(self) -> int:
         """The scenario's own seed; what is wrong with it shows when cells are tried."""
@@ -151,8 +153,12 @@ class Design:
         return self.file.fault(f"with {words}: {message}" if words else message, "scenario")
 
 
-def _digest(data: Mapping[str, Any]) -> str:
+def _digest(data: Mapping[str, Any], folder: Path) -> str:
     """Digest of a run's scenario and of the versions that take part."""
+    if data.get("plugins"):  # their content counts, not where they are
+        data = dict(data)
+        kind, _ = resolve(data, folder)
+        data["plugins"] = [plugin.source.sha256 for plugin in catalog_of(kind).plugins]
     text = json.dumps([_versions(), source_digest(), data], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
 

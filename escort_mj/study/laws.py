@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from escort_mj.control.laws import LAWS, LawParameters
+from escort_mj.control.laws import LawParameters
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.catalog import catalog_of
 
 
 def controller_of(base: Scenario, law: str) -> LawParameters:
@@ -16,7 +17,7 @@ def controller_of(base: Scenario, law: str) -> LawParameters:
     """
     if base.controller.law == law:
         return base.controller
-    (model,) = [model for model in LAWS if model.model_fields["law"].default == law]
+    (model,) = [model for model in catalog_of(base).laws if model.model_fields["law"].default == law]
     own = model.own_keys | base.controller.own_keys | {"law"}
     shared = [
         key for key in type(base.controller).model_fields if key in model.model_fields and key not in own

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,9 @@ from escort_mj.mission import Progress, Run, fly
 from escort_mj.record.folder import RunFolder, StoredRun, open_run
 from escort_mj.record.metrics import measures_of
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import parse_scenario
+from escort_mj.record.stored import PLUGINS
+from escort_mj.scenario.document import read
+from escort_mj.scenario.load import stored_scenario
 from escort_mj.study.runs import FINAL
 
 if TYPE_CHECKING:
@@ -40,6 +43,7 @@ class Agreement:
         metrics: Relative difference of each metric that both have; infinite where only one has a number.
         verdicts: Verdicts that turned out differently, by what they demand.
         tolerance: Relative difference up to which metrics agree.
+        plugins: What became of plugin files since.
     """
 
     run: Run
@@ -52,6 +56,7 @@ class Agreement:
     metrics: dict[str, float]
     verdicts: list[str]
     tolerance: float
+    plugins: tuple[str, ...] = ()
 
     @property
     def same_bits(self) -> bool:
@@ -91,13 +96,29 @@ def rerun(
     stored = open_run(path)
     if not stored.scenario_yaml or not stored.trace.sizes["time"]:
         raise UsageError(f"{path}: the run recorded nothing, so there is nothing to repeat")
-    scenario = parse_scenario(stored.scenario_yaml, str(path / "scenario.yaml"))
+    scenario = stored_scenario(stored.scenario_yaml, path)
     if out is None:
         run = fly(scenario, None, progress)
     else:
         with RunFolder.create(out) as folder:
             run = fly(scenario, folder, progress)
-    return compare(stored, run, tolerance)
+    return replace(compare(stored, run, tolerance), plugins=_changed_plugins(stored))
+
+
+def _changed_plugins(stored: StoredRun) -> tuple[str, ...]:
+    """What became of the plugin files that a run was made with, where they are not what they were."""
+    data = read(stored.scenario_yaml, str(stored.path)).data
+    said = []
+    for each in data.get("plugins") or ():
+        if not each.get("file"):
+            continue
+        file, copy = Path(each["file"]), stored.path / PLUGINS / Path(each["file"]).name
+        own = "the run's own copy took part" if copy.is_file() else "there is no copy of what it was"
+        if not file.is_file():
+            said.append(f"{file.name}: is no longer at {file}; {own}")
+        elif (now := hashlib.sha256(file.read_bytes()).hexdigest()) != (then := str(each.get("sha256"))):
+            said.append(f"{file.name}: has changed since, from {then[:12]} to {now[:12]}; {own}")
+    return tuple(said)
 
 
 def compare(stored: StoredRun, run: Run, tolerance: float = TOLERANCE) -> Agreement:
@@ -174,6 +195,7 @@ def lines(found: Agreement) -> list[str]:
     """What is to be said of the comparison, for a terminal."""
     said = [f"  other version  {name}: {a or 'none'} then, {b or 'none'} now"
             for name, (a, b) in found.versions.items()]  # fmt: skip
+    said += [f"  plugin  {words}" for words in found.plugins]
     if found.outcomes[0] != found.outcomes[1]:
         said.append(f"  ended otherwise: {found.outcomes[0]} then, {found.outcomes[1]} now")
     if found.same_bits:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -175,7 +176,7 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
         run.seed,
         design.cells[run.cell].settings,
         design.template.text,
-        design.template.source,
+        os.path.abspath(design.template.source),  # whatever folder a worker is in
         None if keep == "none" else out / RUNS / run.key,
         keep == "failed",
     )

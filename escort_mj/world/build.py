@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
+from escort_mj.errors import PluginError
 from escort_mj.scenario.bodies import Bodies, bodies_of
 from escort_mj.scenario.crowd import CROWD, ContactPhysics, contact_physics
 from escort_mj.scenario.geometry import extent
@@ -115,7 +116,7 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
         _set_contacts(tree, contact_physics(scenario), len(robots.mass))
     set_medium(tree, scenario.environment)
     _add_numbers(tree, "escort_plan", plan)
-    first = _compiled(tree)
+    first = _first_compiled(tree, robots)
     _add_numbers(tree, "escort_wiring", wire(first, robots, gravity_of(scenario), stages, bodies.names))
     add_start(tree, first, robots, gravity_of(scenario))
     model = _compiled(tree)
@@ -149,6 +150,22 @@ def _compiled(tree: Element) -> mujoco.MjModel:
         return mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"))
     finally:
         tree[place] = assets
+
+
+def _first_compiled(tree: Element, robots: Team) -> mujoco.MjModel:
+    """The same, the first time.
+
+    Raises:
+        PluginError: If MuJoCo refuses a body that a plugin brings.
+    """
+    try:
+        return _compiled(tree)
+    except ValueError as error:
+        own = next((kind.kind for kind in robots.kind if kind.mjcf), None)
+        if own is None:
+            raise
+        words = " ".join(str(error).split())
+        raise PluginError(f"the kind {own}: MuJoCo refuses its body: {words}") from None
 
 
 def _add_numbers(tree: Element, name: str, numbers: NDArray[Any]) -> None:

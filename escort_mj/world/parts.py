@@ -17,6 +17,8 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 from escort_mj.cache import remembered
+from escort_mj.errors import PluginError
+from escort_mj.scenario.kinds import RobotKind
 
 
 @cache
@@ -38,6 +40,42 @@ def load_part(name: str) -> Element:
 
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     return ElementTree.fromstring(remembered(f"{name}.{digest}.xml", checked))
+
+
+def part_of(kind: RobotKind) -> Element:
+    """The part that a kind of robots is made of; shared, so never changed.
+
+    Raises:
+        PluginError: If a plugin's is not what it must be.
+    """
+    return _own_part(kind.kind, kind.mjcf) if kind.mjcf else load_part(kind.kind)
+
+
+@cache
+def _own_part(name: str, text: str) -> Element:
+    """A part that a plugin brings as text, checked."""
+    from dm_control import mjcf
+
+    try:
+        root = ElementTree.fromstring(mjcf.from_xml_string(text).to_xml_string())
+    except Exception as error:
+        words = " ".join(str(error).split())[:200]
+        raise PluginError(f"the kind {name}: its MJCF cannot be read: {words}") from None
+    body = root.find("worldbody/body[@name='robot']")
+    if body is None:
+        raise PluginError(f'the kind {name}: its MJCF has no <body name="robot"> in its worldbody')
+    joints = [(joint.get("name"), joint.get("type")) for joint in body.iter("joint")][:3]
+    if body.find("freejoint") is not None or joints != [(axis, "slide") for axis in "xyz"]:
+        raise PluginError(
+            f"the kind {name}: the body robot begins with the joints x, y and z, of type slide; "
+            f"found {', '.join(str(joint) for joint, _ in joints) or 'none'}"
+        )
+    if body.find("geom[@name='body']") is None:
+        raise PluginError(f'the kind {name}: the body robot has no <geom name="body">, its hull, a sphere')
+    motors = [motor.get("name") for motor in root.iter("motor")]
+    if motors != list("xyz"):
+        raise PluginError(f"the kind {name}: found the motors {motors}; expected x, y and z")
+    return root
 
 
 def new_root(part: str, model: str) -> Element:

@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.own import native
 from escort_mj.control.plan import KEPT, WATCHED_STEP, State, unpack_state
 from escort_mj.signals import EPISODE, record_size
 from escort_mj.world import layout
@@ -35,6 +36,7 @@ class Plant:
         self.world = world
         self.data = mujoco.MjData(world.model)
         layout.check(world.model, self.data)
+        self._memory = self.data.userdata.ctypes.data
         self._start()
         self.record: Array = self.data.userdata[: record_size(world.sizes)]
         plan, memory = world.model.numeric_data, self.data.userdata
@@ -106,9 +108,15 @@ class Plant:
         self._start()
 
     def _start(self) -> None:
-        """Sets what moves at the start moving."""
+        """Sets what moves at the start moving; what a plugin did in this memory before is forgotten."""
+        native.forget(self._memory)
         if self.world.model.nkey:
             mujoco.mj_resetDataKeyframe(self.world.model, self.data, 0)
+
+    @property
+    def failure(self) -> native.Failure | None:
+        """The error that a plugin raised in a step; None if there was none."""
+        return native.failure(self._memory)
 
     @property
     def has_ended(self) -> bool:

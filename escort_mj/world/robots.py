@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.scenario.kinds import ROTORS, Loaded, Quadrotor, Slung
+from escort_mj.control.own.place import place_of
+from escort_mj.errors import PluginError
+from escort_mj.scenario.kinds import ROTORS, Loaded, Quadrotor, RobotKind, Slung
 from escort_mj.scenario.placement import Team
 from escort_mj.signals import axis_names
-from escort_mj.world.parts import copied, load_part, named, section, write
-from escort_mj.world.stages import THIN, Stage, robot_steps
+from escort_mj.world.parts import copied, load_part, named, part_of, section, write
+from escort_mj.world.stages import IN_SPACE, THIN, Stage, robot_steps
 
 Array = NDArray[np.float64]
 
@@ -78,7 +80,7 @@ def _add_body(
     kind, radius = robots.kind[i], float(robots.radius[i])
     name = f"robot_{i + 1}{stage.suffix}"
     unused = tuple(set("xyz") - set(stage.directions))
-    body = copied(named(load_part(kind.kind), "body", "robot"), name, skip=unused)
+    body = copied(named(part_of(kind), "body", "robot"), name, skip=unused)
     section(tree, "worldbody").append(body)
     write(body, pos=[*place[:2], radius] if kind.rolls else place)
     rgba = [*palette.robot_color(i, len(robots.mass)), 1.0]
@@ -94,6 +96,8 @@ def _add_body(
         write(load, size=LOAD * radius, pos=[0.0, 0.0, -kind.offset], mass=kind.load)
     elif isinstance(kind, Quadrotor):
         _add_rotors(tree, body, name, kind, robots, i, gravity)
+    elif kind.mjcf:
+        _shape_own(body, name, kind, radius, len(robots.position[i]))
     for geom in body.iter("geom"):
         write(geom, group=stage.number)
     if not isinstance(kind, Quadrotor):
@@ -102,7 +106,7 @@ def _add_body(
 
 def _add_motors(tree: Element, body: Element, stage: Stage, robots: Team, i: int) -> None:
     """One motor for each axis of a stage; the joints of these measure positions in the mission."""
-    part = load_part(robots.kind[i].kind)
+    part = part_of(robots.kind[i])
     axes, position = np.arange(robots.position.shape[1])[stage.axes], robots.position[i][stage.axes]
     names = axis_names(robots.position.shape[1])[stage.axes]
     joints = {joint.get("name"): joint for joint in body if joint.tag in ("joint", "freejoint")}
@@ -112,7 +116,7 @@ def _add_motors(tree: Element, body: Element, stage: Stage, robots: Team, i: int
         if joint.tag == "joint":
             write(joint, name=f"robot_{i + 1}_{name}", ref=start)
         limit = float(robots.force_limit[i])
-        where = {"joint": joint.get("name"), "gear": motor.get("gear")}
+        where = {"joint": joint.get("name"), "gear": motor.get("gear", "1")}
         _add_motor(tree, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), **where)
 
 
@@ -129,6 +133,25 @@ def _add_motor(
         write(motor, forcerange=limits)
         if lag > 0.0:
             write(motor, ctrlrange=limits)
+
+
+def _shape_own(body: Element, name: str, kind: RobotKind, radius: float, axes: int) -> None:
+    """Has a plugin shape its body.
+
+    Raises:
+        PluginError: If it raises an error, or has other coordinates than it says.
+    """
+    parts = {str(part.get("name")).removeprefix(f"{name}_"): part for part in body.iter() if part.get("name")}
+    try:
+        kind.shape(parts, radius)
+    except Exception as error:
+        raise PluginError(f"the kind {kind.kind}: {place_of(error, type(kind).shape)}") from None
+    found = sum(4 if joint.get("type") == "ball" else 1 for joint in body.iter("joint"))
+    if axes <= IN_SPACE and found != kind.coordinates(axes):
+        raise PluginError(
+            f"the kind {kind.kind}: its joints have {found} coordinates in {axes} axes, and coordinates() "
+            f"says {kind.coordinates(axes)}"
+        )
 
 
 def _hang_payload(body: Element, name: str, kind: Slung, radius: float) -> None:

@@ -1,0 +1,77 @@
+"""Compiles what plugins bring, in the process that runs it: functions of views, called as numba calls."""
+
+from __future__ import annotations
+
+import gc
+import re
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import types
+from numba.core.errors import NumbaError
+
+from escort_mj import cache
+from escort_mj.compiler import declarations, views
+from escort_mj.memory import Layout
+
+View = tuple[str, Layout, type, int | None]
+"""A name that tells its content, and what `views.name_view` takes."""
+
+
+class NotCompiledError(Exception):
+    """What a plugin brings cannot be compiled; says where and why in one line."""
+
+
+def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tuple[Any, int]:
+    """Compiles a function, or finds it compiled on disk.
+
+    Unlike the package's own kernels it may make arrays, and is compiled with numba's reference counting.
+
+    Args:
+        function: Its arguments are views, and then perhaps a robot's number.
+        told: The views.
+        robot: Whether there is a robot's number; then it returns a whole number.
+
+    Returns:
+        What must be kept as long as it is called, and its address.
+
+    Raises:
+        NotCompiledError: If numba cannot.
+    """
+    numba.config.CACHE_DIR = str(cache.folder())
+    declarations.teach()
+    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    kinds = (*(views.name_view(*view) for view in told), *([types.intp] if robot else []))
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        dispatcher.compile(kinds)
+    except NumbaError as error:
+        raise NotCompiledError(_why(error, function)) from None
+    finally:
+        if collecting:
+            gc.enable()
+    (result,) = (each for each in dispatcher.overloads.values() if each.signature.args == kinds)
+    returned = result.signature.return_type
+    if robot and not isinstance(returned, types.Integer):
+        raise NotCompiledError(
+            f"{_place(function)}: {function.__name__} returns {returned}; "
+            "expected ALONG, ACROSS or NOTHING on every way out"
+        )
+    return dispatcher, result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+
+
+def _place(function: Any) -> str:
+    return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
+
+
+def _why(error: NumbaError, function: Any) -> str:
+    """What numba says of a kernel that it cannot compile, in one line."""
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+    name = re.escape(Path(function.__code__.co_filename).name)
+    lines = re.findall(rf'File "[^"]*{name}", line (\d+)', text)
+    said = [line.strip() for line in text.splitlines() if line.strip()]
+    said = [line for line in said if not line.startswith(("Failed in nopython", "File ", "During:", "- "))]
+    place = f"{function.__code__.co_filename}:{lines[-1]}" if lines else _place(function)
+    return f"{place}: numba cannot compile {function.__name__}: {said[0] if said else type(error).__name__}"

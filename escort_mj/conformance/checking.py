@@ -1,0 +1,94 @@
+"""A plugin through all its checks: one row for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from escort_mj.conformance.behaviors import check_behavior
+from escort_mj.conformance.kinds import check_kind
+from escort_mj.conformance.laws import check_law
+from escort_mj.conformance.missions import check_missions
+from escort_mj.conformance.parameters import check_parameters
+from escort_mj.conformance.records import check_expectation, check_metric
+from escort_mj.conformance.stand import BrokenError, Row
+from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.control.own.place import place_of
+from escort_mj.errors import EscortError
+from escort_mj.scenario.catalog import assemble, scenario_type
+from escort_mj.scenario.expectations import OwnExpectation
+from escort_mj.scenario.kinds import RobotKind
+from escort_mj.scenario.plugins import Plugin, load, source_of
+from escort_mj.signals import Metric
+
+Checks = Callable[[Any, type[Any]], Iterator[Row]]
+CHECKS: dict[type[Any], tuple[Checks, ...]] = {
+    Law: (check_parameters, check_law, check_missions),
+    Behavior: (check_parameters, check_behavior, check_missions),
+    RobotKind: (check_parameters, check_kind, check_missions),
+    Metric: (check_metric,),
+    OwnExpectation: (check_parameters, check_expectation),
+}
+"""What members of a kind are asked; called with the member and the type of scenarios that knows it."""
+
+
+class Check(NamedTuple):
+    """What one check found.
+
+    Attributes:
+        member: The class that was checked.
+        name: What was asked.
+        held: Whether it is so.
+        words: What was found.
+    """
+
+    member: str
+    name: str
+    held: bool
+    words: str
+
+
+def check_plugin(written: str) -> Iterator[Check]:
+    """Checks all that a plugin brings.
+
+    Args:
+        written: A Python file, or the name of an installed plugin.
+
+    Yields:
+        One row for each check, as it is made; a check that cannot go on ends those of its member.
+
+    Raises:
+        PluginError: If the plugin cannot be loaded.
+    """
+    plugin = load(source_of(written, Path()))
+    kind = scenario_type(assemble([plugin]))
+    for member in plugin.members:
+        name = member.name if isinstance(member, Metric) else member.__name__
+        yield Check(name, "loads", True, _told(plugin, member))
+        for checks in next(checks for base, checks in CHECKS.items() if member in plugin.of(base)):
+            try:
+                for row in checks(member, kind):
+                    yield Check(name, *row)
+            except BrokenError as broken:
+                yield Check(name, broken.name, False, str(broken))
+                break
+            except EscortError as error:
+                yield Check(name, "runs", False, str(error))
+                break
+            except Exception as error:  # of the plugin's own code, called outside a mission
+                own = [each for each in vars(member).values() if hasattr(each, "__code__")]
+                yield Check(name, "runs", False, place_of(error, [*own, check_plugin][0]))
+                break
+
+
+def _told(plugin: Plugin, member: Any) -> str:
+    """What a scenario calls a member."""
+    if isinstance(member, Metric):
+        return f"metric: {member.name} [{member.unit}], {member.meaning}"
+    if issubclass(member, OwnExpectation):
+        return f"expectation: {member.kind}"
+    for key in ("law", "behavior", "kind"):
+        if key in member.model_fields:
+            return f"{key}: {member.model_fields[key].default}, {plugin.identity[:19]}"
+    return plugin.identity[:19]

@@ -1,0 +1,77 @@
+"""What is asked of a law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from escort_mj.conformance.repeats import check_calls
+from escort_mj.conformance.stand import ROUNDING, SEED, Row, Stand, stands
+from escort_mj.control.own.forms import Law
+from escort_mj.scenario.schema import Scenario
+
+FAR = 100.0  # m and m/s: errors at which a law must still give numbers
+
+
+def check_law(member: type[Law], kind: type[Scenario]) -> Iterator[Row]:
+    """Checks a law: on memory filled by hand, in plane, space and beyond.
+
+    Args:
+        member: The law.
+        kind: The type of scenarios that knows it.
+    """
+    yield from check_calls(member, kind)
+    yield _bounded(member, kind)
+    yield _holds_still(member, kind)
+
+
+def _bounded(member: type[Law], kind: type[Scenario]) -> Row:
+    """Forces are numbers for errors of any size."""
+    largest = 0.0
+    for stand in stands(member, kind):
+        random = np.random.default_rng(SEED)
+        for scale in (1e-9, 1e-3, 1.0, FAR):
+            stand.fill(random, scale)
+            stand.call()
+            if not np.isfinite(stand.outputs()).all():
+                return Row("bounded", False, f"what it writes is no number at errors of {scale:g} m and m/s")
+            largest = max(largest, float(np.abs(stand.state.tau).max()))
+    return Row("bounded", True, f"at most {largest:.3g} N at errors of {FAR:g} m and {FAR:g} m/s")
+
+
+def _holds_still(member: type[Law], kind: type[Scenario]) -> Row:
+    """Where there is no error and nothing was learned, no force but what holds the robot."""
+    for stand in stands(member, kind):
+        _at_rest(stand)
+        stand.call()
+        force = np.abs(stand.state.tau - (stand.state.model_bias if member.needs_model else 0.0)).max()
+        rates = max(
+            (float(np.abs(rate).max()) for rate in (stand.state.rho_hat_rate, stand.state.law_memory_rate)
+             if rate.size), default=0.0,
+        )  # fmt: skip
+        if max(force, rates) > ROUNDING:
+            return Row(
+                "holds still",
+                False,
+                f"without any error it demands {force:.3g} N, at a rate of {rates:.3g} N/s",
+            )
+    return Row("holds still", True, "without any error: no force, and nothing is learned")
+
+
+def _at_rest(stand: Stand) -> None:
+    """Every robot is where its reference is, and neither moves."""
+    random = np.random.default_rng(SEED)
+    stand.fill(random)
+    state = stand.state
+    for values in (
+        state.e,
+        state.e_dot,
+        state.s,
+        state.v_d,
+        state.v_measured,
+        state.rho_hat,
+        state.law_memory,
+    ):
+        values[:] = 0.0
+    state.q_d[:] = state.q_measured

@@ -1,0 +1,79 @@
+"""What is asked of parameters: that the schema tells their meaning and unit, and refuses what is none."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from escort_mj.conformance.stand import Row
+from escort_mj.scenario.schema import Scenario
+
+UNIT = re.compile(r"\[[^\]]+\]")
+BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+NAMES = ("law", "behavior", "kind")
+
+
+def own_parameters(member: type[BaseModel]) -> list[str]:
+    """The parameters that a member declares itself, beside those of its base class."""
+    shared: set[str] = set()
+    for base in member.__mro__[1:]:
+        if base.__module__.startswith("escort_mj.") and issubclass(base, BaseModel):
+            shared |= set(base.model_fields)
+    return [name for name in member.model_fields if name not in shared and name not in NAMES]
+
+
+def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[Row]:
+    """Checks the parameters of a member.
+
+    Args:
+        member: What has them.
+        kind: The type of scenarios that knows it.
+    """
+    names = own_parameters(member)
+    table = member.model_json_schema()["properties"]
+    numbers = [name for name in names if member.model_fields[name].annotation is float]
+    mute = [name for name in names if not member.model_fields[name].description]
+    bare = [
+        name
+        for name in numbers
+        if name not in mute and not UNIT.search(str(member.model_fields[name].description))
+    ]
+    words = ", ".join(_told(name, table[name]) for name in names) or "none"
+    if mute:
+        words = f"no words below {', '.join(mute)}: a text in triple quotes says what it is"
+    elif bare:
+        words = f"no unit for {', '.join(bare)}: its text has one in brackets, such as [N/m], or [1] for none"
+    yield Row("parameters", not (mute or bare), words)
+    try:
+        given = {name: field.default for name, field in member.model_fields.items() if name in names}
+        missing = {name for name in names if member.model_fields[name].is_required()}
+        told = {name: value for name, value in given.items() if name not in missing}
+        for name, value in told.items():
+            member.__pydantic_validator__.validate_assignment(member.model_construct(), name, value)
+        yield Row("defaults", True, "are allowed values")
+    except ValidationError as error:
+        first = error.errors()[0]
+        yield Row("defaults", False, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")
+    taken = [name for name in numbers if _takes(member, name, float("nan"))]
+    yield Row(
+        "wrong values",
+        not taken,
+        "are refused" if not taken else f"{taken[0]} takes NaN: declare it as float",
+    )
+
+
+def _takes(member: type[BaseModel], name: str, value: Any) -> bool:
+    try:
+        member.model_validate({name: value}, strict=True)
+    except ValidationError:
+        return False
+    return True
+
+
+def _told(name: str, node: dict[str, Any]) -> str:
+    """A parameter with its default and bounds."""
+    bounds = [f"{sign} {node[key]:g}" for key, sign in BOUNDS.items() if key in node]
+    return " ".join([name, str(node.get("default")), *bounds])

@@ -1,0 +1,155 @@
+"""What is asked of metrics and expectations, on recorded runs."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+from escort_mj.conformance.stand import Row
+from escort_mj.control.own.place import place_of
+from escort_mj.mission import fly
+from escort_mj.record.measures import Measure
+from escort_mj.record.metrics import measure
+from escort_mj.record.recording import Recording
+from escort_mj.scenario.expectations import Judgment, OwnExpectation
+from escort_mj.scenario.schema import Scenario
+from escort_mj.signals import Metric
+
+UNIT = re.compile(r"[A-Za-z0-9/ ^*()%]+\Z")
+WINDOWS = ((0.0, None), (0.0, 1.0), (0.5, 1.5), (1.0, 1.0))
+BESIDE: dict[str, dict[str, Any]] = {
+    "five robots": {},
+    "one robot alone": {"robots": {"count": 1}},
+    "obstacles and noise": {
+        "obstacles": ({"position": (4.0, 0.5), "radius": 0.4},),
+        "sensing": {"position": {"noise": 0.01}},
+    },
+    "in space": {"axes": 3},
+    "a robot lost": {"robots": {"failures": ({"robot": 2, "at": 0.5},)}},
+}
+"""Runs on which metrics and expectations are tried, by what is special."""
+
+
+@cache
+def recordings() -> dict[str, Recording]:
+    """What short missions recorded."""
+    found = {}
+    for name, more in BESIDE.items():
+        target = {"position": ("0.3*t", *["0"] * (int(str(more.get("axes", 2))) - 1))}
+        scenario = Scenario.model_validate({"name": "check", "duration": 2.0, "target": target} | more)
+        recording = fly(scenario).recording
+        assert recording is not None
+        found[name] = recording
+    return found
+
+
+def check_metric(metric: Metric, kind: type[Scenario]) -> Iterator[Row]:
+    """Checks a metric.
+
+    Args:
+        metric: Which.
+        kind: The type of scenarios that knows it.
+    """
+    said = UNIT.match(metric.unit) is not None
+    yield Row("unit", said, metric.unit if said else f"found {metric.unit!r}; expected SI, 1 for none")
+    values, silent = [], 0
+    for name, trace in recordings().items():
+        before = _bits(trace)
+        for after, until in WINDOWS:
+            found = measure(metric, trace, after, until)
+            again = measure(metric, trace, after, until)
+            place = f"{name}, {after:g} s to {'the end' if until is None else f'{until:g} s'}"
+            if found.broken:
+                yield Row("runs", False, f"{place}: {found.reason}")
+                return
+            if not _alike(found, again):
+                yield Row("deterministic", False, f"{place}: {found.value} at first, then {again.value}")
+                return
+            if found.value is None:
+                silent += 1
+                if not found.reason:
+                    yield Row("says why", False, f"{place}: neither a value nor a reason")
+                    return
+                continue
+            if math.isnan(found.value) or not metric.least <= found.value <= metric.most:
+                limits = f"{metric.least:g} to {metric.most:g}"
+                yield Row("within bounds", False, f"{place}: found {found.value:g}; it declares {limits}")
+                return
+            values.append(found.value)
+        if _bits(trace) != before:
+            yield Row("leaves the trace", False, f"{name}: it changes what was recorded")
+            return
+    yield Row("runs", True, f"{len(values)} values, {silent} times nothing to say, in {len(BESIDE)} runs")
+    yield Row("deterministic", True, "same value again, and the trace is as it was")
+    yield Row("within bounds", bool(values), _range(values))
+    if metric.grows:
+        yield _grows(metric)
+
+
+def _grows(metric: Metric) -> Row:
+    """A longer window has no smaller value."""
+    for name, trace in recordings().items():
+        last = -math.inf
+        for step in range(1, 9):
+            found = measure(metric, trace, 0.0, 0.25 * step).value
+            if found is not None and found < last:
+                return Row("grows", False, f"{name}: falls from {last:g} to {found:g} as the window grows")
+            last = last if found is None else found
+    return Row("grows", True, "never falls as its window grows")
+
+
+def check_expectation(member: type[OwnExpectation], kind: type[Scenario]) -> Iterator[Row]:
+    """Checks an expectation, with its keys' defaults, or else plausible values for those without.
+
+    Args:
+        member: Which.
+        kind: The type of scenarios that knows it.
+    """
+    demand = member.model_validate(_table(member))
+    held = 0
+    for name, trace in recordings().items():
+        before = _bits(trace)
+        try:
+            found, again = demand.judge(trace), demand.judge(trace)
+        except Exception as error:
+            yield Row("judges", False, f"{name}: {place_of(error, member.judge)}")
+            return
+        if not isinstance(found, Judgment):
+            yield Row("judges", False, f"{name}: returned {type(found).__name__}; expected a Judgment")
+            return
+        if found != again or _bits(trace) != before:
+            yield Row("deterministic", False, f"{name}: another judgment of the same trace")
+            return
+        if not found.words:
+            yield Row("says why", False, f"{name}: no words")
+            return
+        if found.margin is not None and (found.margin >= 0.0) != bool(found.held):
+            yield Row("margin", False, f"{name}: a margin of {found.margin:g} and held is {found.held}")
+            return
+        held += bool(found.held)
+    yield Row("judges", True, f"{demand.demanded}: holds in {held} of {len(BESIDE)} runs")
+    yield Row("deterministic", True, "same judgment again, and the trace is as it was")
+
+
+def _table(member: type[OwnExpectation]) -> dict[str, Any]:
+    """Values for the keys that must be given."""
+    plausible: dict[Any, Any] = {float: 1.0, int: 1, bool: True, str: "all"}
+    required = {name: field for name, field in member.model_fields.items() if field.is_required()}
+    return {name: plausible.get(field.annotation, 1.0) for name, field in required.items()}
+
+
+def _bits(trace: Recording) -> bytes:
+    """What a trace holds."""
+    names = ("time", "q", "v", "tau", "target_position", "clearance")
+    return b"".join(trace[name].values.tobytes() for name in names)
+
+
+def _alike(a: Measure, b: Measure) -> bool:
+    return (a.value, a.time, a.bodies) == (b.value, b.time, b.bodies)
+
+
+def _range(values: list[float]) -> str:
+    return f"{min(values):.4g} to {max(values):.4g}" if values else "no value in any of the runs"

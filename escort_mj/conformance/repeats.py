@@ -1,0 +1,61 @@
+"""What is asked of all that the native loop calls: numbers, the same ones again, and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from escort_mj.conformance.stand import ROUNDING, SEED, Row, Stand, gap, other_form, stands
+from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.scenario.schema import Scenario
+
+DRAWS = 20
+
+
+def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[Row]:
+    """Checks a law or behavior, call by call.
+
+    Args:
+        member: What is called.
+        kind: The type of scenarios that knows it.
+    """
+    plain = other_form(member)
+    finite, same, apart, touched = True, True, 0.0, False
+    for stand in stands(member, kind):
+        twin = Stand(plain(), kind, *stand.state.q.shape) if plain is not None else None
+        random = np.random.default_rng(SEED)
+        for draw in range(DRAWS):
+            stand.fill(random)
+            robot = None if issubclass(member, Law) else draw % len(stand.state.q)
+            before = stand.inputs()
+            first = _written(stand, robot)
+            touched |= stand.inputs() != before
+            finite &= bool(np.isfinite(first).all())
+            kept = stand.memory.copy()
+            stand.fill(np.random.default_rng(draw))  # something else in between leaves no trace
+            stand.call(robot)
+            stand.memory[:] = kept
+            same &= _written(stand, robot).tobytes() == first.tobytes()
+            if twin is not None:
+                twin.memory[:] = kept
+                apart = max(apart, gap(first, _written(twin, robot)))
+    sizes = "in 2, 3 and 5 axes"
+    yield Row("finite", finite, f"{'numbers' if finite else 'something else than numbers'} {sizes}")
+    yield Row(
+        "leaves what it sees", not touched, "writes its outputs only" if not touched else "writes inputs"
+    )
+    yield Row(
+        "deterministic",
+        same,
+        "same bits again" if same else "other bits for the same input: it keeps something",
+    )
+    if plain is not None:
+        held = apart <= ROUNDING
+        yield Row("forms agree", held, f"compiled and NumPy: relative difference {apart:.1g}")
+
+
+def _written(stand: Stand, robot: int | None) -> np.ndarray:
+    """What a call writes and returns, in a row."""
+    returned = stand.call(robot)
+    return np.append(stand.outputs(), float(returned) if robot is not None else 0.0)

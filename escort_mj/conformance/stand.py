@@ -1,0 +1,158 @@
+"""A stand on which laws and behaviors are called by hand: the controller's memory without a simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.own import native
+from escort_mj.control.own.forms import Behavior, Law, Own
+from escort_mj.control.packing import pack
+from escort_mj.control.plan import LAYOUT, State, state_size, unpack_state
+from escort_mj.kernels import DOUBLE
+from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.setup import controller_setup
+
+Array = NDArray[np.float64]
+
+SEED = 4144
+ROUNDING = 1e-9  # relative difference of two ways to compute the same
+SIZES = ((5, 2), (1, 2), (4, 3), (3, 5))  # robots and axes
+
+
+class Row(NamedTuple):
+    """What one check found: its name, whether it holds, and words."""
+
+    name: str
+    held: bool
+    words: str
+
+
+class BrokenError(Exception):
+    """A check that cannot go on.
+
+    Attributes:
+        name: Of the check.
+    """
+
+    def __init__(self, name: str, words: str) -> None:
+        super().__init__(words)
+        self.name = name
+
+
+class Stand:
+    """Memory of a mission in which a law or behavior is called.
+
+    Attributes:
+        own: What is called.
+        state: Its memory.
+    """
+
+    def __init__(self, own: Any, kind: type[Scenario], robots: int, axes: int) -> None:
+        """Lays out the memory.
+
+        Args:
+            own: A law or behavior.
+            kind: A type of scenarios that knows it.
+            robots: n.
+            axes: p.
+        """
+        self.own = own
+        table: dict[str, Any] = {"axes": axes, "robots": {"count": robots}}
+        obstacles = [{"position": (8.0 + 3.0 * j,) + (0.5,) * (axes - 1), "radius": 0.5} for j in range(2)]
+        table["obstacles"] = tuple(obstacles)
+        if isinstance(own, Law):
+            table["controller"] = own.model_dump()
+        else:
+            table["mission"] = {"behaviors": (own.model_dump(),)}
+        setup = controller_setup(kind.model_validate(table))
+        self.plan = pack(setup, 1, robots * axes)
+        self.memory = np.zeros(state_size(self.plan))
+        self.state: State = unpack_state(self._plan, self._memory, axes)
+        self.state.obstacle_position[:] = setup.obstacle_position
+        native.forget(self._memory)
+        self._number = native.ready(type(own), axes)
+        place = int(self.plan[LAYOUT.fields[LAYOUT.plan]["own"].place])
+        self._block = self._plan + DOUBLE * place
+
+    @property
+    def _plan(self) -> int:
+        return int(self.plan.ctypes.data)
+
+    @property
+    def _memory(self) -> int:
+        return int(self.memory.ctypes.data)
+
+    def fill(self, random: np.random.Generator, scale: float = 1.0) -> None:
+        """Draws what the law or behavior sees.
+
+        Args:
+            random: Where numbers come from.
+            scale: Size of errors and velocities [m, m/s].
+        """
+        state = self.state
+        state.time[0] = random.uniform(0.0, 100.0)
+        for name in ("e", "e_dot", "v_d", "v_measured", "rho_hat", "law_memory"):
+            values = getattr(state, name)
+            values[:] = scale * random.standard_normal(values.shape)
+        state.q_measured[:] = 5.0 * random.standard_normal(state.q_measured.shape)
+        state.q_d[:] = state.q_measured + state.e
+        slope = float(getattr(self.own, "slope", 1.0))
+        state.s[:] = state.e_dot + slope * state.e
+        state.target_position_measured[:] = random.standard_normal(state.target_position_measured.shape)
+        state.target_velocity_measured[:] = random.standard_normal(state.target_velocity_measured.shape)
+        for i in range(len(state.model_mass)):
+            state.model_mass[i] = np.eye(state.q.shape[1]).ravel() * random.uniform(0.5, 2.0)
+        state.model_bias[:] = random.standard_normal(state.model_bias.shape)
+
+    def call(self, robot: int | None = None) -> int:
+        """Calls the law, or the behavior for one robot.
+
+        Returns:
+            What a behavior returned.
+
+        Raises:
+            BrokenError: If it raised an error.
+        """
+        for name in type(self.own).outputs:
+            getattr(self.state, name)[...] = 0.0
+        native.forget(self._memory)
+        returned = native.invoke(self._number, self._block, self._plan, self._memory, robot)
+        if returned is None:
+            found = native.failure(self._memory)
+            raise BrokenError("runs", found.message if found else "failed")
+        return returned
+
+    def outputs(self) -> Array:
+        """All that was written, in a row."""
+        written = [getattr(self.state, name).ravel() for name in type(self.own).outputs]
+        return np.concatenate(written).copy()
+
+    def inputs(self) -> bytes:
+        """The bits of all that is not to be written."""
+        names = set(LAYOUT.fields[type(self.own).view]) - set(type(self.own).outputs)
+        kept = [getattr(self.state, name) for name in sorted(names) if name in State._fields]
+        return b"".join(np.asarray(each).tobytes() for each in kept) + self.plan.tobytes()
+
+
+def stands(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[Stand]:
+    """A stand of each size."""
+    for robots, axes in SIZES:
+        yield Stand(member.model_validate({}), kind, robots, axes)
+
+
+def other_form(member: type[Own]) -> type[Own] | None:
+    """The same in plain Python, where a compiled form would run; None where there is one form only."""
+    if None in member.forms():
+        return None
+    return type(member.__name__, (member,), {"prefer_kernel": False, "__module__": member.__module__})
+
+
+def gap(a: Array, b: Array) -> float:
+    """Largest difference of two rows of numbers, relative to their size."""
+    if not len(a):
+        return 0.0
+    return float(np.abs(a - b).max() / max(1.0, np.abs(a).max(), np.abs(b).max()))

@@ -1,0 +1,183 @@
+"""Plugins that are wrong in one way each: the check that is there for it says so."""
+
+import math
+
+import pytest
+
+from escort_mj.conformance.behaviors import check_behavior
+from escort_mj.conformance.kinds import check_kind
+from escort_mj.conformance.laws import check_law
+from escort_mj.conformance.parameters import check_parameters
+from escort_mj.conformance.records import check_expectation, check_metric
+from escort_mj.conformance.stand import BrokenError
+from escort_mj.scenario.catalog import assemble, scenario_type, scenario_type_with
+from escort_mj.scenario.plugins import load, source_of
+from tests.plugged import BEHAVIOR, EXPECTATION, KERNEL, KIND, LAW, METRIC
+
+
+def rows(folder, text, checks):
+    """What checks say of the only member of a plugin: name and whether it holds."""
+    (folder / "own.py").write_text(text)
+    plugin = load(source_of("own.py", folder))
+    (member,) = plugin.members
+    try:
+        return {row.name: (row.held, row.words) for row in checks(member, scenario_type(assemble([plugin])))}
+    except BrokenError as broken:
+        return {broken.name: (False, str(broken))}
+
+
+def only_wrong(folder, text, checks):
+    return [name for name, (held, _) in rows(folder, text, checks).items() if not held]
+
+
+class TestLaws:
+    def test_a_right_one(self, compiled, tmp_path):
+        assert not only_wrong(tmp_path, LAW + KERNEL, check_law)
+
+    @pytest.mark.parametrize(
+        ("change", "check"),
+        [
+            (("robots.tau[:] +=", "robots.tau[:] += 1 +"), "holds still"),
+            (("robots.tau[:] +=", "robots.tau[:] += robots.e**0.5 +"), "finite"),
+            (("robots.tau[:] +=", "robots.tau[:] += robots.e[::2] +"), "runs"),
+            (("robots.tau[:] +=", "robots.e[:] += robots.e +"), "runs"),
+            (("_rate[:] =", "_rate[:] = COUNT.append(1) or len(COUNT) *"), "deterministic"),
+        ],
+    )  # fmt: skip
+    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
+        assert change[0] in LAW
+        text = LAW.replace(*change).replace("class Pid", "COUNT = []\n\n\nclass Pid")
+        assert check in only_wrong(tmp_path, text, check_law)
+
+    def test_forms_that_differ(self, compiled, tmp_path):
+        text = LAW + KERNEL.replace("integral_gain * robots.s", "integral_gain * robots.e")
+        assert only_wrong(tmp_path, text, check_law) == ["forms agree"]
+
+    def test_a_kernel_that_writes_what_it_sees(self, compiled, tmp_path):
+        text = LAW + KERNEL.replace("tau = robots", "robots.e_dot[i, k] += 0.1\n                tau = robots")
+        assert "leaves what it sees" in only_wrong(tmp_path, text, check_law)
+
+
+class TestParameters:
+    @pytest.mark.parametrize(
+        ("change", "check"),
+        [
+            (("= 30.0", "= -30.0"), "defaults"),
+            (("position error [N/m]", "position error"), "parameters"),
+            (('"""Gain of the velocity error [N s/m]."""', ""), "parameters"),
+        ],
+    )
+    def test_a_wrong_one_is_found_by_its_check(self, tmp_path, change, check):
+        assert change[0] in LAW
+        assert only_wrong(tmp_path, LAW.replace(*change), check_parameters) == [check]
+
+    def test_right_ones_are_told_with_default_and_bounds(self, tmp_path):
+        held, words = rows(tmp_path, LAW, check_parameters)["parameters"]
+        assert held
+        assert "integral_gain 20.0 >= 0" in words
+
+
+class TestBehaviors:
+    def test_a_right_one(self, compiled, tmp_path):
+        assert not only_wrong(tmp_path, BEHAVIOR, check_behavior)
+
+    @pytest.mark.parametrize(
+        ("change", "check"),
+        [
+            (("wish_velocity[-1] =", "wish_velocity[0] ="), "keeps to its task"),
+            (("return ALONG", "return ACROSS"), "keeps to its task"),
+            (("return ALONG", "return 2"), "runs"),
+            (("return ALONG", "return None"), "runs"),
+            (("wish_direction[-1] = 1.0", "wish_direction[:] = 0.0"), "keeps to its task"),
+            (("return robots.q", "return 0.1 * robots.q_measured[i, 0] ** 2 + robots.q"), "Jacobian"),
+            (("self.gain * error", "-self.gain * error"), "works"),
+            (("abs(error)",
+              "1 / (robots.q_measured[i, 0] - robots.target_position_measured[0])"), "no singularity"),
+        ],
+    )  # fmt: skip
+    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
+        assert change[0] in BEHAVIOR
+        assert check in only_wrong(tmp_path, BEHAVIOR.replace(*change), check_behavior)
+
+
+class TestRecords:
+    def test_right_ones(self, compiled, tmp_path):
+        assert not only_wrong(tmp_path, METRIC, check_metric)
+        assert not only_wrong(tmp_path, EXPECTATION, check_expectation)
+
+    @pytest.mark.parametrize(
+        ("change", "check"),
+        [
+            (("return float", "return -float"), "within bounds"),
+            (("return float", "return 1 / 0 + float"), "runs"),
+            (("return float", "COUNT.append(1)\n    return len(COUNT) + float"), "deterministic"),
+            (("return float", 'trace["tau"].values[:] += 1.0\n    return float'), "leaves the trace"),
+            (("far.max()", "far[-1].max()"), "grows"),
+            (('unit="m"', 'unit=""'), "unit"),
+        ],
+    )
+    def test_a_wrong_metric_is_found_by_its_check(self, compiled, tmp_path, change, check):
+        assert change[0] in METRIC
+        assert check in only_wrong(tmp_path, METRIC.replace(*change) + "\n\nCOUNT = []\n", check_metric)
+
+    @pytest.mark.parametrize(
+        ("change", "check"),
+        [
+            (("return Judgment(", "return dict("), "judges"),
+            (("self.near - far", "far - self.near"), "margin"),
+            (("far = ", "1 / 0; far = "), "judges"),
+        ],
+    )
+    def test_a_wrong_expectation_is_found_by_its_check(self, compiled, tmp_path, change, check):
+        assert change[0] in EXPECTATION
+        assert only_wrong(tmp_path, EXPECTATION.replace(*change), check_expectation) == [check]
+
+
+class TestKinds:
+    def test_a_right_one(self, compiled, tmp_path):
+        assert not only_wrong(tmp_path, KIND, check_kind)
+
+    @pytest.mark.parametrize(
+        ("change", "check"),
+        [
+            (("return self.load", "return 0.0"), "mass"),
+            (('pos="0 0 0.1"', 'pos="0 0 -1"'), "clear of the floor"),
+            (('<motor name="x" joint="x"/>', '<motor name="x" joint="x" gear="-1"/>'), "pushes"),
+        ],
+    )
+    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
+        assert change[0] in KIND
+        assert only_wrong(tmp_path, KIND.replace(*change), check_kind) == [check]
+
+    @pytest.mark.parametrize(
+        ("change", "said"),
+        [
+            (('name="y" type="slide"', 'name="y" type="hinge"'), "begins with the joints x, y and z"),
+            (('<geom name="body"', '<geom name="hull"'), 'has no <geom name="body">'),
+            (("</worldbody>", ""), "its MJCF cannot be read"),
+            (('parts["load_ball"]', 'parts["load_bell"]'), "KeyError: 'load_bell'"),
+            (
+                ('<geom name="ball"', '<joint name="j" type="hinge"/><geom name="ball"'),
+                "coordinates() says 2",
+            ),
+            (('"mass", str(self.load)', '"mass", "-1"'), "MuJoCo refuses its body"),
+        ],
+    )
+    def test_a_body_that_cannot_be_built_is_one_message(self, compiled, tmp_path, change, said):
+        from escort_mj.conformance import check_plugin
+
+        assert change[0] in KIND
+        (tmp_path / "own.py").write_text(KIND.replace(*change))
+        last = [*check_plugin(str(tmp_path / "own.py"))][-1]
+        assert not last.held
+        assert said in last.words
+        assert "\n" not in last.words
+
+
+def test_types_made_for_plugins_leave_the_plain_one_alone(tmp_path):
+    (tmp_path / "own.py").write_text(METRIC)
+    kind = scenario_type_with([str(tmp_path / "own.py")])
+    table = {"expect": ({"metric": "farthest", "at_most": 1.0},)}
+    assert kind.model_validate(table).expect[0].definition.unit == "m"
+    assert kind.model_validate({}).model_dump() == kind.__mro__[2].model_validate({}).model_dump()
+    assert math.isinf(kind.model_validate(table).expect[0].definition.most)

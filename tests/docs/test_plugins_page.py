@@ -1,0 +1,66 @@
+"""docs/plugins.md, followed word by word in an empty folder: every file and every command as printed."""
+
+import re
+
+import pytest
+from typer.testing import CliRunner
+
+from escort_mj.cli import app
+from tests.docs.pages import ROOT
+
+PAGE = (ROOT / "docs" / "plugins.md").read_text()
+BLOCK = re.compile(r"(.*?)^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+FILE = re.compile(r"`(\w+\.(?:py|yaml))`")
+PLAIN = ["--no-figures"]  # figures are tested elsewhere, and take long
+
+
+def followed(folder):
+    """Writes the page's files, and gives its commands, each as soon as its turn comes."""
+    for words, kind, text in BLOCK.findall(PAGE):
+        if kind == "sh":
+            yield from (line.removeprefix("escort-mj ").split() for line in text.splitlines())
+        elif kind in ("python", "yaml"):
+            file = folder / FILE.findall(words)[-1]
+            inside = "At the end of" in words
+            assert file.exists() == inside
+            file.write_text((file.read_text() if inside else "") + text)
+
+
+@pytest.fixture(scope="module")
+def page(compiled, tmp_path_factory):
+    """The folder, and what every command printed."""
+    folder = tmp_path_factory.mktemp("newcomer")
+    printed = {}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        for number, words in enumerate(followed(folder)):
+            more = PLAIN if words[0] == "run" else []
+            if words[0] == "compare":
+                continue  # draws for long; tested in tests/study
+            result = CliRunner().invoke(app, [*words, *more])
+            printed[f"{number} {' '.join(words)}"] = result.output
+            assert result.exit_code == 0, f"{' '.join(words)}\n{result.output}\n{result.exception}"
+    return folder, printed
+
+
+def test_every_command_succeeds_as_printed(page):
+    assert len(page[1]) == 9
+
+
+def test_nothing_that_is_checked_is_wrong(page):
+    checks = [lines for command, lines in page[1].items() if "check-plugin" in command]
+    assert len(checks) == 5
+    assert all(line.startswith("  ok") for lines in checks for line in lines.splitlines())
+    assert ["forms agree" in lines for lines in checks] == [False, True, True, False, False]
+
+
+def test_verdicts_of_the_page_hold(page):
+    runs = [lines for command, lines in page[1].items() if command.split()[1] == "run"]
+    assert len(runs) == 4
+    assert "bearing_gap" in runs[2]
+    assert "together" in runs[2]
+
+
+def test_the_examples_are_those_of_the_page(page):
+    for name in ("leaky_law.py", "storm.yaml"):
+        assert (ROOT / "examples" / "plugins" / name).read_text() == (page[0] / name).read_text()

@@ -1,0 +1,161 @@
+"""Plugins that tests share, as text."""
+
+LAW = '''
+"""PD with an estimate."""
+
+from typing import Literal
+
+from numba import njit
+from pydantic import NonNegativeFloat
+
+from escort_mj.plugins import Law, LawView
+
+
+class Pid(Law):
+    """PD with an estimate that follows s."""
+
+    law: Literal["pid"] = "pid"
+    proportional_gain: NonNegativeFloat = 30.0
+    """Gain of the position error [N/m]."""
+    derivative_gain: NonNegativeFloat = 50.0
+    """Gain of the velocity error [N s/m]."""
+    integral_gain: NonNegativeFloat = 20.0
+    """Rate at which the estimate follows s [N/m]."""
+    fails_at: float = 1e9
+    """When it breaks [s]."""
+
+    def force(self, robots: LawView) -> None:
+        """The law in NumPy."""
+        if robots.time[0] >= self.fails_at:
+            raise ZeroDivisionError("told to")
+        robots.tau[:] = robots.rho_hat + self.proportional_gain * robots.e
+        robots.tau[:] += self.derivative_gain * robots.e_dot
+        robots.rho_hat_rate[:] = self.integral_gain * robots.s
+'''
+
+KERNEL = '''
+    @njit
+    def force_kernel(self, robots):
+        """The same, compiled."""
+        if robots.time[0] >= self.fails_at:
+            raise ZeroDivisionError("told to")
+        for i in range(robots.e.shape[0]):
+            for k in range(robots.e.shape[1]):
+                tau = robots.rho_hat[i, k] + self.proportional_gain * robots.e[i, k]
+                robots.tau[i, k] = tau + self.derivative_gain * robots.e_dot[i, k]
+                robots.rho_hat_rate[i, k] = self.integral_gain * robots.s[i, k]
+'''
+
+SCENARIO = """
+name: own
+duration: 2
+target: {position: ["0.3*t", 0]}
+plugins: [own_law.py]
+controller: {law: pid}
+"""
+
+BEHAVIOR = '''
+"""Keeps robots at a height."""
+
+from typing import Literal
+
+from pydantic import PositiveFloat
+
+from escort_mj.plugins import ACROSS, ALONG, Behavior
+
+
+class Layer(Behavior):
+    """Keeps each robot at a height above the target, along the last axis."""
+
+    behavior: Literal["layer"] = "layer"
+    gain: PositiveFloat = 0.8
+    """Gain of the error [1/s]."""
+    height: float = 2.0
+    """Height above the target's center [m]."""
+
+    def wish(self, robots, i):
+        error = self.height - (robots.q_measured[i, -1] - robots.target_position_measured[-1])
+        robots.wish_direction[-1] = 1.0
+        robots.wish_velocity[-1] = self.gain * error
+        robots.wish_error[0] = abs(error)
+        return ALONG
+
+    def task(self, robots, i):
+        return robots.q_measured[i, -1] - robots.target_position_measured[-1]
+'''
+
+METRIC = '''
+import numpy as np
+
+from escort_mj.plugins import metric
+
+
+@metric(unit="m", grows=True)
+def farthest(trace):
+    """Largest distance of a robot to the target."""
+    far = np.linalg.norm(trace["q"].values - trace["target_position"].values[:, None], axis=2)
+    return float(far.max())
+'''
+
+EXPECTATION = '''
+import numpy as np
+from pydantic import PositiveFloat
+
+from escort_mj.plugins import Expectation, Judgment
+
+
+class Near(Expectation):
+    """No robot is ever farther from the target than so much."""
+
+    kind = "near"
+
+    near: PositiveFloat
+    """Largest distance to the target [m]."""
+
+    def judge(self, trace):
+        far = np.linalg.norm(trace["q"].values - trace["target_position"].values[:, None], axis=2).max()
+        return Judgment(held=bool(far <= self.near), words=f"{far:.3g} m", margin=self.near - far)
+'''
+
+KIND = '''
+from typing import ClassVar, Literal
+
+from pydantic import PositiveFloat
+
+from escort_mj.plugins import RobotKind
+
+
+class Crowned(RobotKind):
+    """A sliding mass with a load on its head."""
+
+    mjcf: ClassVar[str] = """
+    <mujoco>
+      <worldbody>
+        <body name="robot">
+          <joint name="x" type="slide" axis="1 0 0"/>
+          <joint name="y" type="slide" axis="0 1 0"/>
+          <joint name="z" type="slide" axis="0 0 1"/>
+          <geom name="body" type="sphere" size="0.2"/>
+          <body name="load">
+            <geom name="ball" type="sphere" size="0.05" pos="0 0 0.1" contype="0" conaffinity="0"/>
+          </body>
+        </body>
+      </worldbody>
+      <actuator>
+        <motor name="x" joint="x"/>
+        <motor name="y" joint="y"/>
+        <motor name="z" joint="z"/>
+      </actuator>
+    </mujoco>
+    """
+
+    kind: Literal["crowned"] = "crowned"
+    load: PositiveFloat = 0.3
+    """Mass of the load [kg]."""
+
+    def burden(self):
+        return self.load
+
+    def shape(self, parts, radius):
+        parts["load_ball"].set("mass", str(self.load))
+'''
