@@ -7,12 +7,10 @@ one layout; missions here differ in anything, and each has its own model, its ow
 
 from __future__ import annotations
 
-import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from typing import TypeVar
@@ -26,7 +24,6 @@ Result = TypeVar("Result")
 
 BESIDE = 1  # one thread more than cores builds a world or sums up while the others step
 AHEAD = 2  # missions that each thread may be ahead of who takes the results
-SWITCH = 2e-4  # s after which a thread that waits for the interpreter gets it
 
 
 class _Forsaken(BaseException):
@@ -95,24 +92,12 @@ def in_threads(
     flying: deque[Future[Result]] = deque()
     pool = ThreadPoolExecutor(threads + BESIDE, thread_name_prefix="mission")
     try:
-        with _switching(SWITCH):
-            while True:
-                for item in islice(waiting, AHEAD * threads + BESIDE - len(flying)):
-                    flying.append(pool.submit(function, item))
-                if not flying:
-                    return
-                yield flying.popleft().result()
+        while True:
+            for item in islice(waiting, AHEAD * threads + BESIDE - len(flying)):
+                flying.append(pool.submit(function, item))
+            if not flying:
+                return
+            yield flying.popleft().result()
     finally:
         forsake()
         pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _switching(interval: float) -> Iterator[None]:
-    """Lets threads take turns with the interpreter more often: who steps asks for it for moments only."""
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(min(interval, before))
-    try:
-        yield
-    finally:
-        sys.setswitchinterval(before)
