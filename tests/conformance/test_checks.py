@@ -14,6 +14,8 @@ from escort_mj.scenario.catalog import assemble, scenario_type, scenario_type_wi
 from escort_mj.scenario.plugins import load, source_of
 from tests.plugged import BEHAVIOR, EXPECTATION, KERNEL, KIND, LAW, METRIC
 
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of NumPy, where plugins are wrong
+
 
 def rows(folder, text, checks):
     """What checks say of the only member of a plugin: name and whether it holds."""
