@@ -21,7 +21,7 @@ from escort_mj.kernels import inlined, machine
 Array = NDArray[np.float64]
 
 WIDTH = 4
-STACK_ROWS = 24
+STACK_ROWS = 81  # nine axes by nine
 
 
 class Lanes:
@@ -71,6 +71,11 @@ def any_of(condition: Any) -> Any:
 @machine
 def total(x: Lanes) -> Any:
     """Sum over the lanes."""
+
+
+@machine
+def largest(x: Lanes) -> Any:
+    """Largest of the lanes."""
 
 
 @machine

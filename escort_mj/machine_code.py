@@ -93,19 +93,14 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
                     print(left.pop(0), file=process.stdin, flush=True)
                     if not process.stdout.readline():  # type: ignore[union-attr]
                         return
-        except (OSError, IndexError):  # it does not start, or the other has taken the last
+        except OSError:
             return
 
-    count = min(PROCESSES, os.cpu_count() or 1, len(left))
-    servers = [threading.Thread(target=serve, daemon=True) for _ in range(count)]
+    servers = [threading.Thread(target=serve) for _ in range(min(PROCESSES, os.cpu_count() or 1, len(left)))]
     for server in servers:
         server.start()
-    try:
-        for server in servers:
-            server.join()
-    except KeyboardInterrupt:  # what is being compiled is kept for the next run, the rest is not begun
-        left.clear()
-        raise
+    for server in servers:
+        server.join()
 
 
 _loaded: dict[Piece, int] = {}

@@ -173,6 +173,18 @@ def _total(context: Any, x: Any) -> Any:
     return types.float64(x), generate
 
 
+@instructions(names.largest)
+def _largest(context: Any, x: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        found = builder.extract_element(arguments[0], _INT(0))
+        for lane in range(1, WIDTH):
+            number = builder.extract_element(arguments[0], _INT(lane))
+            found = builder.select(builder.fcmp_ordered(">", found, number), found, number)
+        return found
+
+    return types.float64(x), generate
+
+
 @instructions(names.everywhere)
 def _everywhere(context: Any, x: Any) -> Any:
     return lanes(x), lambda context, builder, sig, arguments: _wide(builder, arguments[0])

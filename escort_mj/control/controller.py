@@ -60,8 +60,8 @@ def evaluate(plan: Plan, state: State) -> None:
     if plan.side_by_side:
         for i in range(0, n, WIDTH):
             outer_loops(four_from(i, n), int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS]), plan, state)
-        for i in range(n if moved else 0):
-            state.outer_updates[i] += 1.0
+        for i in range(0, n if moved else 0, WIDTH):
+            store(state.outer_updates, i, n - i, load(state.outer_updates, i) + 1.0)
     else:
         _run_one_by_one(plan, state, moved)
     if int(state.clock[STEP]) % plan.stride == 0:

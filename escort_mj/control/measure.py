@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.noise import OF_ROBOT, OF_TARGET, PER_BLOCK, chance, draw_points, first_coordinates
+from escort_mj.control.noise import AT_ONCE, OF_ROBOT, OF_TARGET, chance, draw_points, first_coordinates
 from escort_mj.control.plan import EVALUATED, STEP, Plan, State
 from escort_mj.control.sensing import BIAS, DELAY, DROPOUT, NOISE, PAST, RESOLUTION
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
@@ -40,7 +40,7 @@ def measure(plan: Plan, state: State) -> None:
     step = int(state.clock[STEP])
     evaluated = int(state.clock[EVALUATED])
     memory = stack_memory()
-    points, coordinates = matrix_at(memory, 2, p), matrix_at(memory + DOUBLE * 2 * p, AHEAD, PER_BLOCK)
+    points, coordinates = matrix_at(memory, 2, p), matrix_at(memory + DOUBLE * 2 * p, AHEAD, AT_ONCE)
     for body in range(n + 1):
         if body % AHEAD == 0:
             _begin_streams(body, n, step, plan, coordinates)
@@ -84,7 +84,7 @@ def _begin_streams(first: int, n: int, step: int, plan: Plan, coordinates: Array
         channel = 0 if body < n else 2
         if plan.sensors[channel, NOISE] > 0.0 or plan.sensors[channel + 1, NOISE] > 0.0:
             use, index = (OF_ROBOT, body) if body < n else (OF_TARGET, 0)
-            first_coordinates(coordinates[body - first], plan.seed, use, index, step)
+            first_coordinates(coordinates[body - first], plan.bias.shape[1], plan.seed, use, index, step)
 
 
 @inlined

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.kernels import high_product, inlined, stack_memory, vector_at
+from escort_mj.kernels import high_product, inlined, kernel, stack_memory, vector_at
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,7 @@ _W0, _W1 = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBB67AE8584CAA73B)
 _HALF, _LOWER = np.uint64(32), np.uint64(0xFFFFFFFF)
 _UNUSED = np.uint64(11)  # bits of a word beyond what a double holds
 PER_BLOCK = 8  # coordinates
+AT_ONCE = 2 * PER_BLOCK  # that are found before it is known how many are needed
 _ROUNDS = 10
 OF_ROBOT, OF_TARGET = 0, 1  # uses of a stream: noise of whom
 _DROPOUTS = 2  # added to these: whether their measurements arrive
@@ -61,17 +62,20 @@ def _coordinate(half: Any) -> float:
 
 
 @inlined
-def first_coordinates(coordinates: Array, seed: int, use: int, robot: int, step: int) -> None:
+def first_coordinates(coordinates: Array, axes: int, seed: int, use: int, robot: int, step: int) -> None:
     """The coordinates with which a stream begins; found for several robots in a row, they overlap in time.
 
     Args:
-        coordinates: Result, shape (PER_BLOCK,).
+        coordinates: Result, shape (AT_ONCE,); in two axes only the first block's are found.
+        axes: p.
         seed: Key of the stream.
         use: `OF_ROBOT` or `OF_TARGET`.
         robot: Which robot, from 0; 0 for the target.
         step: Physics step.
     """
-    _fill(coordinates, seed, 1, use, robot, step)
+    _fill(coordinates[:PER_BLOCK], seed, 1, use, robot, step)
+    if axes > 2:
+        _fill(coordinates[PER_BLOCK:], seed, 2, use, robot, step)
 
 
 @inlined
@@ -81,6 +85,9 @@ def draw_points(
 ) -> None:  # fmt: skip
     """Draws points uniformly from unit balls, for the noise of a position and of a velocity.
 
+    All candidates at hand are judged at once, without a branch that nobody can foresee: in two axes they do
+    in 97 of 100 draws, in three in 84.
+
     Args:
         points: Result, shape (2, p): the position's, then the velocity's.
         radius_q: Radius of the position's ball [m]; 0 draws nothing.
@@ -89,9 +96,34 @@ def draw_points(
         use: `OF_ROBOT` or `OF_TARGET`.
         robot: Which robot, from 0; 0 for the target.
         step: Physics step.
-        coordinates: The stream's first, see `first_coordinates`; used up.
+        coordinates: The stream's first, see `first_coordinates`.
     """
-    block, used = 1, 0
+    p = points.shape[1]
+    candidates = PER_BLOCK // 2 if p == 2 else AT_ONCE // p
+    first = second = candidates
+    for candidate in range(candidates - 1, -1, -1):
+        square = 0.0
+        for k in range(p):
+            square += coordinates[candidate * p + k] * coordinates[candidate * p + k]
+        inside = square <= 1.0
+        second = first if inside else second
+        first = candidate if inside else first
+    if radius_q == 0.0:  # the velocity's comes first
+        second = first
+    if max(first, second) == candidates:
+        _draw_one_by_one(points, radius_q, radius_v, seed, use, robot, step)
+        return
+    for k in range(p):
+        points[0, k], points[1, k] = coordinates[first * p + k], coordinates[second * p + k]
+
+
+@kernel
+def _draw_one_by_one(
+    points: Array, radius_q: float, radius_v: float, seed: int, use: int, robot: int, step: int
+) -> None:
+    """As `draw_points`, for as many candidates as it takes."""
+    coordinates = vector_at(stack_memory(), PER_BLOCK)
+    block, used = 0, PER_BLOCK
     for channel in range(2):
         radius = radius_q if channel == 0 else radius_v
         if radius == 0.0:

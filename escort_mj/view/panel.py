@@ -38,7 +38,6 @@ class Panel:
         count: int,
         behaviors: list[str],
         speed: float,
-        follow: bool,
         shown: dict[str, bool],
     ) -> None:
         """Adds the controls.
@@ -50,7 +49,6 @@ class Panel:
             count: Number of robots.
             behaviors: Names of those that can rule a robot.
             speed: Simulated seconds per second at first.
-            follow: Whether the camera goes with the target at first.
             shown: Which layers are seen; the controls change it.
         """
         gui = server.gui
@@ -65,7 +63,7 @@ class Panel:
         self.camera = gui.add_dropdown(
             "camera follows",
             (FREE, TARGET, *(f"robot {k + 1}" for k in range(min(count, palette.MOST_LINES)))),
-            initial_value=TARGET if follow else FREE,
+            initial_value=FREE,
         )
         self.status = gui.add_markdown("")
         with gui.add_folder("Show"):

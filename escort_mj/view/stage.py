@@ -67,8 +67,7 @@ class Stage:
         ).reshape(-1, 3)
         self._crowd = replay.count > palette.MOST_LINES
         self._handles: dict[str, list[Any]] = {layer: [] for layer in LAYERS}
-        few = replay.count <= palette.MOST_DISTINCT
-        self.shown = dict.fromkeys(LAYERS, True) | {"numbers": few, "velocities": not self._crowd}
+        self.shown = dict.fromkeys(LAYERS, True) | {"numbers": replay.count <= palette.MOST_DISTINCT}
         self._lost: Flags = np.zeros(replay.count, dtype=bool)
         server.scene.set_up_direction("+z")
         server.scene.configure_environment_map("warehouse", environment_intensity=0.5)
@@ -109,8 +108,7 @@ class Stage:
         self._draw_events(replay, moment)
         for handle in self._ring:
             handle.position = moment.target if not replay.planar else moment.target * (1, 1, 0) + 0.012 * _Z
-        above = moment.robots + 1.2 * replay.robot_radius[:, None] * _Z
-        for handles, centers in ((self._safe, moment.obstacles), (self._labels, above)):
+        for handles, centers in ((self._safe, moment.obstacles), (self._labels, moment.robots)):
             for handle, center in zip(handles, centers, strict=False):
                 handle.position = center
         return moment

@@ -8,7 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.movers import obstacles_seen
-from escort_mj.control.neighbors import candidate, number_of_candidates
+from escort_mj.control.neighbors import (
+    candidate,
+    column_of,
+    most_candidates,
+    number_of_candidates,
+)
 from escort_mj.control.plan import STEP, WATCHED_STEP, Plan, State
 from escort_mj.control.side_by_side import obstacle_places
 from escort_mj.kernels import inlined, merged
@@ -23,6 +28,7 @@ from escort_mj.lanes import (
     greatest,
     lane_numbers,
     load,
+    pick,
     row_of,
     scatter,
     set_row,
@@ -281,21 +287,68 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
 @on_demand
 def _watch_crowd(plan: Plan, state: State, sampled: bool) -> None:
     """As `_watch_robots`, by the lists of neighbors."""
+    n, lists = state.q.shape[0], state.neighbors
+    g = int(plan.columns[0, GROUP])
+    for begin in range(0, n, WIDTH):
+        i = four_from(begin, n)
+        most = most_candidates(i, lists)
+        if most > 0:
+            _watch_four(i, most, g, plan, state, sampled)
+            continue
+        for robot in range(i, i + WIDTH):
+            _watch_one(robot, g, plan, state, sampled)
+
+
+@inlined
+def _watch_four(i: int, most: int, g: int, plan: Plan, state: State, sampled: bool) -> None:
+    """Clearances of robots i to i + 3 to their candidates, of which none has more than so many."""
+    q, lists, radius = state.q, state.neighbors, plan.robot_radius
+    n, p = q.shape
+    groups, width, here = state.clearance.shape[1], lists.shape[1], stack_rows(p)
+    own, nearest = load(radius, i), everywhere(math.inf)
+    for k in range(p):
+        set_row(here, k, gather(q, i * p + k, p))
+    least = gather(state.clearance, i * groups + g, groups)
+    who = gather(state.clearance_body, i * groups + g, groups)
+    for place in range(most):
+        at0, at1 = column_of(i, place, lists), column_of(i + 1, place, lists)
+        at2, at3 = column_of(i + 2, place, lists), column_of(i + 3, place, lists)
+        a, b = int(lists[i, at0]), int(lists[i + 1, at1])
+        c, d = int(lists[i + 2, at2]), int(lists[i + 3, at3])
+        row = i * width
+        others = pick(lists, row + at0, row + width + at1, row + 2 * width + at2, row + 3 * width + at3)
+        square = everywhere(0.0)
+        for k in range(p):
+            x = row_of(here, k) - pick(q, a * p + k, b * p + k, c * p + k, d * p + k)
+            square = square + x * x
+        nearest = where(square < nearest, square, nearest)
+        reach = least + (own + pick(radius, a, b, c, d))
+        if any_of(square < reach * reach):
+            clearance = math.sqrt(square) - (own + pick(radius, a, b, c, d))
+            nearer = clearance < least
+            least, who = where(nearer, clearance, least), where(nearer, others, who)
+    scatter(state.clearance, i * groups + g, groups, n - i, least)
+    scatter(state.clearance_body, i * groups + g, groups, n - i, who)
+    if sampled:
+        store(state.robot_distance_min, i, n - i, math.sqrt(nearest))
+
+
+@inlined
+def _watch_one(i: int, g: int, plan: Plan, state: State, sampled: bool) -> None:
+    """Clearances of one robot, which may have to look at all others."""
     q, lists = state.q, state.neighbors
     n, p = q.shape
-    g = int(plan.columns[0, GROUP])
-    for i in range(n):
-        nearest = math.inf
-        for c in range(number_of_candidates(i, n, lists)):
-            j = candidate(i, c, lists)
-            if j == i:
-                continue
-            square = 0.0
-            for k in range(p):
-                x = q[i, k] - q[j, k]
-                square += x * x
-            nearest = min(nearest, square)
-            bodies = plan.robot_radius[i] + plan.robot_radius[j]
-            _note(state.clearance[i], state.clearance_body[i], g, square, bodies, j)
-        if sampled:
-            state.robot_distance_min[i] = math.sqrt(nearest)
+    nearest = math.inf
+    for c in range(number_of_candidates(i, n, lists)):
+        j = candidate(i, c, lists)
+        if j == i:
+            continue
+        square = 0.0
+        for k in range(p):
+            x = q[i, k] - q[j, k]
+            square += x * x
+        nearest = min(nearest, square)
+        bodies = plan.robot_radius[i] + plan.robot_radius[j]
+        _note(state.clearance[i], state.clearance_body[i], g, square, bodies, j)
+    if sampled:
+        state.robot_distance_min[i] = math.sqrt(nearest)

@@ -9,7 +9,7 @@ from scipy import stats
 from escort_mj.compiler.declarations import jitted
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import ApdSmc
-from escort_mj.control.noise import OF_ROBOT, PER_BLOCK, draw_points, first_coordinates
+from escort_mj.control.noise import AT_ONCE, OF_ROBOT, draw_points, first_coordinates
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.noise import NOISE_KEY, ball_noise
 from escort_mj.control.sensing import Channel, Sensors
@@ -84,9 +84,9 @@ def test_ball_noise_follows_its_definition(seed: int, axes: int) -> None:
 @jitted
 def draw(points: np.ndarray, seed: int) -> None:
     """Fills rows with points from unit balls, a position's and a velocity's in turn, four robots a step."""
-    coordinates = vector_at(stack_memory(), PER_BLOCK)
+    coordinates = vector_at(stack_memory(), AT_ONCE)
     for row in range(points.shape[0] // 2):
-        first_coordinates(coordinates, seed, OF_ROBOT, row % 4, row // 4)
+        first_coordinates(coordinates, points.shape[1], seed, OF_ROBOT, row % 4, row // 4)
         draw_points(points[2 * row : 2 * row + 2], 1.0, 1.0, seed, OF_ROBOT, row % 4, row // 4, coordinates)
 
 
@@ -105,6 +105,14 @@ def test_noise_is_uniform_in_the_ball(axes: int, channel: int) -> None:
     direction = x[:, 0] / radius
     share = np.arccos(direction) / np.pi if axes == 2 else (direction + 1.0) / 2.0
     assert stats.kstest(share, "uniform").pvalue > 0.001
+
+
+@pytest.mark.parametrize("axes", [2, 3, 5])
+def test_kernel_and_twin_draw_the_same_points(axes: int) -> None:
+    drawn = np.zeros((2 * 400, axes))
+    draw(drawn, 3)
+    told = [ball_noise(3, row % 4, row // 4, axes) for row in range(400)]
+    np.testing.assert_array_equal(drawn, np.concatenate(told))
 
 
 def test_noise_differs_by_everything_that_names_it() -> None:

@@ -15,7 +15,20 @@ from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.control.parameters import Parameters
-from escort_mj.kernels import inlined, matrix_at, stack_memory
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory
+from escort_mj.lanes import (
+    WIDTH,
+    everywhere,
+    four_from,
+    gather,
+    lane_numbers,
+    load,
+    row_of,
+    set_row,
+    stack_rows,
+    total,
+    where,
+)
 
 Array = NDArray[np.float64]
 
@@ -42,27 +55,18 @@ def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation:
         vertices: Unit vector of each robot's vertex in the figure's own frame, shape (n, p).
         rotation: R, shape (p, p); changed in place.
     """
-    n, p = q.shape
+    p = q.shape[1]
     memory = stack_memory()
-    m = matrix_at(memory, p, p)
-    old = matrix_at(memory + 8 * p * p, p, p)
+    m, old = matrix_at(memory, p, p), matrix_at(memory + DOUBLE * p * p, p, p)
+    _correlate(q, center, lost, vertices, old)
     for a in range(p):
         for b in range(p):
             m[a, b] = 0.0
-            old[a, b] = rotation[a, b]
-    for i in range(n):
-        square = 0.0
-        for a in range(p):
-            square += (q[i, a] - center[a]) * (q[i, a] - center[a])
-        if square == 0.0 or lost[i] != 0.0:
-            continue
-        inverse = 1.0 / math.sqrt(square)
-        for b in range(p):
-            vertex = 0.0
             for c in range(p):
-                vertex += rotation[b, c] * vertices[i, c]
-            for a in range(p):
-                m[a, b] += inverse * (q[i, a] - center[a]) * vertex
+                m[a, b] += old[a, c] * rotation[b, c]
+    for a in range(p):
+        for b in range(p):
+            old[a, b] = rotation[a, b]
     trace = 0.0
     for a in range(p):
         trace += m[a, a]
@@ -87,6 +91,38 @@ def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation:
             for c in range(p):
                 total += old[a, c] * m[c, b]
             rotation[a, b] = 0.5 * total
+
+
+@inlined
+def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) -> None:
+    """Correlation H of where robots and vertices are, as seen from the target; four robots at once.
+
+    Args:
+        q: As for `turn_figure`, and so are the next three.
+        center: Position of the target.
+        lost: 1 for robots that do not count.
+        vertices: Unit vectors.
+        h: Result, shape (p, p).
+    """
+    n, p = q.shape
+    way, sums = stack_rows(p), stack_rows(p * p)
+    for entry in range(p * p):
+        set_row(sums, entry, everywhere(0.0))
+    for begin in range(0, n, WIDTH):
+        i = four_from(begin, n)
+        robot, square = lane_numbers() + float(i), everywhere(0.0)
+        there = (robot > begin - 0.5) & (robot < float(n)) & (load(lost, i) < 0.5)
+        for a in range(p):
+            set_row(way, a, where(there, gather(q, i * p + a, p) - center[a], 0.0))
+            square = square + row_of(way, a) * row_of(way, a)
+        inverse = where(square > 0.0, 1.0 / math.sqrt(square), 0.0)
+        for b in range(p):
+            vertex = where(there, inverse * gather(vertices, i * p + b, p), 0.0)
+            for a in range(p):
+                set_row(sums, a * p + b, row_of(sums, a * p + b) + row_of(way, a) * vertex)
+    for a in range(p):
+        for b in range(p):
+            h[a, b] = total(row_of(sums, a * p + b))
 
 
 @inlined
