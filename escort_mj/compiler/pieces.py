@@ -24,10 +24,6 @@ if numba.config.CPU_NAME is None and llvm.get_host_cpu_name() in ("znver3", "znv
     numba.config.CPU_NAME = "znver2"
 
 
-# numba optimizes a kernel anew with every kernel that calls it; once, all merged, is enough.
-ALONE_OPTIMIZED = "_optimize_final_module"
-
-
 EVERY_KERNEL = "escort_mj.world.step"  # a module that brings all kernels and views
 
 
@@ -44,7 +40,7 @@ def compile_piece(piece: Piece) -> None:
     teach()
     typed = types_of(function, piece.axes)
     with global_compiler_lock:
-        with _not_run(ALONE_OPTIMIZED):
+        with _not_run():
             dispatcher = numba.njit(**ALONE, **OPTIONS)(function)
             dispatcher.compile(typed.args)
         library = _callable_from_c(str(piece), typed, dispatcher.overloads[typed.args])
@@ -54,15 +50,9 @@ def compile_piece(piece: Piece) -> None:
 
 
 @contextmanager
-def _not_run(*also: str) -> Iterator[None]:
-    """What is compiled inside is not put into memory.
-
-    Args:
-        also: Other steps of numba's to leave out.
-    """
-    skipped: list[tuple[Any, str]] = [
-        (codegen.JITCodeLibrary, name) for name in ("_finalize_specific", *also)
-    ]
+def _not_run() -> Iterator[None]:
+    """What is compiled inside is not put into memory."""
+    skipped: list[tuple[Any, str]] = [(codegen.JITCodeLibrary, "_finalize_specific")]
     skipped += [(codegen.JITCPUCodegen, name) for name in ("_add_module", "set_env")]
     before = [getattr(owner, name) for owner, name in skipped]
     for owner, name in skipped:
