@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 from escort_mj.control.noise import AT_ONCE, OF_ROBOT, OF_TARGET, chance, draw_points, first_coordinates
 from escort_mj.control.plan import EVALUATED, STEP, Plan, State
 from escort_mj.control.sensing import BIAS, DELAY, DROPOUT, NOISE, PAST, RESOLUTION
-from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
+from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory
 from escort_mj.lanes import copy_numbers
+from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
 
 AHEAD = 4  # bodies whose streams are begun together: the processor works on all at once
 
 
-@merged
+@on_demand
 def measure(plan: Plan, state: State) -> None:
     """Measures all robots, and the target once for the team.
 

@@ -24,7 +24,7 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
-from escort_mj.kernels import inlined
+from escort_mj.kernels import inlined, merged
 from escort_mj.lanes import (
     WIDTH,
     Lanes,
@@ -43,14 +43,13 @@ from escort_mj.lanes import (
     store,
     where,
 )
-from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
 
 AXES = 3  # at most, for which the scratch has room
 
 
-@on_demand
+@merged
 def outer_loops(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
     """Reference velocities of robots i to i + 3, as far as there are so many (eq. 2).
 

@@ -19,7 +19,7 @@ import mujoco
 
 from escort_mj import machine_code
 from escort_mj.control.conflicts import weigh_tasks
-from escort_mj.control.side_by_side import outer_loops
+from escort_mj.control.measure import measure
 from escort_mj.machine_code import Piece
 from escort_mj.world.build import World
 from escort_mj.world.library import library
@@ -50,10 +50,10 @@ def callbacks(axes: int) -> Callbacks:
 
 @cache
 def _of_class(known: int) -> Callbacks:
-    """The callbacks of a class of models, and what most of them call as soon as they run."""
+    """The callbacks of a class of models, and what they call as soon as they run."""
     axes = known if known < MANY else None
     control, sensor = _piece(control_callback, axes), _piece(sensor_callback, axes)
-    machine_code.have([control, _piece(outer_loops, axes), _piece(weigh_tasks, axes), sensor])
+    machine_code.have([control, _piece(weigh_tasks, axes), _piece(measure, axes), sensor])
     addresses = machine_code.address(control), machine_code.address(sensor)
     table[2 * known : 2 * known + 2] = list(addresses)
     return CONTROL(addresses[0]), SENSOR(addresses[1])
