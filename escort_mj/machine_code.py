@@ -93,14 +93,19 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
                     print(left.pop(0), file=process.stdin, flush=True)
                     if not process.stdout.readline():  # type: ignore[union-attr]
                         return
-        except OSError:
+        except (OSError, IndexError):  # it does not start, or the other has taken the last
             return
 
-    servers = [threading.Thread(target=serve) for _ in range(min(PROCESSES, os.cpu_count() or 1, len(left)))]
+    count = min(PROCESSES, os.cpu_count() or 1, len(left))
+    servers = [threading.Thread(target=serve, daemon=True) for _ in range(count)]
     for server in servers:
         server.start()
-    for server in servers:
-        server.join()
+    try:
+        for server in servers:
+            server.join()
+    except KeyboardInterrupt:  # what is being compiled is kept for the next run, the rest is not begun
+        left.clear()
+        raise
 
 
 _loaded: dict[Piece, int] = {}

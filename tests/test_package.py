@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tarfile
 import tomllib
+import urllib.request
 import zipfile
 from pathlib import Path
 
@@ -86,7 +87,7 @@ def test_the_wheel_works_in_an_empty_environment(
 
     sh("uv", "venv", "--python", python, "venv")
     install = ("uv", "pip", "install", "--python", "venv/bin/python", "--overrides", "overrides.txt")
-    sh(*install, f"escort-mj[video] @ {the(built, '*.whl').as_uri()}")
+    sh(*install, f"escort-mj[video,view] @ {the(built, '*.whl').as_uri()}")
     escort = str(tmp_path / "venv" / "bin" / "escort-mj")
     place = sh("venv/bin/python", "-c", "import escort_mj; print(escort_mj.__file__)")
     assert Path(place.strip()).is_relative_to(tmp_path)
@@ -99,3 +100,10 @@ def test_the_wheel_works_in_an_empty_environment(
     }
     assert all(finding["state"] != "bad" for finding in findings.values())
     assert findings["ffmpeg"]["state"] == "good"
+    command = [escort, "view", "main", "--port", "0"]
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment | {"PYTHONUNBUFFERED": "1"}, stdout=subprocess.PIPE, text=True
+    ) as viewer:
+        url = re.search(r"http://127\.0\.0\.1:\d+", viewer.stdout.readline())[0]
+        assert b"<html" in urllib.request.urlopen(url, timeout=60).read()
+        viewer.terminate()

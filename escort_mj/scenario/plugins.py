@@ -21,7 +21,7 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 
 from escort_mj.control.own.forms import Behavior, Law, Own
 from escort_mj.control.parameters import Parameters
@@ -121,7 +121,13 @@ def source_of(written: Any, folder: Path) -> PluginSource:
         if not file.endswith(".py"):
             raise PluginError(f"{file}: a plugin is a Python file, .py")
         file = str((folder / file).absolute())
-    return PluginSource(file=file, package=written.get("package"), sha256=digest)
+    try:
+        return PluginSource(file=file, package=written.get("package"), sha256=digest)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise PluginError(
+            f"{first['loc'][0]} of a plugin: {first['msg'][:1].lower()}{first['msg'][1:]}"
+        ) from None
 
 
 def load(source: PluginSource) -> Plugin:
@@ -137,7 +143,11 @@ def load(source: PluginSource) -> Plugin:
 
 
 def _load_file(path: Path, source: PluginSource) -> Plugin:
-    if not path.is_file():
+    try:
+        there = path.is_file()
+    except OSError as error:
+        raise PluginError(f"{str(path)[:80]}...: cannot be read: {error.strerror}") from None
+    if not there:
         folder = path.parent
         names = [each.name for each in folder.glob("*.py")] if folder.is_dir() else []
         raise PluginError(f"{path}: there is no such file{nearest(path.name, names)}")

@@ -38,6 +38,7 @@ class Panel:
         count: int,
         behaviors: list[str],
         speed: float,
+        follow: bool,
         shown: dict[str, bool],
     ) -> None:
         """Adds the controls.
@@ -49,6 +50,7 @@ class Panel:
             count: Number of robots.
             behaviors: Names of those that can rule a robot.
             speed: Simulated seconds per second at first.
+            follow: Whether the camera goes with the target at first.
             shown: Which layers are seen; the controls change it.
         """
         gui = server.gui
@@ -63,7 +65,7 @@ class Panel:
         self.camera = gui.add_dropdown(
             "camera follows",
             (FREE, TARGET, *(f"robot {k + 1}" for k in range(min(count, palette.MOST_LINES)))),
-            initial_value=FREE,
+            initial_value=TARGET if follow else FREE,
         )
         self.status = gui.add_markdown("")
         with gui.add_folder("Show"):

@@ -67,7 +67,8 @@ class Stage:
         ).reshape(-1, 3)
         self._crowd = replay.count > palette.MOST_LINES
         self._handles: dict[str, list[Any]] = {layer: [] for layer in LAYERS}
-        self.shown = dict.fromkeys(LAYERS, True) | {"numbers": replay.count <= palette.MOST_DISTINCT}
+        few = replay.count <= palette.MOST_DISTINCT
+        self.shown = dict.fromkeys(LAYERS, True) | {"numbers": few, "velocities": not self._crowd}
         self._lost: Flags = np.zeros(replay.count, dtype=bool)
         server.scene.set_up_direction("+z")
         server.scene.configure_environment_map("warehouse", environment_intensity=0.5)
@@ -108,7 +109,8 @@ class Stage:
         self._draw_events(replay, moment)
         for handle in self._ring:
             handle.position = moment.target if not replay.planar else moment.target * (1, 1, 0) + 0.012 * _Z
-        for handles, centers in ((self._safe, moment.obstacles), (self._labels, moment.robots)):
+        above = moment.robots + 1.2 * replay.robot_radius[:, None] * _Z
+        for handles, centers in ((self._safe, moment.obstacles), (self._labels, above)):
             for handle, center in zip(handles, centers, strict=False):
                 handle.position = center
         return moment

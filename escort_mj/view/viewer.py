@@ -68,6 +68,9 @@ class Viewer:
         shown = host if host not in ("0.0.0.0", "::") else socket.gethostname()
         self.url = f"http://{f'[{shown}]' if ':' in shown else shown}:{port}"
         part, replay = tape.around(0.0, TRAIL, MOST_SAMPLES)
+        whole = tape.around(tape.reached, tape.reached, MOST_SAMPLES)[1]
+        shot = plan_shot(whole, "overview", 45.0, 16 / 9, 2.0)
+        out_of_sight = tape.reached < tape.end or np.ptp(shot.look_at, axis=0).max() > 0.1 * whole.radius
         self._stage = Stage(self._server, tape.model, part, replay)
         self.panel = Panel(
             self._server,
@@ -76,12 +79,12 @@ class Viewer:
             replay.count,
             [str(name) for name in part["behavior"].values],
             speed,
+            out_of_sight,
             self._stage.shown,
         )
         self._followed: tuple[int, Array] | None = None
         self._judged = False
-        whole = tape.around(tape.reached, tape.reached, MOST_SAMPLES)[1]
-        view = plan_shot(whole, "overview", 45.0, 16 / 9, 2.0).view(0.0)
+        view = shot.view(0.0)
         camera = self._server.initial_camera
         camera.look_at = view.look_at
         camera.position = view.look_at - 1.2 * view.distance * view.axes[2]

@@ -150,6 +150,22 @@ class TestWrongPlugins:
         (folder / "more" / "own_law.py").write_text(LAW.replace('"pid"', '"other"'))
         assert "two plugins called own_law.py" in fault(folder, plugins=[str(folder / "more" / "own_law.py")])
 
+    @pytest.mark.parametrize(
+        ("written", "said"),
+        [
+            ("3", "plugins: found 3; expected a list"),
+            ("[{file: 3}]", "file, package and sha256 of a plugin are texts"),
+            ("[/dev/null]", "a plugin is a Python file, .py"),
+            ("[{package: ''}]", "package of a plugin: string should have at least 1 character"),
+            (f"[{{file: a.py, sha256: {'z' * 64}}}]", "sha256 of a plugin: string should match"),
+            ("['.py']", "there is no such file"),
+            (f"['{'x' * 5000}.py']", "cannot be read: File name too long"),
+            ('["a\\0.py"]', "there is no such file"),
+        ],
+    )
+    def test_hostile_ones(self, folder, written, said):
+        assert said in fault(folder, SCENARIO.replace("[own_law.py]", written).replace("pid", "pd"))
+
     @pytest.mark.parametrize("written", ["[3]", "[{}]", "[{file: a.py, package: b}]", "[{fil: a.py}]"])
     def test_what_names_no_plugin(self, folder, written):
         message = fault(folder, SCENARIO.replace("[own_law.py]", written))

@@ -13,7 +13,7 @@ from websockets.sync.client import connect
 
 from tests.report.browser import BROWSER, FLAGS
 
-PATIENCE = 60.0  # for anything that is waited for [s]
+PATIENCE = 120.0  # for anything that is waited for [s]
 
 
 class Browser:
