@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.program import STACK_DEPTH, Op, evaluate
 from escort_mj.scenario import Expression, ExpressionError
 from escort_mj.scenario.grammar import MAX_LENGTH, MAX_NESTING, MAX_NODES
@@ -12,10 +13,15 @@ from escort_mj.scenario.grammar import MAX_LENGTH, MAX_NESTING, MAX_NODES
 NO_TABLE = np.empty((0, 5))
 
 
+@jitted
+def compiled_evaluate(code, first, count, table, t, stack):
+    return evaluate(code, first, count, table, t, stack)
+
+
 def by_machine(expression: Expression, t: float) -> tuple[float, float]:
     """Value and rate from the compiled stack machine."""
     code = np.array(expression.instructions(), dtype=np.float64)
-    return evaluate(code, 0, len(code), NO_TABLE, t, np.empty(2 * STACK_DEPTH))
+    return compiled_evaluate(code, 0, len(code), NO_TABLE, t, np.empty(2 * STACK_DEPTH))
 
 
 @pytest.fixture(scope="module", autouse=True)

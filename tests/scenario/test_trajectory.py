@@ -3,15 +3,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from escort_mj.compiler.declarations import jitted
 from escort_mj.control.program import STACK_DEPTH, evaluate
 from escort_mj.scenario import Scenario, Trajectory, disturbance_trajectory, parse_scenario, target_trajectory
+
+
+@jitted
+def compiled_evaluate(code, first, count, table, t, stack):
+    return evaluate(code, first, count, table, t, stack)
 
 
 def by_machine(trajectory: Trajectory, t: float) -> tuple[np.ndarray, np.ndarray]:
     """Position and velocity from the compiled stack machine."""
     code, spans, table = trajectory.programs()
     stack = np.empty(2 * STACK_DEPTH)
-    pairs = [evaluate(code, first, count, table, t, stack) for first, count in spans.tolist()]
+    pairs = [compiled_evaluate(code, first, count, table, t, stack) for first, count in spans.tolist()]
     return np.array(pairs)[:, 0], np.array(pairs)[:, 1]
 
 
