@@ -77,7 +77,8 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
     left = list(pieces)
 
     def serve() -> None:
-        command = [sys.executable, "-m", "escort_mj.compiler", str(cache.folder())]
+        # -P: what lies in the user's folder by the name of a module is none of the compiler's.
+        command = [sys.executable, "-P", "-m", "escort_mj.compiler", str(cache.folder())]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         try:
             with subprocess.Popen(

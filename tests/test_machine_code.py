@@ -21,11 +21,11 @@ print(address != 0, "numba" in sys.modules, cache.folder())
 """
 
 
-def loaded(folder: Path, executable: str = "", piece: Piece = SMALL) -> list[str]:
+def loaded(folder: Path, executable: str = "", piece: Piece = SMALL, here: Path | None = None) -> list[str]:
     """A fresh process with a cache of its own: whether it has a piece, whether numba; and where."""
     found = subprocess.run(
         [sys.executable, "-c", PROGRAM, executable, str(piece)],
-        check=True, stdout=subprocess.PIPE, text=True, env={**os.environ, cache.FOLDER: str(folder)},
+        check=True, stdout=subprocess.PIPE, text=True, env={**os.environ, cache.FOLDER: str(folder)}, cwd=here,
     )  # fmt: skip
     return found.stdout.split()
 
@@ -45,6 +45,11 @@ def test_a_process_compiles_for_another_which_never_sees_numba(tmp_path: Path) -
     file.write_bytes(file.read_bytes()[:-1])
     assert loaded(tmp_path)[:2] == ["True", "False"]
     assert file.stat().st_ino != written[1], "damaged, and not compiled again"
+
+
+def test_a_users_file_by_the_name_of_a_module_does_not_reach_the_compiler(tmp_path: Path) -> None:
+    (tmp_path / "numba.py").write_text("raise SystemExit(1)")
+    assert loaded(tmp_path / "cache", here=tmp_path)[:2] == ["True", "False"]
 
 
 def test_where_no_process_can_be_started_this_one_compiles(tmp_path: Path) -> None:

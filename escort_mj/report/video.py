@@ -84,7 +84,7 @@ def _render(run: StoredRun, name: str, options: list[str], progress: Progress | 
         raise RenderError(
             f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
         )
-    command = [sys.executable, "-m", "escort_mj.report.video", str(run.path), *options]
+    command = [sys.executable, "-P", "-m", "escort_mj.report.video", str(run.path), *options]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         child = subprocess.Popen(
             command,

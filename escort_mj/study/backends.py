@@ -30,6 +30,7 @@ Backend = Callable[[Callable[[Job], Result], Iterable[Job]], Iterator[tuple[Job,
 
 AHEAD = 3  # jobs that are waiting for each worker
 TRIES = 3  # of a job whose worker dies
+DASK_RESTARTS = 30  # seconds that a worker that died has to start anew before its cluster is closed
 
 
 def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Iterator[tuple[Job, Result | None]]:
@@ -165,22 +166,37 @@ def dask(workers: int, address: str | None = None) -> Backend[Any, Any]:
         with contextlib.ExitStack() as stack:
             try:
                 if address is None:
-                    cluster = distributed.LocalCluster(
-                        n_workers=workers,
-                        threads_per_worker=1,
-                        processes=True,
-                        dashboard_address=None,
-                        silence_logs=logging.CRITICAL,
-                    )
-                    client = distributed.Client(stack.enter_context(cluster))
+                    client = stack.enter_context(_cluster_here(workers))
                 else:
-                    client = distributed.Client(address, timeout=20)
-                stack.enter_context(client)
+                    client = stack.enter_context(distributed.Client(address, timeout=20))
             except OSError as error:
                 raise UsageError(f"--backend dask: no cluster answers at {address}: {error}") from None
             yield from _as_they_come(client, workers, function, jobs)
 
     return compute
+
+
+@contextlib.contextmanager
+def _cluster_here(workers: int) -> Iterator[Any]:
+    """A cluster of this machine's own, and its client."""
+    from distributed import Client, LocalCluster
+
+    with (
+        LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address="127.0.0.1:0",  # None takes port 8787, and warns where another has it
+            silence_logs=logging.CRITICAL,
+        ) as cluster,
+        Client(cluster) as client,
+    ):
+        try:
+            yield client
+        finally:
+            # Dask fails, or leaves processes behind, where it closes while it starts a worker anew.
+            with contextlib.suppress(TimeoutError):
+                client.wait_for_workers(workers, timeout=DASK_RESTARTS)
 
 
 def _as_they_come(
