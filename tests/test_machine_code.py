@@ -25,7 +25,8 @@ def loaded(folder: Path, executable: str = "", piece: Piece = SMALL, here: Path 
     """A fresh process with a cache of its own: whether it has a piece, whether numba; and where."""
     found = subprocess.run(
         [sys.executable, "-c", PROGRAM, executable, str(piece)],
-        check=True, stdout=subprocess.PIPE, text=True, env={**os.environ, cache.FOLDER: str(folder)}, cwd=here,
+        check=True, stdout=subprocess.PIPE, text=True, cwd=here,
+        env={**os.environ, cache.FOLDER: str(folder)},
     )  # fmt: skip
     return found.stdout.split()
 
