@@ -160,6 +160,7 @@ print("goes on", simulation.outcome.value)
 
 
 def test_an_interrupt_while_a_kernel_is_fetched_waits_for_the_end_of_the_step() -> None:
-    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == ["interrupted True", "goes on running"]
     assert "Exception" not in done.stderr
