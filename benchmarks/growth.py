@@ -8,11 +8,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 
+from benchmarks.bare import Bare
 from benchmarks.document import table
-from benchmarks.loop import copy_state, no_timer
 from benchmarks.paired import alternate, effort, paired
 from benchmarks.peers.ours import advance, mission
 from escort_mj.report.style import figure
@@ -38,7 +37,7 @@ ROUNDS = 15
 
 
 def compare(n: int, **what: Any) -> dict[str, float]:
-    """Times the native loop and bare steps of the same state, in turns.
+    """Times the native loop and MuJoCo alone along the same way, in turns.
 
     Args:
         n: Number of robots.
@@ -49,20 +48,15 @@ def compare(n: int, **what: Any) -> dict[str, float]:
         the native loop costs a robot beyond [ns].
     """
     world = build(mission("point_mass", n, **what))
-    plant, held = Plant(world), mujoco.MjData(world.model)
+    plant, bare = Plant(world), Bare(world)
     steps = max(2, WORK // n // world.stride) * world.stride
 
     def native() -> float:
         with native_loop(world):
             return effort(lambda: advance(plant, steps)) / steps
 
-    def bare() -> float:
-        copy_state(world, plant.data, held)
-        with no_timer():
-            return effort(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
-
-    native(), bare()
-    times = alternate({"bare": bare, "native": native}, ROUNDS)
+    native(), bare.step(steps)
+    times = alternate({"bare": lambda: bare.step(steps), "native": native}, ROUNDS)
     return {
         **{name: 1e6 * float(np.median(values)) for name, values in times.items()},
         "native/bare": paired(times, "native", "bare"),

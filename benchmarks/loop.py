@@ -1,31 +1,27 @@
 """The controlled, recorded, watched loop against bare `mj_step` of the same model from the same state.
 
 Three loops take turns, round by round, so that a machine whose speed drifts treats them alike:
-`native` is what a run does; `bare` steps a copy of its state with the callbacks uninstalled, forces held;
+`native` is what a run does; `bare` is MuJoCo alone along the same way, forces held for a few steps at a time;
 `twin` calls the law in plain NumPy from a Python callback.
 """
 
 from __future__ import annotations
 
-import ctypes
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import mujoco
 import numpy as np
 
+from benchmarks.bare import Bare, copy_state, no_timer
 from benchmarks.document import table
 from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
 from escort_mj.control.reference import ReferenceController
-from escort_mj.world.build import World, build
+from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
-from escort_mj.world.library import library
 from escort_mj.world.plant import Plant
 
 WARM_UP = 2000  # steps: the mission is under way
-STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 NO_NOISE = "sensing={}"
 UNTIL_FAR = ["expect=[]"]
 CASES = {
@@ -38,25 +34,6 @@ CASES = {
 }
 
 
-@contextmanager
-def no_timer() -> Iterator[None]:
-    """Takes away the clock that the bindings install, as the native loop does."""
-    timer = ctypes.c_void_p.in_dll(library(), "mjcb_time")
-    before, timer.value = timer.value, None
-    try:
-        yield
-    finally:
-        timer.value = before
-
-
-def copy_state(world: World, source: mujoco.MjData, target: mujoco.MjData) -> None:
-    """Gives one data the physical state, the forces and the controls of another."""
-    state = np.empty(mujoco.mj_stateSize(world.model, STATE))
-    mujoco.mj_getState(world.model, source, state, STATE)
-    mujoco.mj_setState(world.model, target, state, STATE)
-    target.ctrl[:] = source.ctrl
-
-
 def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 1000) -> dict[str, float]:
     """Times the three loops on one scenario.
 
@@ -65,7 +42,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
     """
     world = build(load_scenario(scenario, overrides))
     plant = Plant(world)
-    held, slow = mujoco.MjData(world.model), mujoco.MjData(world.model)
+    bare, slow = Bare(world), mujoco.MjData(world.model)
     law = ReferenceController(world.setup, world.stride)
     n, p = world.sizes["robot"], world.sizes["axis"]
     few = max(steps // 50, 1)
@@ -79,11 +56,6 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
         with native_loop(world):
             return effort(lambda: plant.step(steps)) / steps
 
-    def bare() -> float:
-        copy_state(world, plant.data, held)
-        with no_timer():
-            return effort(lambda: mujoco.mj_step(world.model, held, nstep=steps)) / steps
-
     def twin() -> float:
         copy_state(world, plant.data, slow)
         slow.qfrc_applied[:] = 0.0
@@ -96,7 +68,8 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
 
     with native_loop(world):
         plant.step(WARM_UP)
-    times = alternate({"bare": bare, "native": native, "twin": twin}, rounds)
+    bare.skip(WARM_UP)
+    times = alternate({"bare": lambda: bare.step(steps), "native": native, "twin": twin}, rounds)
     found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
     return found | {f"{name}/bare": paired(times, name, "bare") for name in ("native", "twin")}
 

@@ -7,6 +7,7 @@ MuJoCo times its own stages.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -14,8 +15,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.bare import AT_ONCE, Bare, copy_state
 from benchmarks.document import table
-from benchmarks.loop import copy_state, no_timer
 from benchmarks.paired import Times, alternate, effort
 from benchmarks.peers.ours import BEHAVIORS, advance, mission
 from escort_mj.world.build import build
@@ -65,12 +66,11 @@ class Variant:
             mujoco.set_mjcb_sensor(None)  # which takes the samples as well
             return effort(lambda: self.plant.step(self.steps)) / self.steps
 
-    def bare(self) -> float:
-        """The same of MuJoCo alone, from the same state under the same forces."""
-        held = mujoco.MjData(self.world.model)
-        copy_state(self.world, self.plant.data, held)
-        with no_timer():
-            return effort(lambda: mujoco.mj_step(self.world.model, held, nstep=self.steps)) / self.steps
+    def bare(self) -> Callable[[], float]:
+        """The same of MuJoCo alone, along the same way."""
+        bare = Bare(self.world)
+        bare.skip(self.steps)
+        return lambda: bare.step(self.steps)
 
     def stages(self) -> dict[str, float]:
         """Shares of MuJoCo's stages in its own step, medians over rounds."""
@@ -78,7 +78,7 @@ class Variant:
         for _ in range(ROUNDS):
             held = mujoco.MjData(self.world.model)
             copy_state(self.world, self.plant.data, held)
-            mujoco.mj_step(self.world.model, held, nstep=self.steps)
+            mujoco.mj_step(self.world.model, held, nstep=min(self.steps, AT_ONCE))
             spent = held.timer.duration
             stages = [spent[int(timers[f"mjTIMER_{stage}"])] for stage in STAGES.values()]
             rounds.append(np.array(stages) / spent[int(timers["mjTIMER_STEP"])])
@@ -100,7 +100,7 @@ def compare(n: int, axes: int) -> dict[str, Any]:
         variants[part] = Variant(n, axes, dict(changes), watched=False)
     whole, last = variants["whole"], list(variants)[-1]
     loops = {name: variant.fly for name, variant in variants.items()}
-    times = alternate(loops | {BARE: whole.bare}, ROUNDS)
+    times = alternate(loops | {BARE: whole.bare()}, ROUNDS)
     parts = {after: _share(times[before] - times[after], times) for before, after in pairwise(variants)}
     parts[REST] = _share(times[last] - times[BARE], times)
     parts[BARE] = 1.0 - sum(parts.values())

@@ -13,8 +13,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from benchmarks.bare import STATE
 from benchmarks.document import table
-from benchmarks.loop import STATE, WARM_UP
+from benchmarks.loop import WARM_UP
 from escort_mj.api import load_scenario
 from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
