@@ -1,7 +1,7 @@
 """What it costs to keep what happens: the native loop left alone, sampled into memory, written to a journal.
 
 All three step the same mission, in turns. Left alone, it keeps nothing, for nobody takes samples; sampled, as
-in a run, Python takes dozens at once; written, each block also goes into a journal as in a run folder.
+in a run, Python takes hundreds at once; written, each block also goes into a journal as in a run folder.
 """
 
 from __future__ import annotations

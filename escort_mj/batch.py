@@ -1,8 +1,10 @@
 """Many missions in the threads of one process: each has the bits that it has alone, and no trace is kept.
 
-A mission is stepped natively, dozens of samples at a time, without the interpreter's lock. What a thread
-needs Python for is to build the mission's world and to sum it up. MuJoCo's own `mujoco.batch` steps states of
-one layout; missions here differ in anything, and each has its own model, its own length and its own end.
+A mission is stepped natively, hundreds of samples at a time, without the interpreter's lock. What a thread
+needs Python for is to build the mission's world and to sum it up: one does while another steps. A thread more
+than cores would take the core from who holds the lock, and all would wait. MuJoCo's own `mujoco.batch` steps
+states of one layout; missions here differ in anything, and each has its own model, its own length and its own
+end.
 """
 
 from __future__ import annotations
@@ -22,7 +24,6 @@ from escort_mj.scenario.schema import Scenario
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-BESIDE = 1  # one thread more than cores builds a world or sums up while the others step
 AHEAD = 2  # missions that each thread may be ahead of who takes the results
 
 
@@ -90,10 +91,10 @@ def in_threads(
         return
     waiting = iter(items)
     flying: deque[Future[Result]] = deque()
-    pool = ThreadPoolExecutor(threads + BESIDE, thread_name_prefix="mission")
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="mission")
     try:
         while True:
-            for item in islice(waiting, AHEAD * threads + BESIDE - len(flying)):
+            for item in islice(waiting, AHEAD * threads - len(flying)):
                 flying.append(pool.submit(function, item))
             if not flying:
                 return

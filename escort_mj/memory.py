@@ -106,6 +106,11 @@ class Layout:
             end += prod(_shape(field, sizes))
         return np.concatenate(blocks)
 
+    def plan_size(self, sizes: Mapping[str, int]) -> int:
+        """Length of a plan with dimensions of these sizes."""
+        arrays = (field for field in self.fields[self.plan].values() if field.kind is np.ndarray)
+        return self.header_size + sum(prod(_shape(field, sizes)) for field in arrays)
+
     def state_size(self, plan: Array) -> int:
         """Length of the state vector that belongs to a plan."""
         assert self.state is not None

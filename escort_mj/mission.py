@@ -33,7 +33,7 @@ from escort_mj.scenario.crowd import contact_physics
 from escort_mj.scenario.geometry import outline
 from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.schema import Scenario
-from escort_mj.signals import START, columns, record_size
+from escort_mj.signals import START, columns
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.plant import Plant, mujoco_version, surroundings
@@ -193,7 +193,7 @@ def _simulate(
     """
     world = plant.world
     total = int(np.floor(scenario.duration / (world.stride * scenario.physics.timestep) + 1e-9)) + 1
-    samples = room.take(total, record_size(world.sizes))
+    samples = room.take(total, world.record_size)
     bound = bound_of(scenario, world)
     done, outcome, message = 0, Outcome.COMPLETED, ""
     episodes = [NONE]

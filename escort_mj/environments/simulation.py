@@ -17,7 +17,7 @@ from escort_mj.mission import Run, bound_of, conclude, examine, interruptible
 from escort_mj.on_demand import waited
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
-from escort_mj.signals import START, record_size
+from escort_mj.signals import START
 from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
@@ -233,7 +233,7 @@ class Simulation:
             outcome, message = Outcome.INTERRUPTED, f"ended from outside at {self.time:.2f} s"
         else:
             outcome, message = self.outcome, self.message
-        size = record_size(self.world.sizes)
+        size = self.world.record_size
         samples = np.concatenate(self._samples) if self._samples else np.zeros((0, size))
         episodes = np.vstack([*self._episodes, self.plant.under_way()])
         episodes = episodes[episodes[:, START] <= (samples[-1, 0] if len(samples) else -1.0)]

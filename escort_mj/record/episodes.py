@@ -39,6 +39,8 @@ def episode_variables(episodes: Array) -> dict[str, Any]:
 
 def during(trace: Recorded, start: float, end: float) -> Recorded:
     """The episodes that have a step within a stretch of time [s], its ends included."""
+    if not len(trace["episode_start"].values):
+        return trace
     half = 0.5 * float(trace.attrs["timestep"])
     inside = (trace["episode_start"].values < end + half) & (trace["episode_end"].values > start + half)
     return trace.isel(episode=inside)

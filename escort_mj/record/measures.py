@@ -269,7 +269,8 @@ def _touches(trace: Recorded) -> Recorded:
     """Episodes within the trace's samples between bodies other than the floor."""
     time = trace["time"].values
     found = during(trace, float(time[0]), float(time[-1]))
-    return found.isel(episode=apart_from(found, "floor"))
+    apart = apart_from(found, "floor")
+    return found if apart.all() else found.isel(episode=apart)
 
 
 def contacts(trace: Recorded) -> Measure:

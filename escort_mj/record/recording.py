@@ -60,9 +60,7 @@ class Variable:
         return self.values[place]
 
     def isel(self, dim: str, places: Any) -> Variable:
-        """What is at some places of a dimension; itself where it has no such dimension."""
-        if dim not in self.dims:
-            return self
+        """What is at some places of one of its dimensions."""
         before = (slice(None),) * self.dims.index(dim)
         return Variable(self.dims, self.values[(*before, places)], self.attrs)
 
@@ -98,8 +96,7 @@ class Recording:
         coords, variables = self.coords, self.data_vars
         for dim, given in where.items():
             places = _stretch(np.asarray(given))
-            coords = {name: one.isel(dim, places) for name, one in coords.items()}
-            variables = {name: one.isel(dim, places) for name, one in variables.items()}
+            coords, variables = _part(coords, dim, places), _part(variables, dim, places)
         return replace(self, coords=coords, data_vars=variables)
 
     def assign(self, **variables: tuple[str, Any]) -> Recording:
@@ -117,6 +114,11 @@ class Recording:
             return {name: (one.dims, one.values, dict(one.attrs)) for name, one in variables.items()}
 
         return xarray.Dataset(labelled(self.data_vars), labelled(self.coords), self.attrs)
+
+
+def _part(variables: Mapping[Hashable, Variable], dim: str, places: Any) -> dict[Hashable, Variable]:
+    """What is at some places of a dimension, and whatever has no such dimension as it is."""
+    return {name: one.isel(dim, places) if dim in one.dims else one for name, one in variables.items()}
 
 
 def _stretch(places: NDArray[Any]) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -38,13 +38,17 @@ class Expression:
     source: float | str
 
     def __post_init__(self) -> None:
-        depth = stack_depth(simplified(self._tree))
+        depth = stack_depth(self._simplified)
         if depth > STACK_DEPTH:
             raise ExpressionError(f"needs {depth} values at once; at most {STACK_DEPTH} are possible", 1)
 
     @cached_property
     def _tree(self) -> Node:
-        return parse(self.source) if isinstance(self.source, str) else constant(float(self.source))
+        return _parsed(self.source)[0] if isinstance(self.source, str) else constant(float(self.source))
+
+    @cached_property
+    def _simplified(self) -> Node:
+        return _parsed(self.source)[1] if isinstance(self.source, str) else simplified(self._tree)
 
     def evaluate(self, t: float | Array) -> Dual:
         """Value and exact time derivative at t [s], each of t's shape; not finite where undefined."""
@@ -53,4 +57,11 @@ class Expression:
 
     def instructions(self) -> list[Instruction]:
         """The program that `control.program` evaluates natively: opcode, a, b of each instruction."""
-        return list(instructions(simplified(self._tree)))
+        return list(instructions(self._simplified))
+
+
+@lru_cache(maxsize=256)
+def _parsed(source: str) -> tuple[Node, Node]:
+    """The tree of a text, and the same simplified: a batch of missions has the same few again and again."""
+    tree = parse(source)
+    return tree, simplified(tree)

@@ -22,7 +22,6 @@ from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.report.replay import Replay, replay_of
 from escort_mj.report.solids import load_model
 from escort_mj.scenario.schema import Scenario
-from escort_mj.signals import record_size
 from escort_mj.world.build import build
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.plant import Plant
@@ -156,7 +155,7 @@ class Live:
         self._labels = labels_of(scenario, world)
         self._spacing = world.stride * scenario.physics.timestep
         total = int(np.floor(scenario.duration / self._spacing + 1e-9)) + 1
-        self._samples = np.empty((total, record_size(world.sizes)))
+        self._samples = np.empty((total, world.record_size))
         self._done = 0
         self._episodes = NONE
         self._bound = bound_of(scenario, world)

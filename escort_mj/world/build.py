@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
 from xml.etree.ElementTree import Element
 
 import mujoco
@@ -30,7 +31,7 @@ from escort_mj.world.robots import add_robots, add_start
 from escort_mj.world.sampling import room_for
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
 from escort_mj.world.surroundings import add_obstacles, add_target, set_floor, set_medium
-from escort_mj.world.wiring import thickness, wire
+from escort_mj.world.wiring import thickness, wire, wiring_size
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
@@ -46,7 +47,7 @@ class World:
 
     Attributes:
         model: MuJoCo's model; it carries the controller's parameters, and no textures.
-        xml: The same model as MJCF text, to open in any MuJoCo viewer, and with textures.
+        tree: The same model as MJCF, and with textures.
         setup: What the controller is told.
         team: The robots.
         bodies: What can touch.
@@ -56,13 +57,24 @@ class World:
     """
 
     model: mujoco.MjModel
-    xml: str
+    tree: Element = field(repr=False)
     setup: Setup
     team: Team
     bodies: Bodies
     thickness: NDArray[np.float64]
     stride: int
     sizes: dict[str, int]
+
+    @cached_property
+    def record_size(self) -> int:
+        """Number of values of one whole sample."""
+        return record_size(self.sizes)
+
+    @cached_property
+    def xml(self) -> str:
+        """The tree as text, to open in any MuJoCo viewer."""
+        ElementTree.indent(self.tree)
+        return ElementTree.tostring(self.tree, "unicode")
 
 
 def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = None) -> World:
@@ -115,15 +127,12 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
     else:
         _set_contacts(tree, contact_physics(scenario), len(robots.mass))
     set_medium(tree, scenario.environment)
-    _add_numbers(tree, "escort_plan", plan)
-    first = _first_compiled(tree, robots)
-    _add_numbers(tree, "escort_wiring", wire(first, robots, gravity_of(scenario), stages, bodies.names))
-    add_start(tree, first, robots, gravity_of(scenario))
-    model = _compiled(tree)
-    ElementTree.indent(tree)
+    _add_numbers(tree, "escort_plan", _normal(plan))
+    movers = len(setup.movers)
+    model = _wired(tree, robots, gravity_of(scenario), stages, bodies.names, movers)
     return World(
         model,
-        ElementTree.tostring(tree, "unicode"),
+        tree,
         setup,
         robots,
         bodies,
@@ -168,15 +177,57 @@ def _first_compiled(tree: Element, robots: Team) -> mujoco.MjModel:
         raise PluginError(f"the kind {own}: MuJoCo refuses its body: {words}") from None
 
 
-def _add_numbers(tree: Element, name: str, numbers: NDArray[Any]) -> None:
-    """Adds numbers to what the model carries; MuJoCo reads few at once, and keeps all one behind another.
+def _wired(
+    tree: Element,
+    robots: Team,
+    gravity: Sequence[float],
+    stages: Sequence[Stage],
+    names: Sequence[str],
+    movers: int,
+) -> mujoco.MjModel:
+    """The model of a tree with its wiring, which tells where the compiler has put what.
 
-    Numbers too small to be normal are none: MuJoCo's reader refuses them.
+    What is found only in a compiled model is written into it, and into the tree: to compile again would
+    double the time. Only what does not start at rest, or is more than the tree shows, is compiled again.
+
+    Args:
+        tree: MJCF tree without wiring and start; receives both.
+        robots: What they are.
+        gravity: World frame, shape (3,) [m/s^2].
+        stages: Where the axes of the mission are.
+        names: Of the bodies that can touch.
+        movers: How many of these move by themselves.
+
+    Raises:
+        PluginError: If MuJoCo refuses a body that a plugin brings.
     """
-    numbers = np.where(np.abs(numbers) < np.finfo(float).tiny, 0.0 * numbers, numbers)
+    geoms = sum(1 for _ in section(tree, "worldbody").iter("geom"))
+    axes = sum(len(stage.directions) for stage in stages)
+    room = np.zeros(wiring_size(robots, axes, names, movers, geoms))
+    elements = _add_numbers(tree, "escort_wiring", room)
+    model = _first_compiled(tree, robots)
+    wiring = _normal(wire(model, robots, gravity, stages, names))
+    for element in elements:
+        section(tree, "custom").remove(element)
+    _add_numbers(tree, "escort_wiring", wiring)
+    if add_start(tree, model, robots, gravity) or len(wiring) != len(room):
+        return _compiled(tree)
+    model.numeric_data[-len(wiring) :] = wiring
+    return model
+
+
+def _add_numbers(tree: Element, name: str, numbers: NDArray[np.float64]) -> list[Element]:
+    """Adds numbers to what the model carries; MuJoCo reads few at once, and keeps all one behind another."""
+    elements = []
     for part, first in enumerate(range(0, len(numbers), MOST_NUMBERS), 1):
-        numeric = ElementTree.SubElement(section(tree, "custom"), "numeric", name=f"{name}_{part}")
-        write(numeric, data=numbers[first : first + MOST_NUMBERS])
+        elements.append(ElementTree.SubElement(section(tree, "custom"), "numeric", name=f"{name}_{part}"))
+        write(elements[-1], data=numbers[first : first + MOST_NUMBERS])
+    return elements
+
+
+def _normal(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Numbers too small to be normal as none: MuJoCo's reader refuses them."""
+    return np.where(np.abs(numbers) < np.finfo(float).tiny, 0.0 * numbers, numbers)
 
 
 def _set_physics(tree: Element, scenario: Scenario) -> None:

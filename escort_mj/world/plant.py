@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.own import native
-from escort_mj.control.plan import KEPT, WATCHED_STEP, State, unpack_state
-from escort_mj.signals import EPISODE, record_size
+from escort_mj.control.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_state
+from escort_mj.signals import EPISODE
 from escort_mj.world import layout
 from escort_mj.world.build import World
 from escort_mj.world.contacts import ENDED, TURN, UNDER_WAY
@@ -22,6 +23,19 @@ Array = NDArray[np.float64]
 PHYSICS = int(mujoco.mjtState.mjSTATE_INTEGRATION) - int(mujoco.mjtState.mjSTATE_USERDATA)
 
 
+class Kept(NamedTuple):
+    """What of the controller's state a run looks at between steps: see `State`."""
+
+    clock: Array
+    touches: Array
+    episodes: Array
+    tally: Array
+    samples: Array
+
+
+LAYOUT.part(Kept)
+
+
 class Plant:
     """Steps a world natively. Use inside `callback.native_loop(world)`.
 
@@ -29,7 +43,6 @@ class Plant:
         world: What is simulated.
         data: MuJoCo's data; the controller's state lives in its `userdata`.
         record: The record of the last evaluation of the law, see `signals.py`; a view, shape (record_size,).
-        state: Views of the controller's whole state.
     """
 
     def __init__(self, world: World) -> None:
@@ -38,13 +51,23 @@ class Plant:
         layout.check(world.model, self.data)
         self._memory = self.data.userdata.ctypes.data
         self._start()
-        self.record: Array = self.data.userdata[: record_size(world.sizes)]
-        plan, memory = world.model.numeric_data, self.data.userdata
-        self.state: State = unpack_state(plan.ctypes.data, memory.ctypes.data, world.setup.axes)
+        self.record: Array = self.data.userdata[: world.record_size]
+        self._kept: Kept = LAYOUT.read(Kept, world.model.numeric_data.ctypes.data, self._memory)
         self.properties = MassProperties(world.model) if world.sizes["truth"] else None
-        dofs = unpack_wiring(behind(world.model.numeric_data.ctypes.data), world.setup.axes).dof_address
-        self._trees = world.model.dof_treeid[dofs.astype(int)]
         self._at_once = MOST_SAMPLES
+
+    @cached_property
+    def state(self) -> State:
+        """Views of the controller's whole state."""
+        return unpack_state(self.world.model.numeric_data.ctypes.data, self._memory, self.world.setup.axes)
+
+    @cached_property
+    def _trees(self) -> NDArray[np.int32]:
+        """Kinematic tree of each robot."""
+        model = self.world.model
+        wiring = unpack_wiring(behind(model.numeric_data.ctypes.data), self.world.setup.axes)
+        trees: NDArray[np.int32] = model.dof_treeid[wiring.dof_address.astype(int)]
+        return trees
 
     def step(self, count: int) -> None:
         """Advances by so many physics steps, without entering Python.
@@ -70,19 +93,19 @@ class Plant:
         Returns:
             At least one, shape (k, record_size); a view, until the next call.
         """
-        stride, kept = self.world.stride, self.state.samples
-        watched = int(self.state.clock[WATCHED_STEP])
+        stride, kept = self.world.stride, self._kept.samples
+        watched = int(self._kept.clock[WATCHED_STEP])
         first = stride - (watched - 1) % stride if watched else 1  # a sample is taken at t = 0
         if not len(kept):
             self.step(first)
             return self.record[None]
-        self.state.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
+        self._kept.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
         while True:
             count = min(most, len(kept), self._at_once)
             if count > 1:
                 before = self._save()
             self.step(first + (count - 1) * stride)
-            if count == 1 or self.state.tally[ENDED] < len(self.state.episodes):
+            if count == 1 or self._kept.tally[ENDED] < len(self._kept.episodes):
                 break
             self._restore(before)
             self._at_once = count // 2
@@ -93,7 +116,7 @@ class Plant:
         """All that stepping depends on and changes: physics, the controller's state, MuJoCo's warnings."""
         physics = np.empty(mujoco.mj_stateSize(self.world.model, PHYSICS))
         mujoco.mj_getState(self.world.model, self.data, physics, PHYSICS)
-        memory = self.data.userdata[: -self.state.samples.size].copy()
+        memory = self.data.userdata[: -self._kept.samples.size].copy()
         return physics, memory, self.data.warning.number.copy()
 
     def _restore(self, saved: tuple[Array, Array, NDArray[Any]]) -> None:
@@ -121,19 +144,19 @@ class Plant:
     @property
     def has_ended(self) -> bool:
         """Whether contact episodes have ended since `ended` was asked."""
-        return bool(self.state.tally[ENDED])
+        return bool(self._kept.tally[ENDED])
 
     def ended(self) -> Array:
         """Takes the contact episodes that have ended off the log, shape (k, len(signals.EPISODE))."""
-        tally = self.state.tally
-        rows = self.state.episodes[: int(tally[ENDED])].copy()
+        tally = self._kept.tally
+        rows = self._kept.episodes[: int(tally[ENDED])].copy()
         tally[ENDED] = 0.0
         return rows
 
     def under_way(self) -> Array:
         """The contact episodes that go on, as far as they have come, shape (k, len(signals.EPISODE))."""
-        tally = self.state.tally
-        rows = self.state.touches[int(tally[TURN]) % 2, : int(tally[UNDER_WAY]), : len(EPISODE)]
+        tally = self._kept.tally
+        rows = self._kept.touches[int(tally[TURN]) % 2, : int(tally[UNDER_WAY]), : len(EPISODE)]
         return np.array(rows)
 
     def warnings(self) -> dict[str, int]:

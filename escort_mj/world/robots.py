@@ -48,7 +48,7 @@ def add_robots(
                 _add_rail(world, f"robot_{i + 1}_rail", stage, steps, radius)
 
 
-def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Sequence[float]) -> None:
+def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Sequence[float]) -> bool:
     """A keyframe with what does not start at rest: robots that move, and rotors that lag and already turn.
 
     Args:
@@ -56,6 +56,9 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Seque
         model: Compiled from it.
         robots: What they are.
         gravity: World frame, shape (3,) [m/s^2].
+
+    Returns:
+        Whether there is one.
     """
     speeds, activations = np.zeros(model.nv), np.zeros(model.na)
     for i, (kind, velocity) in enumerate(zip(robots.kind, robots.velocity, strict=True)):
@@ -68,9 +71,11 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Seque
                 model.actuator(f"robot_{i + 1}_rotor_{number}").actadr[0] for number in range(1, ROTORS + 1)
             ]
             activations[rotors] = kind.lift(robots.mass[i], gravity)[2] / ROTORS
-    if speeds.any() or activations.any():
+    moving = bool(speeds.any() or activations.any())
+    if moving:
         key = SubElement(section(tree, "keyframe"), "key", name="start")
         write(key, qpos=model.qpos0, qvel=speeds, act=activations)
+    return moving
 
 
 def _add_body(

@@ -1,7 +1,7 @@
 """Samples kept natively: the callback copies the record at every sample's step, Python takes many at once.
 
 Between two looks of Python at a mission there are as many samples as the memory for them holds: no lock of
-the interpreter is needed for hundreds of physics steps, so missions step side by side in threads.
+the interpreter is needed for thousands of physics steps, so missions step side by side in threads.
 """
 
 from __future__ import annotations
@@ -9,9 +9,9 @@ from __future__ import annotations
 from escort_mj.control.plan import KEPT, WATCHED_STEP, Plan, State
 from escort_mj.kernels import inlined, vector_at
 
-MOST_SAMPLES = 64  # kept at once; of five robots, they stay in the cache of a core
-MOST_NUMBERS = 2**16  # in them: half a megabyte a mission
-FEW = 16  # fewer are not worth it
+MOST_SAMPLES = 256  # kept at once; of five robots, they stay in the cache of a core
+MOST_NUMBERS = 2**17  # in them: a megabyte a mission
+FEW = 32  # fewer are not worth it
 
 
 def room_for(record: int) -> int:

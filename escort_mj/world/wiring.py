@@ -49,6 +49,32 @@ class Wiring(NamedTuple):
 LAYOUT = Layout(MAGIC, Wiring)
 
 
+def wiring_size(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int) -> int:
+    """Length of a wiring.
+
+    Args:
+        team: The robots.
+        axes: Of the mission.
+        names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
+        movers: How many of these move by themselves.
+        geoms: Of the model.
+    """
+    return LAYOUT.plan_size(_sizes(team, axes, names, movers, geoms))
+
+
+def _sizes(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int) -> dict[str, int]:
+    robots = len(team.mass)
+    return {
+        "n": robots,
+        "seers": robots + 1,
+        "m": len(names) - robots - 2,
+        "p": axes,
+        "movers": movers,
+        "flying": sum(isinstance(kind, Quadrotor) for kind in team.kind),
+        "geoms": geoms,
+    }
+
+
 def wire(
     model: mujoco.MjModel,
     team: Team,
@@ -91,15 +117,7 @@ def wire(
     dead_zone = [actuators.dead_zone for actuators in team.actuators]
     in_row = all((each == len(places) * np.arange(robots)).all() for each in addresses)
     return LAYOUT.pack(
-        {
-            "n": robots,
-            "seers": robots + 1,
-            "m": len(obstacles),
-            "p": len(places),
-            "movers": len(slides),
-            "flying": len(crafts),
-            "geoms": model.ngeom,
-        },
+        _sizes(team, len(places), names, len(slides), model.ngeom),
         {
             "qpos_address": model.jnt_qposadr[joints],
             "dof_address": dofs,
