@@ -27,7 +27,7 @@ from escort_mj.world.plant import Plant
 
 THREADS = 2
 ROUNDS = 5
-EACH = 3  # so many times eight missions in a round: the last of a thread is a small part of it
+EACH = 6  # so many times eight missions in a round: the last of a thread is a small part of it
 SAMPLES = 200  # of each mission in a round of stepping alone
 VARIED = {
     "controller.slope": (10, 20),

@@ -30,7 +30,7 @@ def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part
     time = trace["time"].values
     slack = 1e-9 * max(1.0, float(time[-1]) if len(time) else 1.0)
     inside = (time >= after - slack) & (time <= (math.inf if before is None else before) + slack)
-    return cast("Part", trace.isel(time=inside))
+    return trace if inside.all() else cast("Part", trace.isel(time=inside))
 
 
 def measure(
