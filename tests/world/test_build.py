@@ -13,6 +13,7 @@ from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.bodies import obstacle_names
 from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import record_size, truth_sizes
+from escort_mj.world import build as building
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
@@ -316,6 +317,26 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     assert data.userdata.tobytes() == plant.data.userdata.tobytes()
     assert data.qpos.tobytes() == plant.data.qpos.tobytes()
     assert data.qvel.tobytes() == plant.data.qvel.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("more", "guess", "times"),
+    [({}, 0, 1), ({}, 7, 2), ({"velocities": [[1, 0], [0, 0], [0, 0]]}, 0, 2)],
+    ids=["at rest", "more geoms than the tree shows", "moving"],
+)
+def test_a_world_is_compiled_again_only_where_it_must_be(
+    more: dict, guess: int, times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Either way the model is that of its text."""
+    compiled, trees = building._compiled, []
+    size = building.wiring_size
+    monkeypatch.setattr(building, "_compiled", lambda tree: trees.append(tree) or compiled(tree))
+    monkeypatch.setattr(building, "wiring_size", lambda *what: size(*what) - guess)
+    world = world_of({**PLANAR, "robots": PLANAR["robots"] | more})
+    assert len(trees) == times
+    again = mujoco.MjModel.from_xml_string(world.xml)
+    assert again.numeric_data.tobytes() == world.model.numeric_data.tobytes()
+    assert again.key_qvel.tobytes() == world.model.key_qvel.tobytes()
 
 
 def plan_of(world: World) -> np.ndarray:
