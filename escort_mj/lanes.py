@@ -1,11 +1,13 @@
-"""Four numbers at once: a type for kernels whose arithmetic is the machine's SIMD arithmetic.
+"""Eight numbers at once: a type for kernels whose arithmetic is the machine's SIMD arithmetic.
 
-`load` takes four neighbors of a vector, `gather` one number of each of four rows; with these, kernels compute
-as with floats, `where` in place of `if`, and `store` puts back as many as there are. The compiler's own
-vectorizer needs to know that the arrays of a loop do not overlap, which nobody can tell it of views of one
-memory; and short loops, those of a few robots, it leaves alone.
+`load` takes eight neighbors of a vector, `gather` one number of each of eight rows; with these, kernels
+compute as with floats, `where` in place of `if`, and `store` puts all back. The compiler's own vectorizer
+needs to know that the arrays of a loop do not overlap, which nobody can tell it of views of one memory; and
+short loops, those of a few robots, it leaves alone.
 
-Numbers are read up to three past the end of an array: inside the state, whatever follows there.
+Lanes past the last number or robot compute too; arrays have room for what comes of it (see `memory`). What a
+processor has just stored it hands at once to a load of the same eight numbers; a load that takes some of them
+and some of others has to wait until all are written. So all begin at multiples of eight.
 """
 
 from __future__ import annotations
@@ -16,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.kernels import inlined, machine
+from escort_mj.kernels import flat, inlined, machine
 
 Array = NDArray[np.float64]
 
-WIDTH = 4
+WIDTH = 8
 STACK_ROWS = 81  # nine axes by nine
 
 
@@ -85,17 +87,17 @@ def everywhere(x: float) -> Any:
 
 @machine
 def load(array: Array, at: int) -> Any:
-    """Four numbers in a row of an array, as if it were flat."""
+    """Numbers in a row of an array, as if it were flat."""
 
 
 @machine
 def gather(array: Array, at: int, stride: int) -> Any:
-    """Four numbers of an array, as if it were flat, so far apart."""
+    """Numbers of an array, as if it were flat, so far apart."""
 
 
 @machine
-def pick(array: Array, a: int, b: int, c: int, d: int) -> Any:
-    """Four numbers of an array, as if it were flat, from anywhere."""
+def pick(array: Array, places: Lanes) -> Any:
+    """Numbers of an array, as if it were flat, from anywhere: places are whole floats."""
 
 
 @machine
@@ -104,13 +106,33 @@ def lane_numbers() -> Any:
 
 
 @machine
-def store(array: Array, at: int, left: int, x: Any) -> Any:
-    """Writes lanes to an array, as if it were flat: all four, or so many as are left."""
+def store(array: Array, at: int, x: Any) -> Any:
+    """Writes lanes to an array, as if it were flat."""
 
 
 @machine
-def scatter(array: Array, at: int, stride: int, left: int, x: Any) -> Any:
-    """Writes lanes to an array so far apart: all four, or so many as are left."""
+def scatter(array: Array, at: int, stride: int, x: Any) -> Any:
+    """Writes lanes to an array, as if it were flat, so far apart."""
+
+
+@machine
+def load_pairs(array: Array, at: int) -> Any:
+    """Numbers in a row of an array, as if it were flat: x of eight pairs (x, y), and y."""
+
+
+@machine
+def load_triples(array: Array, at: int) -> Any:
+    """Numbers in a row of an array, as if it were flat: x of eight triples (x, y, z), and y, and z."""
+
+
+@machine
+def store_pairs(array: Array, at: int, x: Any, y: Any) -> Any:
+    """Writes pairs (x, y) to an array, as if it were flat, one behind the other."""
+
+
+@machine
+def store_triples(array: Array, at: int, x: Any, y: Any, z: Any) -> Any:
+    """Writes triples (x, y, z) to an array, as if it were flat, one behind the other."""
 
 
 @machine
@@ -120,11 +142,16 @@ def two_to(shifted: Lanes) -> Any:
 
 @machine
 def stack_rows(rows: int) -> Any:
-    """Scratch of so many rows of four numbers, STACK_ROWS at most; nothing is in it yet.
+    """Scratch of so many rows of lanes, STACK_ROWS at most; nothing is in it yet.
 
     Each place that asks has memory of its own, whose address nobody else knows: the compiler keeps in
     registers what is read and written at places that it knows.
     """
+
+
+def room_for(count: int) -> int:
+    """The least number of whole lanes that hold so many numbers, times their width."""
+    return -(-count // WIDTH) * WIDTH
 
 
 @inlined
@@ -137,21 +164,64 @@ def row_of(rows: Array, k: int) -> Lanes:
 @inlined
 def set_row(rows: Array, k: int, x: Lanes) -> None:
     """Writes a row of scratch."""
-    store(rows, WIDTH * k, WIDTH, x)
+    store(rows, WIDTH * k, x)
 
 
 @inlined
-def four_from(at: int, count: int) -> int:
-    """Where four of so many numbers begin: `at`, or earlier so that all four are there, if so many are.
+def load_rows(array: Array, i: int, rows: Array) -> None:
+    """Reads rows i to i + 7 of a matrix, one column to each row of scratch."""
+    p = rows.shape[0]
+    if p == 2:
+        x, y = load_pairs(array, 2 * i)
+        set_row(rows, 0, x)
+        set_row(rows, 1, y)
+    elif p == 3:
+        x, y, z = load_triples(array, 3 * i)
+        set_row(rows, 0, x)
+        set_row(rows, 1, y)
+        set_row(rows, 2, z)
+    else:
+        for k in range(p):
+            set_row(rows, k, gather(array, i * p + k, p))
 
-    What is found for some twice is the same twice, as long as nothing is added up.
-    """
-    return max(min(at, count - WIDTH), 0)
+
+@inlined
+def store_rows(array: Array, i: int, rows: Array) -> None:
+    """Writes rows i to i + 7 of a matrix, each row of scratch to one column."""
+    p = rows.shape[0]
+    if p == 2:
+        store_pairs(array, 2 * i, row_of(rows, 0), row_of(rows, 1))
+    elif p == 3:
+        store_triples(array, 3 * i, row_of(rows, 0), row_of(rows, 1), row_of(rows, 2))
+    else:
+        for k in range(p):
+            scatter(array, i * p + k, p, row_of(rows, k))
+
+
+@inlined
+def there(left: int) -> Any:
+    """Which lanes stand for something, where so many are left."""
+    return lane_numbers() < float(left)
+
+
+@inlined
+def copy_lanes(source: Array, target: Array, count: int) -> None:
+    """Copies so many numbers, and what follows in whole lanes, from one array to another, both as if flat."""
+    for at in range(0, count, WIDTH):
+        store(target, at, load(source, at))
 
 
 @inlined
 def copy_numbers(source: Array, target: Array, count: int) -> None:
-    """Copies so many numbers from the beginning of one array to that of another, as if both were flat."""
-    for begin in range(0, count, WIDTH):
-        at = four_from(begin, count)
-        store(target, at, count - at, load(source, at))
+    """Copies so many numbers and no more from one array to another, both as if flat."""
+    whole = count - count % WIDTH
+    copy_lanes(source, target, whole)
+    for at in range(whole, count):
+        flat(target)[at] = flat(source)[at]
+
+
+@inlined
+def copy_in(source: Array, target: Array, count: int) -> None:
+    """Copies so many numbers to an array that has whole lanes; what follows there becomes 0."""
+    for at in range(0, count, WIDTH):
+        store(target, at, where(there(count - at), load(source, at), 0.0))

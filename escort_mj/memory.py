@@ -4,6 +4,9 @@ What a mission's kernels need lies in two flat vectors of numbers, so that it tr
 The first, the plan, begins with a header: its own length, the size of every dimension, where each array lies
 in either vector, and the scalars. In kernels a view is two addresses, whatever it holds: reading a field
 loads its place from the header. Python gets NumPy views, all at once.
+
+Every array has room for whole lanes, and arrays of robots for whole lanes of robots: kernels read and write
+them lanes at a time, never less, and what lies between two arrays belongs to nobody.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.kernels import DOUBLE, matrix_at, vector_at
+from escort_mj.lanes import room_for
 
 Array = NDArray[np.float64]
 Extent = tuple[str | int, ...]
@@ -49,10 +53,13 @@ class Layout:
         plan: Class whose annotations declare scalars, and arrays as `Annotated[Array, extent, ...]`; an
             extent is a whole number, a dimension's name, or a product of such as in "n*p".
         state: The same, arrays only; None where the plan is all there is.
+        whole: Dimensions of which arrays that begin with one have whole lanes, such as the number of robots.
     """
 
-    def __init__(self, magic: float, plan: type, state: type | None = None) -> None:
-        self.magic = magic
+    def __init__(
+        self, magic: float, plan: type, state: type | None = None, whole: tuple[str, ...] = ()
+    ) -> None:
+        self.magic, self.whole = magic, whole
         declared = {kind: _declared(kind) for kind in (plan, state) if kind is not None}
         names = [AXES, *(name for fields in declared.values() for name in _dimensions(fields.values()))]
         self.dimensions = {name: FIRST + k for k, name in enumerate(dict.fromkeys(names))}
@@ -63,7 +70,7 @@ class Layout:
                 name: Field(*field, place + k, kind is plan) for k, (name, field) in enumerate(fields.items())
             }
             place += len(fields)
-        self.header_size = place
+        self.header_size = room_for(place)
         self.plan, self.state = plan, state
 
     def part(self, kind: type) -> None:
@@ -97,25 +104,37 @@ class Layout:
             if block.shape != _shape(field, sizes):
                 raise ValueError(f"{name} has the shape {block.shape}; expected {_shape(field, sizes)}")
             header[field.place] = end
-            blocks.append(block.ravel())
-            end += block.size
+            room = self._room(field, sizes)
+            blocks.append(np.pad(block.ravel(), (0, room - block.size)))
+            end += room
         header[LENGTH] = end
-        end = 0
-        for field in self.fields[self.state].values() if self.state is not None else ():
-            header[field.place] = end
-            end += prod(_shape(field, sizes))
+        for name, (start, _) in self.places(sizes).items():
+            assert self.state is not None
+            header[self.fields[self.state][name].place] = start
         return np.concatenate(blocks)
 
     def plan_size(self, sizes: Mapping[str, int]) -> int:
         """Length of a plan with dimensions of these sizes."""
         arrays = (field for field in self.fields[self.plan].values() if field.kind is np.ndarray)
-        return self.header_size + sum(prod(_shape(field, sizes)) for field in arrays)
+        return self.header_size + sum(self._room(field, sizes) for field in arrays)
+
+    def places(self, sizes: Mapping[str, int]) -> dict[str, tuple[int, int]]:
+        """Where each array of the state begins, and how many numbers it has.
+
+        Args:
+            sizes: Size of each dimension.
+        """
+        found, end = {}, 0
+        for name, field in self.fields[self.state].items() if self.state is not None else ():
+            found[name] = end, prod(_shape(field, sizes))
+            end += self._room(field, sizes)
+        return found
 
     def state_size(self, plan: Array) -> int:
         """Length of the state vector that belongs to a plan."""
         assert self.state is not None
         last = list(self.fields[self.state].values())[-1]
-        return int(plan[last.place]) + prod(_shape(last, self._sizes(plan)))
+        return int(plan[last.place]) + self._room(last, self._sizes(plan))
 
     def read(self, kind: type, plan: int, memory: int) -> Any:
         """NumPy views of all fields, as an instance of the class that declared them.
@@ -137,6 +156,13 @@ class Layout:
             flat = matrix_at(base + DOUBLE * int(header[field.place]), 1, prod(shape))
             values[name] = flat.reshape(shape)
         return kind(**values)
+
+    def _room(self, field: Field, sizes: Mapping[str, int]) -> int:
+        """How many numbers an array has room for."""
+        rows, *others = _shape(field, sizes)
+        if field.shape[0] in [(name,) for name in self.whole]:
+            rows = room_for(rows)
+        return room_for(rows * prod(others))
 
     def _sizes(self, header: Array) -> dict[str, int]:
         return {name: int(header[place]) for name, place in self.dimensions.items()}

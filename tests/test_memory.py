@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from escort_mj.compiler.declarations import jitted
+from escort_mj.lanes import WIDTH
 from escort_mj.memory import Array, Layout, viewer
 
 
@@ -24,7 +25,7 @@ class Moving(NamedTuple):
     counter: Annotated[Array, 1]
 
 
-LAYOUT = Layout(7.5, Known, Moving)
+LAYOUT = Layout(7.5, Known, Moving, whole=("n",))
 SIZES = {"n": 3, "p": 2, "rows": 4, "none": 0}
 
 
@@ -86,7 +87,7 @@ def test_kernels_read_and_write_the_same(literal: bool) -> None:
     given = values(np.random.default_rng(1))
     plan = LAYOUT.pack(SIZES, given)
     memory = np.zeros(LAYOUT.state_size(plan))
-    assert len(memory) == 3 + 3 * 4 + 1
+    assert len(memory) == WIDTH + WIDTH * 4 + WIDTH, "room for whole lanes of rows"
     assert work(plan.ctypes.data, memory.ctypes.data, 2, literal)
     state, weights = moving(plan.ctypes.data, memory.ctypes.data, 2), given["weights"]
     np.testing.assert_allclose(state.sums, 0.1 * weights.sum(axis=1), rtol=1e-14, atol=1e-16)

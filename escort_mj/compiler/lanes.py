@@ -1,10 +1,10 @@
-"""The machine instructions of `lanes`: SIMD arithmetic on four numbers at once."""
+"""The machine instructions of `lanes`: SIMD arithmetic on eight numbers at once."""
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -106,7 +106,7 @@ def _negative(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 
 def _called(name: str) -> Callable[[Any, Any, Any, Any], Any]:
-    """Lowers to LLVM's own function of four doubles."""
+    """Lowers to LLVM's own function of lanes."""
 
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         kind = ir.FunctionType(_DOUBLES, [_DOUBLES] * len(arguments))
@@ -168,7 +168,9 @@ def _any_of(context: Any, condition: Any) -> Any:
 def _total(context: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         numbers = [builder.extract_element(arguments[0], _INT(lane)) for lane in range(WIDTH)]
-        return builder.fadd(builder.fadd(*numbers[:2]), builder.fadd(*numbers[2:]))
+        while len(numbers) > 1:
+            numbers = [builder.fadd(*pair) for pair in zip(numbers[::2], numbers[1::2], strict=True)]
+        return numbers[0]
 
     return types.float64(x), generate
 
@@ -224,16 +226,17 @@ def _gather(context: Any, array: Any, at: Any, stride: Any) -> Any:
 
 
 @instructions(names.pick)
-def _pick(context: Any, array: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+def _pick(context: Any, array: Any, places: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         found = ir.Constant(_DOUBLES, ir.Undefined)
+        whole = builder.fptosi(arguments[1], ir.VectorType(ir.IntType(64), WIDTH))
         for lane in range(WIDTH):
-            at = context.cast(builder, arguments[1 + lane], sig.args[1 + lane], types.intp)
+            at = builder.extract_element(whole, _INT(lane))
             number = builder.load(_address(context, builder, sig.args[0], arguments[0], at))
             found = builder.insert_element(found, number, _INT(lane))
         return found
 
-    return lanes(array, a, b, c, d), generate
+    return lanes(array, places), generate
 
 
 @instructions(names.lane_numbers)
@@ -244,54 +247,94 @@ def _lane_numbers(context: Any) -> Any:
     return lanes(), generate
 
 
+def _whole(context: Any, builder: Any, sig: Any, arguments: Any, count: int) -> list[Any]:
+    """Pointers to so many lanes in a row, of an array and a place in it, the first two arguments."""
+    at = context.cast(builder, arguments[1], sig.args[1], types.intp)
+    places = [builder.add(at, at.type(WIDTH * k)) for k in range(count)]
+    pointers = [_address(context, builder, sig.args[0], arguments[0], place) for place in places]
+    return [builder.bitcast(pointer, _DOUBLES.as_pointer()) for pointer in pointers]
+
+
 @instructions(names.store)
-def _store(context: Any, array: Any, at: Any, left: Any, x: Any) -> Any:
+def _store(context: Any, array: Any, at: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        at, left = (
+        (pointer,) = _whole(context, builder, sig, arguments, 1)
+        builder.store(_wide(builder, arguments[2]), pointer, align=DOUBLE)
+        return context.get_dummy_value()
+
+    return types.void(array, at, x), generate
+
+
+@instructions(names.scatter)
+def _scatter(context: Any, array: Any, at: Any, stride: Any, x: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        place, stride = (
             context.cast(builder, value, kind, types.intp)
             for value, kind in zip(arguments[1:3], sig.args[1:3], strict=True)
         )
         wide = _wide(builder, arguments[3])
-        word = left.type
-        with builder.if_else(builder.icmp_signed(">=", left, word(WIDTH))) as (whole, part):
-            with whole:
-                pointer = _address(context, builder, sig.args[0], arguments[0], at)
-                builder.store(wide, builder.bitcast(pointer, _DOUBLES.as_pointer()), align=DOUBLE)
-            with part:
-                for lane in range(WIDTH - 1):
-                    with builder.if_then(builder.icmp_signed(">", left, word(lane))):
-                        number = builder.extract_element(wide, _INT(lane))
-                        place = builder.add(at, word(lane))
-                        builder.store(number, _address(context, builder, sig.args[0], arguments[0], place))
-        return context.get_dummy_value()
-
-    return types.void(array, at, left, x), generate
-
-
-@instructions(names.scatter)
-def _scatter(context: Any, array: Any, at: Any, stride: Any, left: Any, x: Any) -> Any:
-    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        at, stride, left = (
-            context.cast(builder, value, kind, types.intp)
-            for value, kind in zip(arguments[1:4], sig.args[1:4], strict=True)
-        )
-
-        def write(lane: int) -> None:
-            number = builder.extract_element(arguments[4], _INT(lane))
-            place = builder.add(at, builder.mul(stride, stride.type(lane)))
+        for lane in range(WIDTH):
+            number = builder.extract_element(wide, _INT(lane))
             builder.store(number, _address(context, builder, sig.args[0], arguments[0], place))
-
-        with builder.if_else(builder.icmp_signed(">=", left, left.type(WIDTH))) as (whole, part):
-            with whole:
-                for lane in range(WIDTH):
-                    write(lane)
-            with part:
-                for lane in range(WIDTH - 1):
-                    with builder.if_then(builder.icmp_signed(">", left, left.type(lane))):
-                        write(lane)
+            place = builder.add(place, stride)
         return context.get_dummy_value()
 
-    return types.void(array, at, stride, left, x), generate
+    return types.void(array, at, stride, x), generate
+
+
+def _chosen(builder: Any, rows: Sequence[Any], places: Sequence[tuple[int, int]]) -> Any:
+    """Lanes put together of others: of each lane the row that has it, and where."""
+    found, taken = rows[0], [lane if row == 0 else 0 for row, lane in places]
+    for number, row in enumerate(rows[1:], 1):
+        mask = [
+            WIDTH + lane if of == number else (taken[k] if number == 1 else k)
+            for k, (of, lane) in enumerate(places)
+        ]
+        found = builder.shuffle_vector(found, row, ir.Constant(ir.VectorType(_INT, WIDTH), mask))
+    return found
+
+
+def _woven(count: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """How rows of tuples of so many numbers are read, as lanes of each, and written."""
+    kinds = types.UniTuple(lanes, count)
+
+    def read(context: Any, array: Any, at: Any) -> Any:
+        def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            pointers = _whole(context, builder, sig, arguments, count)
+            rows = [builder.load(pointer, align=DOUBLE) for pointer in pointers]
+            found = [
+                _chosen(builder, rows, [divmod(lane * count + k, WIDTH) for lane in range(WIDTH)])
+                for k in range(count)
+            ]
+            return context.make_tuple(builder, kinds, found)
+
+        return kinds(array, at), generate
+
+    def write(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        pointers = _whole(context, builder, sig, arguments, count)
+        columns = [_wide(builder, value) for value in arguments[2:]]
+        for number, pointer in enumerate(pointers):
+            places = [divmod(number * WIDTH + lane, count)[::-1] for lane in range(WIDTH)]
+            builder.store(_chosen(builder, columns, places), pointer, align=DOUBLE)
+        return context.get_dummy_value()
+
+    return read, write
+
+
+_read_pairs, _write_pairs = _woven(2)
+_read_triples, _write_triples = _woven(3)
+instructions(names.load_pairs)(_read_pairs)
+instructions(names.load_triples)(_read_triples)
+
+
+@instructions(names.store_pairs)
+def _store_pairs(context: Any, array: Any, at: Any, x: Any, y: Any) -> Any:
+    return types.void(array, at, x, y), _write_pairs
+
+
+@instructions(names.store_triples)
+def _store_triples(context: Any, array: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
+    return types.void(array, at, x, y, z), _write_triples
 
 
 @instructions(names.two_to)

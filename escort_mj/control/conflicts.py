@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.elementary import arc_cosine, root
 from escort_mj.control.nsb import INACTIVE, TANGENT, leave
 from escort_mj.control.outer import wish
 from escort_mj.control.plan import (
@@ -19,7 +20,11 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
+from escort_mj.control.side_by_side import leave as leave_side_by_side
+from escort_mj.control.side_by_side import wishes
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory, vector_at
+from escort_mj.lanes import Lanes, everywhere, greatest, row_of, scatter, set_row, stack_rows, store, where
+from escort_mj.lanes import least as smaller
 from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
@@ -79,6 +84,110 @@ def weigh_tasks(i: int, first: int, levels: int, plan: Plan, state: State) -> No
         for k in range(p):
             wishes[level, k] -= parts[level, k]
         state.task_removed[i, column] = _norm(wishes[level])
+
+
+@on_demand
+def weigh_side_by_side(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
+    """As `weigh_tasks`, of robots i to i + 7 where `side_by_side` runs their outer loops."""
+    p, behaviors = state.q.shape[1], state.task_error.shape[1]
+    wanted, parts = stack_rows(MAX_LEVELS * p), stack_rows(MAX_LEVELS * p)
+    directions, weights = stack_rows(MAX_LEVELS * MAX_CYCLES * p), stack_rows(MAX_LEVELS * MAX_CYCLES)
+    actives, angles = stack_rows(MAX_LEVELS), stack_rows(MAX_LEVELS)
+    ranks, ruling = vector_at(stack_memory(), MAX_LEVELS), everywhere(NOBODY)
+    for level in range(levels - 1, -1, -1):
+        row = plan.ladder[first + level]
+        x, own = directions[MAX_CYCLES * p * level :], i * behaviors + int(row[COLUMN])
+        rank, weight, second, depth = wishes(i, row, plan, state, x, wanted, p * level)
+        avoiding = row[0] == AVOID_OBSTACLES
+        active = where(depth > 0.0, 1.0, 0.0 * depth) if avoiding else everywhere(1.0)
+        speed = _length(wanted, p * level, p)
+        error = depth
+        if rank == TANGENT:
+            error = speed / row[1]
+        elif not avoiding:
+            length = state.chord_length[0] if row[0] == CHORDS else plan.radius
+            error = _distance_error(rank, weight, second, length)
+        scatter(state.task_wish, own, behaviors, speed)
+        scatter(state.task_error, own, behaviors, error)
+        ruling = where(active > 0.0, row[COLUMN], ruling)
+        set_row(weights, MAX_CYCLES * level, weight)
+        set_row(weights, MAX_CYCLES * level + 1, second)
+        set_row(actives, level, active)
+        set_row(angles, level, everywhere(NO_CONFLICT))
+        ranks[level] = rank
+        for k in range(p):
+            set_row(parts, p * level + k, row_of(wanted, p * level + k))
+        for lower in range(level + 1, levels):
+            below, others = directions[MAX_CYCLES * p * lower :], weights[MAX_CYCLES * lower :]
+            angle = _angles(p, rank, x, weights[MAX_CYCLES * level :], int(ranks[lower]), below, others)
+            both = (active > 0.0) & (row_of(actives, lower) > 0.0)
+            set_row(angles, lower, where(both, smaller(angle, row_of(angles, lower)), row_of(angles, lower)))
+            leave_side_by_side(p, rank, x, weight, second, parts, p * lower)
+    store(state.ruling, i, ruling)
+    for level in range(levels):
+        own = i * behaviors + int(plan.ladder[first + level, COLUMN])
+        for k in range(p * level, p * level + p):
+            set_row(wanted, k, row_of(wanted, k) - row_of(parts, k))
+        scatter(state.task_removed, own, behaviors, _length(wanted, p * level, p))
+        scatter(state.task_angle, own, behaviors, row_of(angles, level))
+
+
+@inlined
+def _length(rows: Array, at: int, p: int) -> Lanes:
+    """Lengths of the vectors in p rows of lanes, from one on."""
+    square = everywhere(0.0)
+    for k in range(at, at + p):
+        square = square + row_of(rows, k) * row_of(rows, k)
+    return root(square)
+
+
+@inlined
+def _distance_error(rank: int, first: Lanes, second: Lanes, length: float) -> Lanes:
+    """As `_error`, of a task that keeps a distance in one or two directions of so many weights."""
+    away = where(first > 0.0, 1.0 / math.sqrt(first), 0.0) - length
+    if rank == 1:
+        return abs(away)
+    other = where(second > 0.0, 1.0 / math.sqrt(second), 0.0) - length
+    return root(0.5 * (away * away + other * other))
+
+
+@inlined
+def _angles(p: int, rank: int, x: Array, u: Array, lower: int, y: Array, v: Array) -> Lanes:
+    """As `_angle`, with directions x and y and their weights u and v in rows of lanes."""
+    found = everywhere(0.0)
+    if rank == TANGENT and lower == TANGENT:
+        found = everywhere(1.0)
+    elif rank == TANGENT:
+        for c in range(lower):
+            found = greatest(_shares_across(p, x, 0, row_of(u, 0), y, p * c, row_of(v, c)), found)
+    elif lower == TANGENT:
+        for c in range(rank):
+            found = greatest(_shares_across(p, y, 0, row_of(v, 0), x, p * c, row_of(u, c)), found)
+    else:
+        for a in range(rank):
+            for b in range(lower):
+                share = abs(_dot(p, x, p * a, y, p * b)) * math.sqrt(row_of(u, a) * row_of(v, b))
+                found = greatest(share, found)
+    return arc_cosine(smaller(found, 1.0))
+
+
+@inlined
+def _dot(p: int, x: Array, a: int, y: Array, b: int) -> Lanes:
+    """Dot products of the vectors in p rows of lanes, from a and from b on."""
+    found = everywhere(0.0)
+    for k in range(p):
+        found = found + row_of(x, a + k) * row_of(y, b + k)
+    return found
+
+
+@inlined
+def _shares_across(p: int, x: Array, a: int, u: Lanes, y: Array, b: int, v: Lanes) -> Lanes:
+    """As `_across`, of vectors in rows of lanes from a and b on, with weights u and v."""
+    along, square = _dot(p, x, a, y, b) * u, everywhere(0.0)
+    for k in range(p):
+        rest = row_of(y, b + k) - along * row_of(x, a + k)
+        square = square + rest * rest
+    return root(square * v)
 
 
 @inlined

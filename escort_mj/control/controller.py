@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from escort_mj.control.behaviors.vertices import turn_figure
-from escort_mj.control.conflicts import weigh_tasks
+from escort_mj.control.conflicts import weigh_side_by_side, weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
@@ -22,7 +22,7 @@ from escort_mj.control.supervisor import FIRST, LEVELS, supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocity
 from escort_mj.kernels import inlined, merged, stack_memory, vector_at
-from escort_mj.lanes import WIDTH, copy_numbers, four_from, load, store
+from escort_mj.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
 from escort_mj.on_demand import on_demand
 
 
@@ -44,9 +44,8 @@ def evaluate(plan: Plan, state: State) -> None:
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)
     n, p = state.q.shape
-    for begin in range(0, n * p, WIDTH):
-        at = four_from(begin, n * p)
-        store(state.e, at, n * p - at, load(state.q_d, at) - load(state.q_measured, at))
+    for at in range(0, n * p, WIDTH):
+        store(state.e, at, load(state.q_d, at) - load(state.q_measured, at))
     failing = plan.failures.shape[0] > 0
     if failing:
         notice_losses(plan, state)
@@ -59,19 +58,31 @@ def evaluate(plan: Plan, state: State) -> None:
         )
     if plan.side_by_side:
         for i in range(0, n, WIDTH):
-            outer_loops(four_from(i, n), int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS]), plan, state)
+            outer_loops(i, int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS]), plan, state)
         for i in range(0, n if moved else 0, WIDTH):
-            store(state.outer_updates, i, n - i, load(state.outer_updates, i) + 1.0)
+            store(state.outer_updates, i, load(state.outer_updates, i) + 1.0)
     else:
         _run_one_by_one(plan, state, moved)
     if int(state.clock[STEP]) % plan.stride == 0:
-        for i in range(n):
-            phase = plan.phases[int(state.phase[i])]
-            weigh_tasks(i, int(phase[FIRST]), int(phase[LEVELS]), plan, state)
+        weigh_all_tasks(plan, state)
     inner_loop(plan, state)
-    copy_numbers(state.tau, state.command, n * p)
+    copy_lanes(state.tau, state.command, n * p)
     if failing:
         command_motors(plan, state)
+
+
+@inlined
+def weigh_all_tasks(plan: Plan, state: State) -> None:
+    """The task signals of all robots, each by the ladder of its phase."""
+    n = state.q.shape[0]
+    if plan.side_by_side:
+        first, levels = int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS])
+        for i in range(0, n, WIDTH):
+            weigh_side_by_side(i, first, levels, plan, state)
+        return
+    for i in range(n):
+        phase = plan.phases[int(state.phase[i])]
+        weigh_tasks(i, int(phase[FIRST]), int(phase[LEVELS]), plan, state)
 
 
 @on_demand
@@ -119,10 +130,8 @@ def advance(plan: Plan, state: State) -> bool:
         moved = True
         clock[EVALUATED] += 1.0
         for at in range(0, n * p, WIDTH):
-            left = n * p - at
-            store(state.q_d, at, left, load(state.q_d, at) + plan.timestep * load(state.q_d_rate, at))
-            estimate = load(state.rho_hat, at) + plan.timestep * load(state.rho_hat_rate, at)
-            store(state.rho_hat, at, left, estimate)
+            store(state.q_d, at, load(state.q_d, at) + plan.timestep * load(state.q_d_rate, at))
+            store(state.rho_hat, at, load(state.rho_hat, at) + plan.timestep * load(state.rho_hat_rate, at))
         for i in range(state.v_d_rate.shape[0]):
             for k in range(p):
                 state.v_d_filtered[i, k] += plan.timestep * state.v_d_rate[i, k]
@@ -134,7 +143,7 @@ def advance(plan: Plan, state: State) -> bool:
 def follow_time(plan: Plan, state: State) -> None:
     """Target and disturbance at the present time."""
     n, p = state.q.shape
-    time, push = state.time[0], vector_at(stack_memory(), p)
+    time, push, pushes = state.time[0], vector_at(stack_memory(), p), stack_rows(p)
     follow(plan, state, push)
     for k in range(p):
         if plan.target[k, 1] > 0.0:
@@ -144,5 +153,6 @@ def follow_time(plan: Plan, state: State) -> None:
         first, count = int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1])
         if count > 0:
             push[k] = value_of(plan.code, first, count, plan.pieces, time, state.stack)
-        for i in range(n):
-            state.disturbance[i, k] = push[k]
+        set_row(pushes, k, everywhere(push[k]))
+    for i in range(0, n, WIDTH):
+        store_rows(state.disturbance, i, pushes)

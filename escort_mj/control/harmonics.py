@@ -1,4 +1,4 @@
-"""Straight lines plus sinusoids: what most functions of time are, evaluated four tones at once.
+"""Straight lines plus sinusoids: what most functions of time are, evaluated eight tones at once.
 
 A target on a circle and a disturbance along p axes are 3p sines and cosines in every step, each a call of
 its own. So programs that come down to
@@ -11,7 +11,6 @@ kind are left to `program`.
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -22,8 +21,8 @@ from numpy.typing import NDArray
 from escort_mj.control.elementary import sine_and_cosine
 from escort_mj.control.plan import Plan, State
 from escort_mj.control.program import Op
-from escort_mj.kernels import inlined
-from escort_mj.lanes import WIDTH, load, total
+from escort_mj.kernels import flat, inlined
+from escort_mj.lanes import WIDTH, load, room_for, set_row, stack_rows, store
 
 Array = NDArray[np.float64]
 Tone = tuple[float, float]  # pulsatance [rad/s] and phase [rad]
@@ -85,25 +84,34 @@ def sum_of(code: Array) -> Sum | None:
 
 
 def tabulate(sums: Sequence[Sum | None]) -> dict[str, Array]:
-    """Tables of several functions as `follow` reads them; those of None are 0.
+    """Tables of what target and disturbance do, as `follow` reads them; what is None stays 0.
+
+    Args:
+        sums: Of the target's p axes, then of the disturbance's.
 
     Returns:
-        `lines`, constant and slope of each, shape (functions, 2); `tones`, pulsatances and phases, shape
-        (2, tones); `waves`, shares of cosine and sine in each, shape (functions * 2, tones). Tones are filled
-        up to whole lanes with such as nobody has.
+        `tones`, pulsatances and phases, shape (2, tones), filled up to whole lanes with such as nobody has.
+        The others have a column for each of the target's coordinates, its velocities and the disturbance's
+        forces, filled up to whole lanes: `lines`, value at 0 and slope, shape (2, followed), and `waves`,
+        shares of cosine and sine of each tone, shape (2 * tones, followed).
     """
-    tones = list(dict.fromkeys(tone for each in sums if each for tone in each.waves))
-    room = math.ceil(len(tones) / WIDTH) * WIDTH
-    lines, waves = np.zeros((len(sums), 2)), np.zeros((len(sums), 2, room))
-    for row, each in enumerate(sums):
+    p, tones = len(sums) // 2, list(dict.fromkeys(tone for each in sums if each for tone in each.waves))
+    room, followed = room_for(len(tones)), room_for(3 * p)
+    lines, waves = np.zeros((2, followed)), np.zeros((room, 2, followed))
+    for k, each in enumerate(sums):
         if each is None:
             continue
-        lines[row] = each.constant, each.slope
+        place = k if k < p else k + p  # velocities stand between
+        lines[:, place] = each.constant, each.slope
         for tone, shares in each.waves.items():
-            waves[row, :, tones.index(tone)] = shares
+            waves[tones.index(tone), :, place] = shares
+        if k < p:
+            lines[0, p + k] = each.slope
+            for tone, (a, b) in each.waves.items():
+                waves[tones.index(tone), :, p + k] = tone[0] * b, -tone[0] * a
     table = np.zeros((2, room))
     table[:, : len(tones)] = np.reshape(tones, (-1, 2)).T
-    return {"lines": lines, "tones": table, "waves": waves.reshape(2 * len(sums), room)}
+    return {"lines": lines, "tones": table, "waves": waves.reshape(2 * room, followed)}
 
 
 @inlined
@@ -111,22 +119,28 @@ def follow(plan: Plan, state: State, push: Array) -> None:
     """Writes how far target and disturbance are straight lines plus sinusoids: 0 where they are not.
 
     Args:
-        plan: Gives the tables, first of the target's axes, then of the disturbance's.
+        plan: Gives the tables.
         state: Gives the time; the target's position and velocity are written.
         push: Result: the disturbance, shape (p,) [N].
     """
     p, count, time = state.q.shape[1], plan.tones.shape[1], state.time[0]
+    followed = plan.lines.shape[1]
+    turns, found = stack_rows(2), stack_rows(followed // WIDTH)
+    for at in range(0, followed, WIDTH):
+        store(found, at, load(plan.lines, at) + time * load(plan.lines, followed + at))
+    for first in range(0, count, WIDTH):
+        sine, cosine = sine_and_cosine(load(plan.tones, first) * time + load(plan.tones, count + first))
+        set_row(turns, 0, cosine)
+        set_row(turns, 1, sine)
+        for at in range(0, followed, WIDTH):
+            sums = load(found, at)
+            for lane in range(WIDTH):
+                row = 2 * (first + lane) * followed + at
+                sums = sums + turns[0, lane] * load(plan.waves, row)
+                sums = sums + turns[1, lane] * load(plan.waves, row + followed)
+            store(found, at, sums)
+    values = flat(found)
     for k in range(p):
-        state.target_position[k] = plan.lines[k, 0] + plan.lines[k, 1] * time
-        state.target_velocity[k] = plan.lines[k, 1]
-        push[k] = plan.lines[p + k, 0] + plan.lines[p + k, 1] * time
-    for at in range(0, count, WIDTH):
-        rate = load(plan.tones, at)
-        sine, cosine = sine_and_cosine(rate * time + load(plan.tones, count + at))
-        for k in range(p):
-            a, b = load(plan.waves, 2 * k * count + at), load(plan.waves, (2 * k + 1) * count + at)
-            state.target_position[k] += total(a * cosine + b * sine)
-            state.target_velocity[k] += total(rate * (b * cosine - a * sine))
-            a = load(plan.waves, 2 * (p + k) * count + at)
-            b = load(plan.waves, (2 * (p + k) + 1) * count + at)
-            push[k] += total(a * cosine + b * sine)
+        state.target_position[k] = values[k]
+        state.target_velocity[k] = values[p + k]
+        push[k] = values[2 * p + k]

@@ -18,7 +18,7 @@ from escort_mj.control.plan import (
     State,
 )
 from escort_mj.kernels import inlined, merged, stack_memory, vector_at
-from escort_mj.lanes import WIDTH, Lanes, four_from, load, store, where
+from escort_mj.lanes import WIDTH, Lanes, load, store, where
 from escort_mj.on_demand import on_demand
 
 
@@ -29,8 +29,8 @@ def inner_loop(plan: Plan, state: State) -> None:
         _sliding_mode(plan, state)
         return
     count = state.q.shape[0] * state.q.shape[1]
-    for begin in range(0, count, WIDTH):
-        _errors(plan, state, four_from(begin, count))
+    for at in range(0, count, WIDTH):
+        _errors(plan, state, at)
     if plan.law == SUPER_TWISTING:
         _super_twisting(plan, state)
     elif plan.law == PD:
@@ -43,12 +43,11 @@ def inner_loop(plan: Plan, state: State) -> None:
 
 @inlined
 def _errors(plan: Plan, state: State, at: int) -> tuple[Lanes, Lanes, Lanes]:
-    """The errors e, e_dot and s of four axes in a row (eq. 7); the last two are written."""
-    left = state.q.shape[0] * state.q.shape[1] - at
+    """The errors e, e_dot and s of axes in a row (eq. 7); the last two are written."""
     e, e_dot = load(state.e, at), load(state.v_d, at) - load(state.v_measured, at)
     s = e_dot + plan.slope * e
-    store(state.e_dot, at, left, e_dot)
-    store(state.s, at, left, s)
+    store(state.e_dot, at, e_dot)
+    store(state.s, at, s)
     return e, e_dot, s
 
 
@@ -74,18 +73,17 @@ def _demand(plan: Plan, state: State, i: int, k: int, tau: float, rate: float) -
 def _sliding_mode(plan: Plan, state: State) -> None:
     """Eq. 9, of which APD-SMC, ASMC and PD-SMC are cases; axes of all robots in a row."""
     count = state.q.shape[0] * state.q.shape[1]
-    for begin in range(0, count, WIDTH):
-        at = four_from(begin, count)
+    for at in range(0, count, WIDTH):
         e, e_dot, s = _errors(plan, state, at)
-        left, tau = count - at, load(state.rho_hat, at) + plan.kp * e + plan.kd * e_dot
+        tau = load(state.rho_hat, at) + plan.kp * e + plan.kd * e_dot
         tau = tau + plan.k * smooth_sign(s / plan.boundary_layer, plan.smoothing)
-        store(state.tau, at, left, tau)
+        store(state.tau, at, tau)
         rate, velocity = plan.mu * s, load(state.v_d, at)
         if plan.anti_windup:
             held = (abs(tau) > load(plan.force_limits, at)) & (tau * s > 0.0)
             rate, velocity = where(held, 0.0, rate), where(held, load(state.v_measured, at), velocity)
-        store(state.rho_hat_rate, at, left, rate)
-        store(state.q_d_rate, at, left, velocity)
+        store(state.rho_hat_rate, at, rate)
+        store(state.q_d_rate, at, velocity)
 
 
 @on_demand

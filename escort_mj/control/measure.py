@@ -14,7 +14,7 @@ from escort_mj.control.noise import AT_ONCE, OF_ROBOT, OF_TARGET, chance, draw_p
 from escort_mj.control.plan import EVALUATED, STEP, Plan, State
 from escort_mj.control.sensing import BIAS, DELAY, DROPOUT, NOISE, PAST, RESOLUTION
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory
-from escort_mj.lanes import copy_numbers
+from escort_mj.lanes import copy_lanes
 from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
@@ -32,8 +32,8 @@ def measure(plan: Plan, state: State) -> None:
     """
     n, p = state.q.shape
     if plan.perfect:
-        copy_numbers(state.q, state.q_measured, n * p)
-        copy_numbers(state.v, state.v_measured, n * p)
+        copy_lanes(state.q, state.q_measured, n * p)
+        copy_lanes(state.v, state.v_measured, n * p)
         for k in range(p):
             state.target_position_measured[k] = state.target_position[k]
             state.target_velocity_measured[k] = state.target_velocity[k]

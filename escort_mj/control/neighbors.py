@@ -33,7 +33,7 @@ from escort_mj.control.cells import (
     sort_into_cells,
 )
 from escort_mj.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
-from escort_mj.lanes import WIDTH, everywhere, four_from, gather, greatest, largest, least
+from escort_mj.lanes import WIDTH, everywhere, gather, greatest, largest, least, there, where
 from escort_mj.on_demand import on_demand
 
 if TYPE_CHECKING:
@@ -104,19 +104,13 @@ def candidate(i: int, c: int, lists: Array) -> int:
 
 @inlined
 def most_candidates(i: int, lists: Array) -> int:
-    """Most candidates that one of robots i to i + 3 has; 0 where one of them has none, or looks at all."""
+    """Most candidates that one of robots i to i + 7 has; 0 where one of them has none, or looks at all."""
     most = 0.0
-    for robot in range(i, i + WIDTH):
+    for robot in range(i, min(i + WIDTH, lists.shape[0])):
         if lists[robot, COUNT] < 1.0:
             return 0
         most = max(most, lists[robot, COUNT])
     return int(most)
-
-
-@inlined
-def column_of(robot: int, c: int, lists: Array) -> int:
-    """Where in a robot's row its candidate c stands; its last one from there on."""
-    return FIRST + min(c, int(lists[robot, COUNT]) - 1)
 
 
 @inlined
@@ -140,22 +134,24 @@ def _holds(points: Array, places: Array, skin: float) -> bool:
     middle, diagonal = vector_at(stack_memory(), p), 0.0
     for k in range(p):
         low, high = everywhere(math.inf), everywhere(-math.inf)
-        for begin in range(0, n, WIDTH):
-            at = four_from(begin, n) * p + k
-            way = gather(points, at, p) - gather(places, at, p)
-            low, high = least(low, way), greatest(high, way)
+        for i in range(0, n, WIDTH):
+            way = gather(points, i * p + k, p) - gather(places, i * p + k, p)
+            low, high = (
+                least(low, where(there(n - i), way, low)),
+                greatest(high, where(there(n - i), way, high)),
+            )
         first, last = -largest(-low), largest(high)
         middle[k] = 0.5 * (first + last)
         diagonal += (last - first) * (last - first)
     if diagonal < skin * skin:
         return True
     longest = everywhere(0.0)
-    for begin in range(0, n, WIDTH):
-        i, square = four_from(begin, n), everywhere(0.0)
+    for i in range(0, n, WIDTH):
+        square = everywhere(0.0)
         for k in range(p):
             way = gather(points, i * p + k, p) - gather(places, i * p + k, p) - middle[k]
             square = square + way * way
-        longest = greatest(longest, square)
+        longest = greatest(longest, where(there(n - i), square, 0.0))
     return 4.0 * largest(longest) < skin * skin
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ from escort_mj.control.sensing import sensor_table
 from escort_mj.control.setup import Setup
 from escort_mj.control.side_by_side import AXES
 from escort_mj.control.supervisor import Phase
+from escort_mj.signals import SIGNALS
 
 Array = NDArray[np.float64]
 
@@ -99,6 +100,7 @@ def pack(
         "memories": law.memories if isinstance(law, Law) else 0,
         "cycles": len(arrays["predecessors"]),
         "tones": np.shape(arrays["tones"])[1],
+        "followed": np.shape(arrays["lines"])[1],
         "instructions": len(arrays["code"]),
         "failing": len(arrays["failures"]),  # n, or 0 where no robot fails
         "points": len(figures),
@@ -122,9 +124,23 @@ def pack(
         "record": samples[1],
         "scratch": scratch_size(n, p) if setup.failures and vertices else 0,
     }
+    arrays["stretches"] = _stretches(sizes)
+    sizes["stretches"] = len(arrays["stretches"])
     values = _scalars(setup) | arrays | {"stride": stride, "truth": truth}
     values["lyapunov"] = truth and law.has_lyapunov
     return np.minimum(LAYOUT.pack(sizes, values), UNLIMITED)
+
+
+def _stretches(sizes: Mapping[str, int]) -> Array:
+    """Where in the state the numbers of a record stand, part by part: start and length."""
+    places, found = LAYOUT.places(sizes), [(0, 0)]
+    for signal in SIGNALS:
+        (start, length), (before, count) = places[signal.name], found[-1]
+        if start == before + count:
+            found[-1] = before, count + length
+        elif length:
+            found.append((start, length))
+    return np.array(found, float)
 
 
 def _scalars(setup: Setup) -> dict[str, float]:
@@ -171,7 +187,7 @@ def _scalars(setup: Setup) -> dict[str, float]:
 
 
 def _side_by_side(setup: Setup) -> bool:
-    """Whether the robots' outer loops can be run four at a time: nothing tells one from another."""
+    """Whether the robots' outer loops can be run side by side: nothing tells one from another."""
     told = setup.phases or setup.failures or setup.trigger or setup.outside
     alike = not told and isinstance(setup.outer, Nsb)
     return (

@@ -20,6 +20,7 @@ from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.sensing import SENSOR_SIZE
 from escort_mj.kernels import inlined, vector_at
+from escort_mj.lanes import WIDTH
 from escort_mj.memory import FIRST, LENGTH, Layout, viewer
 from escort_mj.signals import CAUSES, EPISODE
 
@@ -106,9 +107,10 @@ class Plan(NamedTuple):
     force_limit: Annotated[Array, "n"]
     force_limits: Annotated[Array, "n", "p"]  # the same, axis by axis
     target: Annotated[Array, "p", 2]  # first instruction and number of instructions of each axis
-    lines: Annotated[Array, "2*p", 2]  # see `harmonics`
+    lines: Annotated[Array, 2, "followed"]  # see `harmonics`
     tones: Annotated[Array, 2, "tones"]
-    waves: Annotated[Array, "4*p", "tones"]
+    waves: Annotated[Array, "2*tones", "followed"]
+    stretches: Annotated[Array, "stretches", 2]  # of the state, in the order of a record: start and length
     columns: Annotated[Array, "bodies", 2]  # see `Bodies.columns`
     disturbance: Annotated[Array, "p", 2]
     drives: Annotated[Array, "movers", DRIVE_SIZE]  # see `movers`
@@ -121,7 +123,7 @@ class Plan(NamedTuple):
 
 
 class State(NamedTuple):
-    """Views of the controller's state: first the record (see `signals.py`), then what is its own."""
+    """Views of the controller's state: first what is recorded (see `signals.py`), then what is its own."""
 
     time: Annotated[Array, 1]
     q: Annotated[Array, "n", "p"]
@@ -222,6 +224,7 @@ class State(NamedTuple):
     seen_neighbors_note: Annotated[Array, 4]
     cells: Annotated[Array, CELL_ROWS, "crowd"]  # scratch
     samples: Annotated[Array, "kept", "record"]  # kept since somebody took them off, see `world/sampling`
+    spare: Annotated[Array, WIDTH]  # past the last sample
 
 
 # Places in State.clock
@@ -232,7 +235,7 @@ STEP = 5  # number of the present step
 REMEMBERED = 6  # time up to which `law_memory` is integrated
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 
-LAYOUT = Layout(MAGIC, Plan, State)
+LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged"))
 
 
 @inlined

@@ -18,7 +18,7 @@ from typing import Any
 import mujoco
 
 from escort_mj import machine_code
-from escort_mj.control.conflicts import weigh_tasks
+from escort_mj.control.conflicts import weigh_side_by_side, weigh_tasks
 from escort_mj.control.measure import measure
 from escort_mj.machine_code import Piece
 from escort_mj.world.build import World
@@ -53,7 +53,8 @@ def _of_class(known: int) -> Callbacks:
     """The callbacks of a class of models, and what they call as soon as they run."""
     axes = known if known < MANY else None
     control, sensor = _piece(control_callback, axes), _piece(sensor_callback, axes)
-    machine_code.have([control, _piece(weigh_tasks, axes), _piece(measure, axes), sensor])
+    weigh = weigh_tasks if axes is None else weigh_side_by_side
+    machine_code.have([control, _piece(weigh, axes), _piece(measure, axes), sensor])
     addresses = machine_code.address(control), machine_code.address(sensor)
     table[2 * known : 2 * known + 2] = list(addresses)
     return CONTROL(addresses[0]), SENSOR(addresses[1])

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.own import native
-from escort_mj.control.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_state
+from escort_mj.control.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_plan, unpack_state
+from escort_mj.kernels import DOUBLE
 from escort_mj.signals import EPISODE
 from escort_mj.world import layout
 from escort_mj.world.build import World
@@ -42,7 +43,6 @@ class Plant:
     Attributes:
         world: What is simulated.
         data: MuJoCo's data; the controller's state lives in its `userdata`.
-        record: The record of the last evaluation of the law, see `signals.py`; a view, shape (record_size,).
     """
 
     def __init__(self, world: World) -> None:
@@ -51,7 +51,6 @@ class Plant:
         layout.check(world.model, self.data)
         self._memory = self.data.userdata.ctypes.data
         self._start()
-        self.record: Array = self.data.userdata[: world.record_size]
         self._kept: Kept = LAYOUT.read(Kept, world.model.numeric_data.ctypes.data, self._memory)
         self.properties = MassProperties(world.model) if world.sizes["truth"] else None
         self._at_once = MOST_SAMPLES
@@ -116,7 +115,8 @@ class Plant:
         """All that stepping depends on and changes: physics, the controller's state, MuJoCo's warnings."""
         physics = np.empty(mujoco.mj_stateSize(self.world.model, PHYSICS))
         mujoco.mj_getState(self.world.model, self.data, physics, PHYSICS)
-        memory = self.data.userdata[: -self._kept.samples.size].copy()
+        samples = (self._kept.samples.ctypes.data - self._memory) // DOUBLE
+        memory = self.data.userdata[:samples].copy()
         return physics, memory, self.data.warning.number.copy()
 
     def _restore(self, saved: tuple[Array, Array, NDArray[Any]]) -> None:
@@ -124,6 +124,17 @@ class Plant:
         mujoco.mj_setState(self.world.model, self.data, physics, PHYSICS)
         self.data.userdata[: len(memory)] = memory
         self.data.warning.number[:] = warnings
+
+    @property
+    def record(self) -> Array:
+        """The record of the last evaluation of the law, see `signals.py`; a copy, shape (record_size,)."""
+        return np.take(self.data.userdata, self._recorded)
+
+    @cached_property
+    def _recorded(self) -> NDArray[np.int64]:
+        """Where the numbers of a record stand in the state."""
+        plan = unpack_plan(self.world.model.numeric_data.ctypes.data, self.world.setup.axes)
+        return np.concatenate([start + np.arange(count) for start, count in plan.stretches.astype(int)])
 
     def reset(self) -> None:
         """Back to the start; the controller seeds its own state at its first evaluation."""

@@ -7,7 +7,8 @@ the interpreter is needed for thousands of physics steps, so missions step side 
 from __future__ import annotations
 
 from escort_mj.control.plan import KEPT, WATCHED_STEP, Plan, State
-from escort_mj.kernels import inlined, vector_at
+from escort_mj.kernels import DOUBLE, inlined, vector_at
+from escort_mj.lanes import WIDTH, load, store
 
 MOST_SAMPLES = 256  # kept at once; of five robots, they stay in the cache of a core
 MOST_NUMBERS = 2**17  # in them: a megabyte a mission
@@ -28,14 +29,18 @@ def keep(memory: int, plan: Plan, state: State) -> None:
     """Keeps the record of a watched step, if a sample is taken in it and there is room.
 
     Args:
-        memory: Address of the state, with which the record begins.
-        plan: Gives the sampling stride.
+        memory: Address of the state.
+        plan: Gives the sampling stride, and where in the state the record stands.
         state: The samples and their number are written.
     """
     row = int(state.clock[KEPT])
     if row >= state.samples.shape[0] or (int(state.clock[WATCHED_STEP]) - 1) % plan.stride != 0:
         return
-    record = vector_at(memory, state.samples.shape[1])
-    for place in range(record.shape[0]):
-        state.samples[row, place] = record[place]
+    stretches, at = plan.stretches, row * state.samples.shape[1]
+    for k in range(stretches.shape[0]):
+        first, count = int(stretches[k, 0]), int(stretches[k, 1])
+        source = vector_at(memory + DOUBLE * first, count)
+        for place in range(0, count, WIDTH):  # what is written past its end the next stretch overwrites
+            store(state.samples, at + place, load(source, place))
+        at += count
     state.clock[KEPT] = row + 1.0

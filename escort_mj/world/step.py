@@ -25,7 +25,7 @@ from escort_mj.kernels import (
     pointer_at,
     vector_at,
 )
-from escort_mj.lanes import copy_numbers
+from escort_mj.lanes import copy_in, copy_numbers
 from escort_mj.on_demand import on_demand
 from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps
 from escort_mj.world.layout import offset, size
@@ -97,8 +97,8 @@ def control(m: int, d: int, axes: int) -> None:
     state.time[0] = double_at(d + DATA_TIME)
     copy_numbers(qpos, state.qpos, nq)
     if wiring.in_row:
-        copy_numbers(qpos, state.q, n * p)
-        copy_numbers(qvel, state.v, n * p)
+        copy_in(qpos, state.q, n * p)
+        copy_in(qvel, state.v, n * p)
     else:
         for i in range(n):
             for k in range(p):
@@ -145,7 +145,7 @@ def look(m: int, d: int, axes: int) -> None:
     n, p = state.q.shape
     applied = vector_at(pointer_at(d + DATA_FORCE), state.qpos.shape[0])
     if wiring.in_row:
-        copy_numbers(applied, state.force, n * p)
+        copy_in(applied, state.force, n * p)
     else:
         for i in range(n):
             for k in range(p):

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.neighbors import (
+    COUNT,
+    FIRST,
     candidate,
-    column_of,
     most_candidates,
     number_of_candidates,
 )
@@ -21,21 +22,22 @@ from escort_mj.lanes import (
     WIDTH,
     Lanes,
     any_of,
-    copy_numbers,
+    copy_lanes,
     everywhere,
-    four_from,
     gather,
     greatest,
     lane_numbers,
     load,
+    load_rows,
     pick,
     row_of,
     scatter,
-    set_row,
     stack_rows,
     store,
+    there,
     where,
 )
+from escort_mj.lanes import least as lesser
 from escort_mj.on_demand import on_demand
 from escort_mj.scenario.bodies import GROUPS
 
@@ -93,30 +95,35 @@ def _forget(state: State) -> None:
 
 @merged
 def _watch_motion(plan: Plan, state: State, first: bool) -> None:
-    """The largest speeds, and running totals of what the motors did; four robots at once."""
+    """The largest speeds, and running totals of what the motors did; eight robots at once."""
     n, p = state.q.shape
     dt = plan.timestep
+    velocity, forces, before, demand = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
     for i in range(0, n, WIDTH):
         square, effort, work = everywhere(0.0), everywhere(0.0), everywhere(0.0)
-        variation, wanted, left = everywhere(0.0), everywhere(0.0), n - i
+        variation, wanted = everywhere(0.0), everywhere(0.0)
+        load_rows(state.v, i, velocity)
+        load_rows(state.force, i, forces)
+        load_rows(state.force_before, i, before)
+        load_rows(state.tau, i, demand)
         for k in range(p):
-            v, force = gather(state.v, i * p + k, p), gather(state.force, i * p + k, p)
+            v, force = row_of(velocity, k), row_of(forces, k)
             square = square + v * v
             effort = effort + force * force
             work = work + abs(force * v)
-            variation = variation + abs(force - gather(state.force_before, i * p + k, p))
-            wanted = greatest(wanted, abs(gather(state.tau, i * p + k, p)))
+            variation = variation + abs(force - row_of(before, k))
+            wanted = greatest(wanted, abs(row_of(demand, k)))
         fastest = load(state.speed_max, i)
         faster = square > fastest * fastest
         if any_of(faster):
-            store(state.speed_max, i, left, where(faster, math.sqrt(square), fastest))
-        store(state.effort, i, left, load(state.effort, i) + dt * effort)
-        store(state.work, i, left, load(state.work, i) + dt * work)
+            store(state.speed_max, i, where(faster, math.sqrt(square), fastest))
+        store(state.effort, i, load(state.effort, i) + dt * effort)
+        store(state.work, i, load(state.work, i) + dt * work)
         if not first:
-            store(state.force_variation, i, left, load(state.force_variation, i) + variation)
+            store(state.force_variation, i, load(state.force_variation, i) + variation)
         saturated = where(wanted > load(plan.force_limit, i), dt, 0.0)
-        store(state.saturated_time, i, left, load(state.saturated_time, i) + saturated)
-    copy_numbers(state.force, state.force_before, n * p)
+        store(state.saturated_time, i, load(state.saturated_time, i) + saturated)
+    copy_lanes(state.force, state.force_before, n * p)
 
 
 @inlined
@@ -142,15 +149,15 @@ def _note(least: Array, nearest: Array, g: int, square: float, bodies: float, bo
 
 @inlined
 def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, state: State) -> None:
-    """As `_note`, for robots i to i + 3 and one body."""
+    """As `_note`, for robots i to i + 7 and one body."""
     groups, left = state.clearance.shape[1], state.q.shape[0] - i
     least = gather(state.clearance, i * groups + g, groups)
     reach = least + bodies
-    if any_of(square < reach * reach):
+    if any_of((square < reach * reach) & there(left)):
         clearance, nearest = math.sqrt(square) - bodies, gather(state.clearance_body, i * groups + g, groups)
         nearer = clearance < least
-        scatter(state.clearance, i * groups + g, groups, left, where(nearer, clearance, least))
-        scatter(state.clearance_body, i * groups + g, groups, left, where(nearer, body, nearest))
+        scatter(state.clearance, i * groups + g, groups, where(nearer, clearance, least))
+        scatter(state.clearance_body, i * groups + g, groups, where(nearer, body, nearest))
 
 
 @merged
@@ -161,24 +168,23 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     m = plan.obstacle_radius.shape[0]
     robots, target = int(plan.columns[0, GROUP]), int(plan.columns[n, GROUP])
     here, groups = stack_rows(p), state.clearance.shape[1]
-    for begin in range(0, n, WIDTH):
-        i = four_from(begin, n)
+    for i in range(0, n, WIDTH):
         own, left, square = load(radius, i), n - i, everywhere(0.0)
+        load_rows(q, i, here)
         for k in range(p):
-            set_row(here, k, gather(q, i * p + k, p))
             x = row_of(here, k) - state.target_position[k]
             square = square + x * x
         _note_robots(i, target, square, own + target_radius, float(n), state)
         reach = state.target_clearance[robots] + (own + target_radius)
-        if any_of(square < reach * reach):
+        if any_of((square < reach * reach) & there(left)):
             _note_robots_of_target(i, robots, target_radius, plan, state)
         g, least, who = -1, own, own
         for j in range(m):
             body = n + 1 + j
             if g != int(plan.columns[body, GROUP]):
                 if g >= 0:
-                    scatter(state.clearance, i * groups + g, groups, left, least)
-                    scatter(state.clearance_body, i * groups + g, groups, left, who)
+                    scatter(state.clearance, i * groups + g, groups, least)
+                    scatter(state.clearance_body, i * groups + g, groups, who)
                 g = int(plan.columns[body, GROUP])
                 least = gather(state.clearance, i * groups + g, groups)
                 who = gather(state.clearance_body, i * groups + g, groups)
@@ -187,15 +193,15 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
                 x = row_of(here, k) - obstacle_places(i, j, k, plan, state)
                 square = square + x * x
             reach = least + (own + plan.obstacle_radius[j])
-            if any_of(square < reach * reach):
+            if any_of((square < reach * reach) & there(left)):
                 clearance = math.sqrt(square) - (own + plan.obstacle_radius[j])
                 nearer = clearance < least
                 least, who = where(nearer, clearance, least), where(nearer, float(body), who)
             if sampled:
-                scatter(state.obstacle_distance, i * m + j, m, left, math.sqrt(square))
+                scatter(state.obstacle_distance, i * m + j, m, math.sqrt(square))
         if g >= 0:
-            scatter(state.clearance, i * groups + g, groups, left, least)
-            scatter(state.clearance_body, i * groups + g, groups, left, who)
+            scatter(state.clearance, i * groups + g, groups, least)
+            scatter(state.clearance_body, i * groups + g, groups, who)
     seen = obstacles_seen(n, plan, state)
     for j in range(m):
         body = n + 1 + j
@@ -210,7 +216,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
 
 @inlined
 def _note_robots_of_target(i: int, g: int, target_radius: float, plan: Plan, state: State) -> None:
-    """Notes the target's distances to robots i to i + 3."""
+    """Notes the target's distances to robots i to i + 7."""
     n, p = state.q.shape
     for robot in range(i, min(i + WIDTH, n)):
         square = 0.0
@@ -258,11 +264,9 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     n, p = q.shape
     g, groups = int(plan.columns[0, GROUP]), state.clearance.shape[1]
     here = stack_rows(p)
-    for begin in range(0, n, WIDTH):
-        i = four_from(begin, n)
+    for i in range(0, n, WIDTH):
         own, nearest = load(radius, i), everywhere(math.inf)
-        for k in range(p):
-            set_row(here, k, gather(q, i * p + k, p))
+        load_rows(q, i, here)
         least = gather(state.clearance, i * groups + g, groups)
         who = gather(state.clearance_body, i * groups + g, groups)
         for j in range(n):
@@ -270,7 +274,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
             for k in range(p):
                 x = row_of(here, k) - q[j, k]
                 square = square + x * x
-            bodies, another = own + radius[j], lane_numbers() + float(i) != float(j)
+            bodies, another = own + radius[j], (lane_numbers() + float(i) != float(j)) & there(n - i)
             reach = least + bodies
             if any_of((square < reach * reach) & another):
                 clearance = math.sqrt(square) - bodies
@@ -278,10 +282,10 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
                 least, who = where(nearer, clearance, least), where(nearer, float(j), who)
             if sampled:
                 nearest = where((square < nearest) & another, square, nearest)
-        scatter(state.clearance, i * groups + g, groups, n - i, least)
-        scatter(state.clearance_body, i * groups + g, groups, n - i, who)
+        scatter(state.clearance, i * groups + g, groups, least)
+        scatter(state.clearance_body, i * groups + g, groups, who)
         if sampled:
-            store(state.robot_distance_min, i, n - i, math.sqrt(nearest))
+            store(state.robot_distance_min, i, math.sqrt(nearest))
 
 
 @on_demand
@@ -289,48 +293,44 @@ def _watch_crowd(plan: Plan, state: State, sampled: bool) -> None:
     """As `_watch_robots`, by the lists of neighbors."""
     n, lists = state.q.shape[0], state.neighbors
     g = int(plan.columns[0, GROUP])
-    for begin in range(0, n, WIDTH):
-        i = four_from(begin, n)
+    for i in range(0, n, WIDTH):
         most = most_candidates(i, lists)
         if most > 0:
-            _watch_four(i, most, g, plan, state, sampled)
+            _watch_several(i, most, g, plan, state, sampled)
             continue
-        for robot in range(i, i + WIDTH):
+        for robot in range(i, min(i + WIDTH, n)):
             _watch_one(robot, g, plan, state, sampled)
 
 
 @inlined
-def _watch_four(i: int, most: int, g: int, plan: Plan, state: State, sampled: bool) -> None:
-    """Clearances of robots i to i + 3 to their candidates, of which none has more than so many."""
+def _watch_several(i: int, most: int, g: int, plan: Plan, state: State, sampled: bool) -> None:
+    """Clearances of robots i to i + 7 to their candidates, of which none has more than so many."""
     q, lists, radius = state.q, state.neighbors, plan.robot_radius
     n, p = q.shape
     groups, width, here = state.clearance.shape[1], lists.shape[1], stack_rows(p)
     own, nearest = load(radius, i), everywhere(math.inf)
-    for k in range(p):
-        set_row(here, k, gather(q, i * p + k, p))
+    load_rows(q, i, here)
     least = gather(state.clearance, i * groups + g, groups)
     who = gather(state.clearance_body, i * groups + g, groups)
+    rows = float(width) * lesser(lane_numbers() + float(i), float(n - 1))
+    count = pick(lists, rows + float(COUNT))
     for place in range(most):
-        at0, at1 = column_of(i, place, lists), column_of(i + 1, place, lists)
-        at2, at3 = column_of(i + 2, place, lists), column_of(i + 3, place, lists)
-        a, b = int(lists[i, at0]), int(lists[i + 1, at1])
-        c, d = int(lists[i + 2, at2]), int(lists[i + 3, at3])
-        row = i * width
-        others = pick(lists, row + at0, row + width + at1, row + 2 * width + at2, row + 3 * width + at3)
+        others = pick(lists, rows + (float(FIRST) + lesser(count - 1.0, float(place))))
         square = everywhere(0.0)
         for k in range(p):
-            x = row_of(here, k) - pick(q, a * p + k, b * p + k, c * p + k, d * p + k)
+            x = row_of(here, k) - pick(q, others * float(p) + float(k))
             square = square + x * x
         nearest = where(square < nearest, square, nearest)
-        reach = least + (own + pick(radius, a, b, c, d))
+        bodies = own + pick(radius, others)
+        reach = least + bodies
         if any_of(square < reach * reach):
-            clearance = math.sqrt(square) - (own + pick(radius, a, b, c, d))
+            clearance = math.sqrt(square) - bodies
             nearer = clearance < least
             least, who = where(nearer, clearance, least), where(nearer, others, who)
-    scatter(state.clearance, i * groups + g, groups, n - i, least)
-    scatter(state.clearance_body, i * groups + g, groups, n - i, who)
+    scatter(state.clearance, i * groups + g, groups, least)
+    scatter(state.clearance_body, i * groups + g, groups, who)
     if sampled:
-        store(state.robot_distance_min, i, n - i, math.sqrt(nearest))
+        store(state.robot_distance_min, i, math.sqrt(nearest))
 
 
 @inlined

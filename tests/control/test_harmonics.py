@@ -41,11 +41,11 @@ OTHERS = [
 
 
 @jitted
-def turn(x, sines, cosines):
+def turn(x, sines, cosines):  # of whole lanes
     for at in range(0, len(x), WIDTH):
         sine, cosine = sine_and_cosine(load(x, at))
-        store(sines, at, WIDTH, sine)
-        store(cosines, at, WIDTH, cosine)
+        store(sines, at, sine)
+        store(cosines, at, cosine)
 
 
 def found(source: str) -> Sum | None:
@@ -68,7 +68,7 @@ def test_sine_and_cosine_are_exact_to_rounding(scale: float) -> None:
 
 
 def test_sine_and_cosine_of_what_is_no_number_are_none() -> None:
-    x = np.array([np.nan, 0.0, np.inf, 1.0])
+    x = np.array([np.nan, 0.0, np.inf, 1.0, 0.0, 0.0, 0.0, 0.0])
     sines, cosines = np.empty_like(x), np.empty_like(x)
     turn(x, sines, cosines)
     assert np.isnan(sines[[0, 2]]).all() and np.isnan(cosines[[0, 2]]).all()
@@ -89,13 +89,18 @@ def test_other_functions_are_left_to_their_programs(source: str) -> None:
 
 
 def test_axes_share_their_tones_and_tables_are_whole_lanes() -> None:
-    tables = tabulate([found("4*cos(0.5*t)"), found("4*sin(0.5*t)"), None, found("1 + 2*t")])
+    tables = tabulate([found("4*cos(0.5*t)"), found("3*t + 4*sin(0.5*t)"), None, found("1 + 2*t")])
     assert tables["tones"].shape == (2, WIDTH)
     assert tables["tones"][:, 0].tolist() == [0.5, 0.0]
-    assert tables["waves"][:, 0].tolist() == [4.0, 0.0, 0.0, 4.0, 0.0, 0.0, 0.0, 0.0]
-    assert not tables["waves"][:, 1:].any()
-    assert tables["lines"].tolist() == [[0.0, 0.0], [0.0, 0.0], [0.0, 0.0], [1.0, 2.0]]
-    assert tabulate([None])["tones"].shape == (2, 0)
+    assert tables["waves"].shape == (2 * WIDTH, WIDTH)
+    assert tables["waves"][0].tolist() == [4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0], "shares of the cosine"
+    assert tables["waves"][1].tolist() == [0.0, 4.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0], "shares of the sine"
+    assert not tables["waves"][2:].any()
+    assert tables["lines"].tolist() == [
+        [0.0, 0.0, 0.0, 3.0, 0.0, 1.0, 0.0, 0.0],
+        [0.0, 3.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0],
+    ]
+    assert tabulate([None, None])["tones"].shape == (2, 0)
 
 
 @pytest.mark.parametrize("axes", [2, 3])

@@ -19,13 +19,12 @@ from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory
 from escort_mj.lanes import (
     WIDTH,
     everywhere,
-    four_from,
-    gather,
-    lane_numbers,
     load,
+    load_rows,
     row_of,
     set_row,
     stack_rows,
+    there,
     total,
     where,
 )
@@ -95,7 +94,7 @@ def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation:
 
 @inlined
 def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) -> None:
-    """Correlation H of where robots and vertices are, as seen from the target; four robots at once.
+    """Correlation H of where robots and vertices are, as seen from the target; eight robots at once.
 
     Args:
         q: As for `turn_figure`, and so are the next three.
@@ -105,21 +104,21 @@ def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) 
         h: Result, shape (p, p).
     """
     n, p = q.shape
-    way, sums = stack_rows(p), stack_rows(p * p)
+    way, vertex, sums = stack_rows(p), stack_rows(p), stack_rows(p * p)
     for entry in range(p * p):
         set_row(sums, entry, everywhere(0.0))
-    for begin in range(0, n, WIDTH):
-        i = four_from(begin, n)
-        robot, square = lane_numbers() + float(i), everywhere(0.0)
-        there = (robot > begin - 0.5) & (robot < float(n)) & (load(lost, i) < 0.5)
+    for i in range(0, n, WIDTH):
+        square, counts = everywhere(0.0), there(n - i) & (load(lost, i) < 0.5)
+        load_rows(q, i, way)
+        load_rows(vertices, i, vertex)
         for a in range(p):
-            set_row(way, a, where(there, gather(q, i * p + a, p) - center[a], 0.0))
+            set_row(way, a, where(counts, row_of(way, a) - center[a], 0.0))
             square = square + row_of(way, a) * row_of(way, a)
         inverse = where(square > 0.0, 1.0 / math.sqrt(square), 0.0)
         for b in range(p):
-            vertex = where(there, inverse * gather(vertices, i * p + b, p), 0.0)
+            part = where(counts, inverse * row_of(vertex, b), 0.0)
             for a in range(p):
-                set_row(sums, a * p + b, row_of(sums, a * p + b) + row_of(way, a) * vertex)
+                set_row(sums, a * p + b, row_of(sums, a * p + b) + row_of(way, a) * part)
     for a in range(p):
         for b in range(p):
             h[a, b] = total(row_of(sums, a * p + b))

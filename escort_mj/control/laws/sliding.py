@@ -41,4 +41,4 @@ def smooth_sign(x: Lanes, smoothing: int) -> Lanes:
 def smooth_signs(x: Array, smoothing: int) -> None:
     """Replaces every x by what stands for its sign."""
     for at in range(0, x.shape[0], WIDTH):
-        store(x, at, x.shape[0] - at, smooth_sign(load(x, at), smoothing))
+        store(x, at, smooth_sign(load(x, at), smoothing))
