@@ -91,11 +91,11 @@ class Layout:
         """
         _same_names("dimensions", sizes, self.dimensions)
         _same_names("fields", values, self.fields[self.plan])
-        header = np.zeros(self.header_size)
+        plan = np.zeros(self.plan_size(sizes))
+        header, end = plan[: self.header_size], self.header_size
         header[MAGIC] = self.magic
         for name, place in self.dimensions.items():
             header[place] = sizes[name]
-        blocks, end = [header], self.header_size
         for name, field in self.fields[self.plan].items():
             if field.kind is not np.ndarray:
                 header[field.place] = values[name]
@@ -104,14 +104,13 @@ class Layout:
             if block.shape != _shape(field, sizes):
                 raise ValueError(f"{name} has the shape {block.shape}; expected {_shape(field, sizes)}")
             header[field.place] = end
-            room = self._room(field, sizes)
-            blocks.append(np.pad(block.ravel(), (0, room - block.size)))
-            end += room
+            plan[end : end + block.size] = block.ravel()
+            end += self._room(field, sizes)
         header[LENGTH] = end
         for name, (start, _) in self.places(sizes).items():
             assert self.state is not None
             header[self.fields[self.state][name].place] = start
-        return np.concatenate(blocks)
+        return plan
 
     def plan_size(self, sizes: Mapping[str, int]) -> int:
         """Length of a plan with dimensions of these sizes."""
