@@ -14,7 +14,7 @@ from numba.core.typing.templates import AbstractTemplate, ConcreteTemplate, infe
 from numba.extending import lower_builtin
 
 from escort_mj import cache, kernels, machine_code, memory, on_demand
-from escort_mj.compiler import lanes, machine, views  # noqa: F401
+from escort_mj.compiler import lanes, machine, views, words  # noqa: F401
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -140,6 +140,9 @@ def _data_address(context: Any, array: Any) -> Any:
 
 @instructions(kernels.high_product)
 def _high_product(context: Any, a: Any, b: Any) -> Any:
+    if not (isinstance(a, types.Integer) and isinstance(b, types.Integer)):
+        return None
+
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         wide = ir.IntType(128)
         product = builder.mul(builder.zext(arguments[0], wide), builder.zext(arguments[1], wide))

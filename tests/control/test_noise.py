@@ -1,5 +1,6 @@
 """Measurement noise: the generator word by word, its distribution, and its independence of order."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,15 +10,17 @@ from scipy import stats
 from escort_mj.compiler.declarations import jitted
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import ApdSmc
-from escort_mj.control.noise import AT_ONCE, OF_ROBOT, draw_points, first_coordinates
+from escort_mj.control.noise import OF_TARGET, draw_points
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.reference.noise import NOISE_KEY, ball_noise
 from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
-from escort_mj.kernels import stack_memory, vector_at
+from escort_mj.lanes import WIDTH, stack_rows
 
 MASK = 2**64 - 1
 DRAWS = 400_000
+# Axes, robot and step of draws with seed 1, and how many of the first eight candidates are inside
+LATE = [(2, 75, 20, 1), (2, 60, 1323, 0), (3, 40, 0, 1), (3, 9, 1, 0)]
 
 
 class Rest:
@@ -82,20 +85,29 @@ def test_ball_noise_follows_its_definition(seed: int, axes: int) -> None:
 
 
 @jitted
-def draw(points: np.ndarray, seed: int) -> None:
-    """Fills rows with points from unit balls, a position's and a velocity's in turn, four robots a step."""
-    coordinates = vector_at(stack_memory(), AT_ONCE)
-    for row in range(points.shape[0] // 2):
-        first_coordinates(coordinates, points.shape[1], seed, OF_ROBOT, row % 4, row // 4)
-        draw_points(points[2 * row : 2 * row + 2], 1.0, 1.0, seed, OF_ROBOT, row % 4, row // 4, coordinates)
+def draw(points: np.ndarray, counts: np.ndarray, seed: int, steps: np.ndarray) -> None:
+    """Draws points for robots and, last, the target: shape (steps, n + 1, 2, p)."""
+    n, p = points.shape[1] - 1, points.shape[3]
+    rows = stack_rows(2 * p)
+    for row in range(len(steps)):
+        for first in range(0, n + 1, WIDTH):
+            draw_points(rows, int(counts[0]), int(counts[1]), seed, first, n, int(steps[row]))
+            for body in range(first, min(first + WIDTH, n + 1)):
+                for k in range(2 * p):
+                    points[row, body, k // p, k % p] = rows[k, body - first]
+
+
+def drawn(n: int, axes: int, seed: int, steps: Sequence[int], counts: tuple[int, int] = (2, 2)) -> np.ndarray:
+    """What `draw` makes of it; `counts`: how many points a robot needs, and the target."""
+    points = np.full((len(steps), n + 1, 2, axes), np.nan)
+    draw(points, np.array(counts), seed, np.array(steps))
+    return points
 
 
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize("channel", [0, 1])
 def test_noise_is_uniform_in_the_ball(axes: int, channel: int) -> None:
-    drawn = np.zeros((2 * DRAWS, axes))
-    draw(drawn, 1)
-    x = drawn[channel::2]
+    x = drawn(4, axes, 1, range(DRAWS // 4))[:, :4, channel].reshape(-1, axes)
     radius = np.linalg.norm(x, axis=1)
     assert radius.max() <= 1.0
     np.testing.assert_allclose(x.mean(axis=0), 0.0, atol=4.0 / np.sqrt(DRAWS * (axes + 2)))
@@ -108,11 +120,33 @@ def test_noise_is_uniform_in_the_ball(axes: int, channel: int) -> None:
 
 
 @pytest.mark.parametrize("axes", [2, 3, 5])
-def test_kernel_and_twin_draw_the_same_points(axes: int) -> None:
-    drawn = np.zeros((2 * 400, axes))
-    draw(drawn, 3)
-    told = [ball_noise(3, row % 4, row // 4, axes) for row in range(400)]
-    np.testing.assert_array_equal(drawn, np.concatenate(told))
+@pytest.mark.parametrize("n", [*range(1, 21), 100])
+def test_kernel_and_twin_draw_the_same_points(n: int, axes: int) -> None:
+    for seed, steps in [(3, (0, 1)), (2**53 - 1, (123456, 10**9))]:
+        points = drawn(n, axes, seed, steps)
+        for step, row in zip(steps, points, strict=True):
+            for robot in range(n):
+                np.testing.assert_array_equal(row[robot], ball_noise(seed, robot, step, axes))
+            np.testing.assert_array_equal(row[n], ball_noise(seed, 0, step, axes, use=OF_TARGET))
+
+
+@pytest.mark.parametrize("axes", [2, 3, 5])
+@pytest.mark.parametrize("counts", [(1, 1), (1, 2), (2, 1), (0, 2), (2, 0), (0, 1)])
+def test_as_many_points_as_are_needed(counts: tuple[int, int], axes: int) -> None:
+    n, steps = 9, range(40)
+    every, some = drawn(n, axes, 5, steps), drawn(n, axes, 5, steps, counts)
+    np.testing.assert_array_equal(some[:, :n, : counts[0]], every[:, :n, : counts[0]])
+    np.testing.assert_array_equal(some[:, n, : counts[1]], every[:, n, : counts[1]])
+
+
+@pytest.mark.parametrize(("axes", "robot", "step", "inside"), LATE)
+def test_who_finds_too_little_at_once_goes_on_alone(axes: int, robot: int, step: int, inside: int) -> None:
+    words = [w for block in range(1, axes + 1) for w in philox([block, 0, robot, step], [1, NOISE_KEY])]
+    at_once = np.array([half for word in words for half in (word % 2**32, word >> 32)]).reshape(8, axes)
+    squares = np.sum(((at_once + 0.5) * 2.0**-31 - 1.0) ** 2, axis=1)
+    assert np.sum(squares <= 1.0) == inside, "another draw is needed here"
+    points = drawn(robot + 1, axes, 1, [step])[0, robot]
+    np.testing.assert_array_equal(points, ball_noise(1, robot, step, axes))
 
 
 def test_noise_differs_by_everything_that_names_it() -> None:
