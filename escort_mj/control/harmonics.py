@@ -22,7 +22,7 @@ from escort_mj.control.elementary import sine_and_cosine
 from escort_mj.control.plan import Plan, State
 from escort_mj.control.program import Op
 from escort_mj.kernels import flat, inlined
-from escort_mj.lanes import WIDTH, load, room_for, set_row, stack_rows, store
+from escort_mj.lanes import WIDTH, everywhere, load, room_for, set_row, stack_rows, store
 
 Array = NDArray[np.float64]
 Tone = tuple[float, float]  # pulsatance [rad/s] and phase [rad]
@@ -133,12 +133,14 @@ def follow(plan: Plan, state: State, push: Array) -> None:
         set_row(turns, 0, cosine)
         set_row(turns, 1, sine)
         for at in range(0, followed, WIDTH):
-            sums = load(found, at)
-            for lane in range(WIDTH):
+            a, b, c, d = load(found, at), everywhere(0.0), everywhere(0.0), everywhere(0.0)
+            for lane in range(0, WIDTH, 2):  # four sums, so that none has to wait long for itself
                 row = 2 * (first + lane) * followed + at
-                sums = sums + turns[0, lane] * load(plan.waves, row)
-                sums = sums + turns[1, lane] * load(plan.waves, row + followed)
-            store(found, at, sums)
+                a = a + turns[0, lane] * load(plan.waves, row)
+                b = b + turns[1, lane] * load(plan.waves, row + followed)
+                c = c + turns[0, lane + 1] * load(plan.waves, row + 2 * followed)
+                d = d + turns[1, lane + 1] * load(plan.waves, row + 3 * followed)
+            store(found, at, (a + b) + (c + d))
     values = flat(found)
     for k in range(p):
         state.target_position[k] = values[k]
