@@ -358,6 +358,7 @@ def _stack_rows(context: Any, rows: Any) -> Any:
         width, item = rows.type(WIDTH), rows.type(DOUBLE)
         with builder.goto_entry_block():
             data = builder.alloca(ir.DoubleType(), size=rows.type(STACK_ROWS * WIDTH))
+            data.align = DOUBLE * WIDTH  # rows that lie across two lines of the cache cost twice
         array = make_array(kind)(context, builder)
         strides = [rows.type(DOUBLE * WIDTH), item]
         populate_array(array, data=data, shape=[rows, width], strides=strides, itemsize=item, meminfo=None)
