@@ -17,7 +17,7 @@ MISSION = {
         "supervisor": [{"name": "alone", "after": 1, "behaviors": ["surface"]}],
     },
 }
-REACHED = {"measure", "supervise", "_refresh_some", "_run_one_by_one", "weigh_tasks"}
+REACHED = {"follow_time", "measure", "supervise", "_refresh_some", "_run_one_by_one", "weigh_tasks"}
 PROGRAM = """
 import json, sys
 from mujoco import batch

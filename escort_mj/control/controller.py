@@ -139,7 +139,7 @@ def advance(plan: Plan, state: State) -> bool:
     return moved
 
 
-@merged
+@on_demand
 def follow_time(plan: Plan, state: State) -> None:
     """Target and disturbance at the present time."""
     n, p = state.q.shape

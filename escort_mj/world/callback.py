@@ -19,6 +19,7 @@ import mujoco
 
 from escort_mj import machine_code
 from escort_mj.control.conflicts import weigh_side_by_side, weigh_tasks
+from escort_mj.control.controller import follow_time
 from escort_mj.control.measure import measure
 from escort_mj.machine_code import Piece
 from escort_mj.world.build import World
@@ -54,7 +55,8 @@ def _of_class(known: int) -> Callbacks:
     axes = known if known < MANY else None
     control, sensor = _piece(control_callback, axes), _piece(sensor_callback, axes)
     weigh = weigh_tasks if axes is None else weigh_side_by_side
-    machine_code.have([control, _piece(weigh, axes), _piece(measure, axes), sensor])
+    others = [_piece(function, axes) for function in (measure, weigh, follow_time)]
+    machine_code.have([control, sensor, *others])
     addresses = machine_code.address(control), machine_code.address(sensor)
     table[2 * known : 2 * known + 2] = list(addresses)
     return CONTROL(addresses[0]), SENSOR(addresses[1])
