@@ -138,6 +138,7 @@ import signal
 from escort_mj import machine_code
 from escort_mj.api import load_scenario
 from escort_mj.environments import Simulation
+signal.signal(signal.SIGINT, signal.default_int_handler)  # who was started in the background ignores it
 simulation = Simulation(load_scenario("main", {"duration": 1.0, "expect": []}))
 simulation.reset()
 address = machine_code.address
