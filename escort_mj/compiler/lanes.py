@@ -49,31 +49,47 @@ class _MaskModel(models.PrimitiveModel):
         super().__init__(manager, kind, _BITS)
 
 
-def _wide(builder: Any, value: Any) -> Any:
-    """A value in all lanes, unless it is lanes already."""
-    if value.type == _DOUBLES:
+def spread(builder: Any, value: Any, kind: Any) -> Any:
+    """A value in all lanes of a kind, unless it is lanes already."""
+    if value.type == kind:
         return value
-    single = builder.insert_element(ir.Constant(_DOUBLES, ir.Undefined), value, _INT(0))
-    return builder.shuffle_vector(
-        single, ir.Constant(_DOUBLES, ir.Undefined), ir.Constant(ir.VectorType(_INT, WIDTH), [0] * WIDTH)
-    )
+    nothing = ir.Constant(kind, ir.Undefined)
+    single = builder.insert_element(nothing, value, _INT(0))
+    return builder.shuffle_vector(single, nothing, ir.Constant(ir.VectorType(_INT, WIDTH), [0] * WIDTH))
 
 
-_PAIRS = ((lanes, lanes), (lanes, types.float64), (types.float64, lanes))
+def teach_operator(
+    function: Any, result: types.Type, of: types.Type, single: types.Type, kind: Any, generate: Any
+) -> None:
+    """Teaches kernels what an operator makes of two lanes, or of lanes and a single number.
 
-
-def _binary(function: Any, result: types.Type, generate: Callable[[Any, Any, Any], Any]) -> None:
-    """Teaches kernels what an operator makes of two lanes, or of lanes and a float."""
+    Args:
+        function: The operator.
+        result: Type in kernels of what comes of it.
+        of: Type in kernels of the lanes.
+        single: Type in kernels of one number.
+        kind: The lanes as LLVM has them.
+        generate: Called with the builder and both values, in lanes.
+    """
+    pairs = ((of, of), (of, single), (single, of))
 
     @infer_global(function)
     class Template(ConcreteTemplate):
-        cases = [signature(result, *pair) for pair in _PAIRS]
+        cases = [signature(result, *pair) for pair in pairs]
 
-    for pair in _PAIRS:
+    for pair in pairs:
 
         @lower_builtin(function, *pair)
         def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-            return generate(builder, _wide(builder, arguments[0]), _wide(builder, arguments[1]))
+            return generate(builder, *(spread(builder, value, kind) for value in arguments))
+
+
+def _wide(builder: Any, value: Any) -> Any:
+    return spread(builder, value, _DOUBLES)
+
+
+def _binary(function: Any, result: types.Type, generate: Callable[[Any, Any, Any], Any]) -> None:
+    teach_operator(function, result, lanes, types.float64, _DOUBLES, generate)
 
 
 _binary(operator.add, lanes, lambda b, x, y: b.fadd(x, y, flags=_CONTRACT))

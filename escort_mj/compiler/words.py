@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
 from numba import types
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import lower_builtin, models, register_model
+from numba.extending import models, register_model
 
 from escort_mj import kernels
 from escort_mj import words as names
-from escort_mj.compiler.lanes import lanes
+from escort_mj.compiler.lanes import lanes, spread, teach_operator
 from escort_mj.compiler.machine import instructions
 from escort_mj.lanes import WIDTH
 
@@ -37,31 +35,11 @@ class _WordsModel(models.PrimitiveModel):
 
 
 def _wide(builder: Any, value: Any) -> Any:
-    """A word in all lanes, unless it is lanes already."""
-    if value.type == _WORDS:
-        return value
-    single = builder.insert_element(ir.Constant(_WORDS, ir.Undefined), value, _INT(0))
-    return builder.shuffle_vector(
-        single, ir.Constant(_WORDS, ir.Undefined), ir.Constant(ir.VectorType(_INT, WIDTH), [0] * WIDTH)
-    )
-
-
-_PAIRS = ((words, words), (words, types.uint64), (types.uint64, words))
+    return spread(builder, value, _WORDS)
 
 
 def _binary(function: Any, name: str) -> None:
-    """Teaches kernels an operator of words."""
-
-    @infer_global(function)
-    class Template(ConcreteTemplate):
-        cases = [signature(words, *pair) for pair in _PAIRS]
-
-    for pair in _PAIRS:
-
-        @lower_builtin(function, *pair)
-        def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-            generate: Callable[..., Any] = getattr(builder, name)
-            return generate(*(_wide(builder, value) for value in arguments))
+    teach_operator(function, words, words, types.uint64, _WORDS, lambda b, x, y: getattr(b, name)(x, y))
 
 
 _binary(operator.add, "add")
