@@ -100,7 +100,7 @@ def _watch_motion(plan: Plan, state: State, first: bool) -> None:
     dt = plan.timestep
     velocity, forces, before, demand = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
     for i in range(0, n, WIDTH):
-        square, effort, work = everywhere(0.0), everywhere(0.0), everywhere(0.0)
+        square, effort, power = everywhere(0.0), everywhere(0.0), everywhere(0.0)
         variation, wanted = everywhere(0.0), everywhere(0.0)
         load_rows(state.v, i, velocity)
         load_rows(state.force, i, forces)
@@ -110,7 +110,7 @@ def _watch_motion(plan: Plan, state: State, first: bool) -> None:
             v, force = row_of(velocity, k), row_of(forces, k)
             square = square + v * v
             effort = effort + force * force
-            work = work + abs(force * v)
+            power = power + force * v
             variation = variation + abs(force - row_of(before, k))
             wanted = greatest(wanted, abs(row_of(demand, k)))
         fastest = load(state.speed_max, i)
@@ -118,7 +118,7 @@ def _watch_motion(plan: Plan, state: State, first: bool) -> None:
         if any_of(faster):
             store(state.speed_max, i, where(faster, math.sqrt(square), fastest))
         store(state.effort, i, load(state.effort, i) + dt * effort)
-        store(state.work, i, load(state.work, i) + dt * work)
+        store(state.work, i, load(state.work, i) + dt * abs(power))
         if not first:
             store(state.force_variation, i, load(state.force_variation, i) + variation)
         saturated = where(wanted > load(plan.force_limit, i), dt, 0.0)

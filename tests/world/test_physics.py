@@ -184,7 +184,7 @@ def test_totals_are_sums_over_every_step(busy) -> None:
     dt, force, limit = 0.002, record["force"], world.team.force_limit[:, None]
     expected = {
         "effort": dt * np.cumsum((force**2).sum(axis=2), axis=0),
-        "work": dt * np.cumsum(np.abs(force * record["v"]).sum(axis=2), axis=0),
+        "work": dt * np.cumsum(np.abs((force * record["v"]).sum(axis=2)), axis=0),
         "force_variation": np.cumsum(np.abs(np.diff(force, axis=0, prepend=force[:1])).sum(axis=2), axis=0),
         "saturated_time": dt * np.cumsum((np.abs(record["tau"]) > limit).any(axis=2), axis=0),
     }
