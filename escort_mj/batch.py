@@ -17,18 +17,14 @@ from dataclasses import replace
 from itertools import islice
 from typing import TypeVar
 
+from escort_mj import stopping
 from escort_mj.mission import Room, Run, failed, fly
-from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.schema import Scenario
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 AHEAD = 2  # missions that each thread may be ahead of who takes the results
-
-
-class _Forsaken(BaseException):
-    """Ends a mission that nobody waits for any longer."""
 
 
 def fly_many(scenarios: Iterable[Scenario], threads: int, traces: bool = False) -> Iterator[Run]:
@@ -41,47 +37,38 @@ def fly_many(scenarios: Iterable[Scenario], threads: int, traces: bool = False) 
 
     Yields:
         A run for each scenario, in their order.
-    """
-    nobody_waits = threading.Event()
-    rooms = threading.local()
 
-    def stop_if_asked(reached: float, duration: float) -> None:
-        if nobody_waits.is_set():
-            raise _Forsaken
+    Raises:
+        KeyboardInterrupt: If it comes; missions under way end with it.
+    """
+    rooms = threading.local()
 
     def one(scenario: Scenario) -> Run:
         if traces:
-            return _flown(scenario, stop_if_asked, None)
+            return _flown(scenario, None)
         if not hasattr(rooms, "mine"):
             rooms.mine = Room()
-        return replace(_flown(scenario, stop_if_asked, rooms.mine), recording=None)
+        return replace(_flown(scenario, rooms.mine), recording=None)
 
-    yield from in_threads(one, scenarios, threads, nobody_waits.set)
+    yield from in_threads(one, scenarios, threads)
 
 
-def _flown(scenario: Scenario, progress: Callable[[float, float], None], room: Room | None) -> Run:
+def _flown(scenario: Scenario, room: Room | None) -> Run:
     try:
-        run = fly(scenario, None, progress, room)
+        return fly(scenario, room=room)
     except Exception as error:
         return failed(scenario, error)
-    if run.outcome is Outcome.INTERRUPTED:
-        raise KeyboardInterrupt
-    return run
 
 
-def in_threads(
-    function: Callable[[Item], Result],
-    items: Iterable[Item],
-    threads: int,
-    forsake: Callable[[], None] = lambda: None,
-) -> Iterator[Result]:
+def in_threads(function: Callable[[Item], Result], items: Iterable[Item], threads: int) -> Iterator[Result]:
     """Calls a function for every item, a few ahead of who takes the results.
+
+    When nobody takes results any longer, missions that are under way end.
 
     Args:
         function: Mostly native.
         items: What to call it with, taken as they are needed.
         threads: How many cores to keep busy; 1 stays in this thread.
-        forsake: Called when nobody takes results any longer; calls under way may then end as they like.
 
     Yields:
         One result per item, in the order of the items.
@@ -91,7 +78,8 @@ def in_threads(
         return
     waiting = iter(items)
     flying: deque[Future[Result]] = deque()
-    pool = ThreadPoolExecutor(threads, thread_name_prefix="mission")
+    unwanted = threading.Event()
+    pool = ThreadPoolExecutor(threads, "mission", stopping.end_with, (unwanted,))
     try:
         while True:
             for item in islice(waiting, AHEAD * threads - len(flying)):
@@ -100,5 +88,5 @@ def in_threads(
                 return
             yield flying.popleft().result()
     finally:
-        forsake()
+        unwanted.set()
         pool.shutdown(cancel_futures=True)

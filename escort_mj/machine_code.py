@@ -14,10 +14,11 @@ import threading
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from escort_mj import cache
+from escort_mj import cache, stopping
 from escort_mj.kernels import symbols
 
 PROCESSES = 2  # that compile at once
+POLL = 0.1  # s between two looks at whether anybody still wants what is compiled
 _lock = threading.RLock()  # threads that begin together compile once
 
 
@@ -59,6 +60,7 @@ def have(pieces: Sequence[Piece]) -> None:
 
     Raises:
         Exception: What the compiler says of a kernel that is wrong.
+        KeyboardInterrupt: If it comes, also to the thread that wants this thread's results.
     """
     missing = [piece for piece in pieces if piece not in _loaded and kept(piece) is None]
     if not missing:
@@ -75,6 +77,7 @@ def have(pieces: Sequence[Piece]) -> None:
 def _elsewhere(pieces: Sequence[Piece]) -> None:
     """Has pieces compiled in processes of their own; where those cannot be started or fail, they are not."""
     left = list(pieces)
+    running: list[subprocess.Popen[str]] = []
 
     def serve() -> None:
         # -P: what lies in the user's folder by the name of a module is none of the compiler's.
@@ -90,6 +93,7 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
                 env=environment,
                 start_new_session=True,
             ) as process:
+                running.append(process)
                 while left:
                     print(left.pop(0), file=process.stdin, flush=True)
                     if not process.stdout.readline():  # type: ignore[union-attr]
@@ -103,9 +107,14 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
         server.start()
     try:
         for server in servers:
-            server.join()
-    except KeyboardInterrupt:  # what is being compiled is kept for the next run, the rest is not begun
+            while server.is_alive():
+                server.join(POLL)
+                if stopping.asked():
+                    raise KeyboardInterrupt
+    except KeyboardInterrupt:
         left.clear()
+        for process in running:
+            process.kill()
         raise
 
 

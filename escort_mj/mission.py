@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
 import platform
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from importlib.metadata import version
@@ -17,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj import stopping
 from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
@@ -120,6 +117,9 @@ def fly(
         folder: Where to write what came of it, sample by sample; None keeps everything in memory.
         progress: Called now and then.
         room: Where samples go; what is recorded there lasts until the next mission that gets it.
+
+    Raises:
+        KeyboardInterrupt: If it was interrupted; a folder then holds the run as far as it came.
     """
     world = build(scenario)
     plant = Plant(world)
@@ -127,10 +127,14 @@ def fly(
     if folder is not None:
         plugins = [file for each in catalog_of(scenario).plugins if (file := each.source.file)]
         folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels_of(scenario, world), plugins)
-    clock = time.perf_counter() - waited()
-    samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
-    wall = time.perf_counter() - waited() - clock
-    return conclude(scenario, plant, samples, episodes, outcome, message, wall, folder)
+    with stopping.deferred():
+        clock = time.perf_counter() - waited()
+        samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
+        wall = time.perf_counter() - waited() - clock
+        if outcome is Outcome.INTERRUPTED and (folder is None or not len(samples)):
+            raise KeyboardInterrupt(message)
+        run = conclude(scenario, plant, samples, episodes, outcome, message, wall, folder)
+    return run
 
 
 def conclude(
@@ -197,25 +201,26 @@ def _simulate(
     bound = bound_of(scenario, world)
     done, outcome, message = 0, Outcome.COMPLETED, ""
     episodes = [NONE]
-    with native_loop(world), interruptible(signal.SIGINT, signal.SIGTERM) as interrupted:
+    with native_loop(world):
         while done < total and outcome is Outcome.COMPLETED:
             start, done = done, min(done + BLOCK, total)
             log = [NONE]
             row = start
-            while row < done:
+            while row < done and not stopping.asked():
                 taken = plant.samples(done - row)
                 samples[row : row + len(taken)] = taken
                 row += len(taken)
                 if plant.has_ended:
                     log.append(plant.ended())
+            done = row
             healthy, outcome, message = examine(samples[start:done], plant, bound)
             episodes.append(np.vstack(log))
             done = start + healthy
             if folder is not None:
                 folder.append(samples[start:done], episodes[-1], plant.under_way())
             reached = float(samples[done - 1, 0]) if done else 0.0
-            if outcome is Outcome.COMPLETED and interrupted:
-                outcome, message = Outcome.INTERRUPTED, f"{interrupted[0]} at {reached:.2f} s"
+            if outcome is Outcome.COMPLETED and (signal := stopping.asked()):
+                outcome, message = Outcome.INTERRUPTED, f"interrupted by {signal} at {reached:.2f} s"
             if progress is not None:
                 progress(reached, scenario.duration)
     told = np.vstack([*episodes, plant.under_way()])
@@ -262,32 +267,6 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
         moment = f" after {block[keep - 1, 0]:.2f} s" if keep else ""
         return keep, Outcome.DIVERGED, f"the state is no longer a number{moment}"
     return keep, Outcome.COMPLETED, ""
-
-
-@contextlib.contextmanager
-def interruptible(*signals: signal.Signals) -> Iterator[list[str]]:
-    """Turns signals such as Ctrl-C into a note, so that what runs ends in order; a second ends the process.
-
-    Args:
-        signals: Which; threads other than the main one get none.
-    """
-    notes: list[str] = []
-
-    def note(number: int, frame: Any) -> None:
-        if notes:
-            signal.signal(number, signal.SIG_DFL)
-            os.kill(os.getpid(), number)
-        notes.append(f"interrupted by {signal.Signals(number).name}")
-
-    if threading.current_thread() is not threading.main_thread():
-        yield notes
-        return
-    before = {number: signal.signal(number, note) for number in signals}
-    try:
-        yield notes
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _outlines(scenario: Scenario) -> list[list[list[float]]]:

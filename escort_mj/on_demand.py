@@ -18,7 +18,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from escort_mj import machine_code
+from escort_mj import machine_code, stopping
 from escort_mj.kernels import symbols
 from escort_mj.machine_code import Piece
 
@@ -81,7 +81,8 @@ def _request(address: int) -> None:
     began = time.perf_counter()
     try:
         slot, piece = entries[address]
-        slot.value = machine_code.address(piece)
+        with stopping.deaf():
+            slot.value = machine_code.address(piece)
     except KeyboardInterrupt:
         raise
     except BaseException:

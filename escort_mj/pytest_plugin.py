@@ -161,7 +161,6 @@ def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
     Called as `escort_run("main", {"duration": 20})`: a file or a shipped scenario's name, then overrides.
     """
     from escort_mj import api
-    from escort_mj.record.outcome import Outcome
     from escort_mj.scenario import dump_scenario
 
     known: dict[str, Run] = {}
@@ -177,8 +176,6 @@ def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
             known[key] = api.run(scenario, folder, figures=False, video=False)
             if folder is not None:
                 pytestconfig.stash[FOLDERS][id(known[key])] = folder
-        if known[key].outcome is Outcome.INTERRUPTED:
-            raise KeyboardInterrupt
         return known[key]
 
     return run

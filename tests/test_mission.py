@@ -148,7 +148,26 @@ def test_an_interrupted_run_ends_in_order(tmp_path: Path, number: signal.Signals
     child.wait(60)
     outcome = json.loads((tmp_path / "run" / "outcome.json").read_text())
     assert outcome["outcome"] == "interrupted" and number.name in outcome["message"]
+    assert child.returncode == -number  # as of any Python program
     assert escort_mj.open_run(tmp_path / "run").trace.sizes["time"] > 100
+
+
+def test_an_interrupt_is_no_result(tmp_path: Path) -> None:
+    scenario = escort_mj.load_scenario("main", ["duration=100"])
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    def interrupt(reached: float, duration: float) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    try:
+        for folder in (tmp_path / "run", None):
+            with pytest.raises(KeyboardInterrupt):
+                escort_mj.run(scenario, folder, figures=False, video=False, progress=interrupt)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    stored = escort_mj.open_run(tmp_path / "run")
+    assert 1.0 < stored.outcome["simulated_time"] < 20.0
+    assert {path.name for path in (tmp_path / "run").iterdir()} >= {"metrics.json", "verdicts.json"}
 
 
 def test_a_run_that_breaks_is_marked_failed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,13 +11,14 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+from escort_mj import stopping
 from escort_mj.cli import complete
 from escort_mj.errors import EscortError, ScenarioError
 
 app = typer.Typer(
     name="escort-mj",
     help="Multi-robot escort missions on real physics: one YAML in, verdicts, figures and a video out.",
-    epilog="Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 the run diverged or broke.",
+    epilog="Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 a run diverged or broke, 130 interrupted.",
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
@@ -117,8 +118,8 @@ def shown(path: Path) -> str:
     return str(path) if relative.startswith("..") else relative
 
 
-def main() -> None:
-    """Entry point: runs a command; errors become one message and an exit code, never a traceback."""
+def run_command() -> None:
+    """Runs a command; errors become one message and an exit code, never a traceback."""
     try:
         app()
     except ScenarioError as error:
@@ -128,6 +129,7 @@ def main() -> None:
         typer.echo(f"escort-mj: {error}", err=True)
         sys.exit(error.exit_code)
     except Exception as error:
+        stopping.check()
         if os.environ.get("ESCORT_MJ_TRACEBACK"):
             raise
         typer.echo(
@@ -136,3 +138,8 @@ def main() -> None:
             err=True,
         )
         sys.exit(BROKEN)
+
+
+def main() -> None:
+    """Entry point: runs a command; an interrupt becomes one line and exit code 130."""
+    stopping.command(run_command)

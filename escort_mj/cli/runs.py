@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from escort_mj import stopping
 from escort_mj.cli.app import (
     BROKEN,
     GOOD,
@@ -56,24 +58,17 @@ def run(
     from escort_mj.record.folder import RunFolder
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
+    path = out if out is not None else Path("renders") / mission.name
     with (
-        RunFolder.create(out if out is not None else Path("renders") / mission.name) as folder,
+        stopping.keeping(lambda: _interrupted(path)),
+        RunFolder.create(path) as folder,
         progress_bar("simulating", " s") as progress,
     ):
         result = api.fly(mission, folder, progress)
     if not as_json:
         _report(result)
-    written = ["scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
-    if figures:
-        from escort_mj.report.figures import draw_figures
-
-        written.append(f"figures/ ({len(draw_figures(folder.path))})")
-    if video and draw_video(folder.path):
-        written.append("video.mp4")
-    if report:
-        from escort_mj.report.run_page import report as write_page
-
-        written.append(write_page(folder.path).name)
+    with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown(path)} draws it"):
+        written = _draw(folder.path, figures, video, report)
     finish(
         "run",
         as_json,
@@ -190,6 +185,34 @@ def schema(
 
     kind = scenario_type_with(plugins or ())
     typer.echo(handbook(kind) if markdown else json.dumps(json_schema(kind), indent=2))
+
+
+def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
+    """Draws what was asked for; what the folder then holds."""
+    written = ["scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
+    if figures:
+        from escort_mj.report.figures import draw_figures
+
+        written.append(f"figures/ ({len(draw_figures(folder))})")
+    if video and draw_video(folder):
+        written.append("video.mp4")
+    if report:
+        from escort_mj.report.run_page import report as write_page
+
+        written.append(write_page(folder).name)
+    return written
+
+
+def _interrupted(folder: Path) -> str:
+    """What an interrupted run has left."""
+    from escort_mj.record.folder import is_run
+    from escort_mj.record.stored import read_outcome
+
+    said = read_outcome(folder) if is_run(folder) else {"pid": None}
+    if said["pid"] != os.getpid() or not said.get("simulated_time"):
+        return "the run had not taken its first step"
+    end = "the whole run" if said["outcome"] == "completed" else f"the run up to then: {said['message']}"
+    return f"{shown(folder)} holds {end}; the same command makes it again from its start"
 
 
 def _report(result: Run) -> None:

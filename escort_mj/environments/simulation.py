@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import time
 from dataclasses import dataclass
 from typing import Literal
@@ -10,10 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.errors import UsageError
-from escort_mj.mission import Run, bound_of, conclude, examine, interruptible
+from escort_mj.mission import Run, bound_of, conclude, examine
 from escort_mj.on_demand import waited
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
@@ -134,23 +134,22 @@ class Simulation:
         return self._rewards()
 
     def _advance(self, command: Array) -> None:
-        began = time.perf_counter() - waited()
-        self._commanded = np.clip(np.asarray(command, dtype=float), -1.0, 1.0)
-        told = self.plant.state.v_d if self.command == "velocity" else self.plant.state.tau
-        told[:] = self._commanded * self.scale
-        with native_loop(self.world), interruptible(signal.SIGINT) as interrupted:
-            sample = self.plant.samples(1).copy()
-        if self.plant.has_ended:
-            self._episodes.append(self.plant.ended())
-        kept, outcome, message = examine(sample, self.plant, self._bound)
-        self._samples.append(sample[:kept])
-        self._wall += time.perf_counter() - waited() - began
-        if outcome is not Outcome.COMPLETED:
-            self.outcome, self.message = outcome, message
-        elif self.time > self.scenario.duration - 0.5 / self.scenario.recording.rate:
-            self.outcome, self.message = outcome, f"completed {self.scenario.duration:g} s"
-        if interrupted:  # now that all is in order whoever handles it may
-            signal.raise_signal(signal.SIGINT)
+        with stopping.deferred(), stopping.deaf():  # an interrupt comes when the step has ended in order
+            began = time.perf_counter() - waited()
+            self._commanded = np.clip(np.asarray(command, dtype=float), -1.0, 1.0)
+            told = self.plant.state.v_d if self.command == "velocity" else self.plant.state.tau
+            told[:] = self._commanded * self.scale
+            with native_loop(self.world):
+                sample = self.plant.samples(1).copy()
+            if self.plant.has_ended:
+                self._episodes.append(self.plant.ended())
+            kept, outcome, message = examine(sample, self.plant, self._bound)
+            self._samples.append(sample[:kept])
+            self._wall += time.perf_counter() - waited() - began
+            if outcome is not Outcome.COMPLETED:
+                self.outcome, self.message = outcome, message
+            elif self.time > self.scenario.duration - 0.5 / self.scenario.recording.rate:
+                self.outcome, self.message = outcome, f"completed {self.scenario.duration:g} s"
 
     @property
     def time(self) -> float:

@@ -13,7 +13,6 @@ from escort_mj.errors import EscortError, Fault, ScenarioError
 from escort_mj.expect.verdicts import Verdict
 from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder
-from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import load_scenario
 from escort_mj.scenario.load import expectation_lines
 
@@ -119,7 +118,6 @@ def _fly(bare: Checked, folder: Path | None) -> Checked:
 
     Raises:
         EscortError: If the scenario or the folder is wrong.
-        KeyboardInterrupt: If somebody stopped it.
     """
     scenario = load_scenario(bare.path)
     if folder is None:
@@ -127,8 +125,6 @@ def _fly(bare: Checked, folder: Path | None) -> Checked:
     else:
         with RunFolder.create(folder) as writing:
             run = fly(scenario, writing)
-    if run.outcome is Outcome.INTERRUPTED:
-        raise KeyboardInterrupt
     return replace(
         bare,
         name=scenario.name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -9,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj import stopping
 from escort_mj.control.own import native
 from escort_mj.control.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE
@@ -21,6 +23,7 @@ from escort_mj.world.sampling import MOST_SAMPLES
 from escort_mj.world.wiring import behind, unpack_wiring
 
 Array = NDArray[np.float64]
+LOOK = 0.25  # s at most between two looks at whether somebody has interrupted the mission
 PHYSICS = int(mujoco.mjtState.mjSTATE_INTEGRATION) - int(mujoco.mjtState.mjSTATE_USERDATA)
 
 
@@ -54,6 +57,7 @@ class Plant:
         self._kept: Kept = LAYOUT.read(Kept, world.model.numeric_data.ctypes.data, self._memory)
         self.properties = MassProperties(world.model) if world.sizes["truth"] else None
         self._at_once = MOST_SAMPLES
+        self._pace = 16  # physics steps between two looks
 
     @cached_property
     def state(self) -> State:
@@ -68,17 +72,29 @@ class Plant:
         trees: NDArray[np.int32] = model.dof_treeid[wiring.dof_address.astype(int)]
         return trees
 
-    def step(self, count: int) -> None:
-        """Advances by so many physics steps, without entering Python.
+    def step(self, count: int) -> bool:
+        """Advances by so many physics steps, without entering Python for as long as `LOOK`.
 
         With the truth channel, what can only be found by differences is then added to the record, for the
         state that the steps led to.
+
+        Returns:
+            Whether all were taken; an interrupted mission (`stopping.asked`) stops between them.
         """
-        mujoco.mj_step(self.world.model, self.data, nstep=count)
+        while count:
+            some, began = min(count, self._pace), time.perf_counter()
+            mujoco.mj_step(self.world.model, self.data, nstep=some)
+            count -= some
+            if count and stopping.asked():
+                return False
+            if some == self._pace:
+                took = time.perf_counter() - began
+                self._pace = max(some // 2, 1) if took > LOOK else 2 * some if took < LOOK / 4 else some
         if self.properties is not None:
             residuals = self.properties.residuals(self.data.qpos, self.data.qvel)
             self.state.skew_residual[:] = residuals.skew[self._trees]
             self.state.coriolis_residual[:] = residuals.coriolis[self._trees]
+        return True
 
     def samples(self, most: int) -> Array:
         """Advances to the next samples and takes them, without entering Python between them.
@@ -90,20 +106,22 @@ class Plant:
             most: How many samples at most.
 
         Returns:
-            At least one, shape (k, record_size); a view, until the next call.
+            At least one, shape (k, record_size); a view, until the next call. What there is, if the mission
+            is interrupted on the way.
         """
         stride, kept = self.world.stride, self._kept.samples
         watched = int(self._kept.clock[WATCHED_STEP])
         first = stride - (watched - 1) % stride if watched else 1  # a sample is taken at t = 0
         if not len(kept):
-            self.step(first)
-            return self.record[None]
+            whole = self.step(first)
+            return self.record[None][: int(whole)]
         self._kept.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
         while True:
             count = min(most, len(kept), self._at_once)
             if count > 1:
                 before = self._save()
-            self.step(first + (count - 1) * stride)
+            if not self.step(first + (count - 1) * stride):
+                return kept[: int(self._kept.clock[KEPT])]
             if count == 1 or self._kept.tally[ENDED] < len(self._kept.episodes):
                 break
             self._restore(before)

@@ -1,0 +1,193 @@
+"""Ctrl-C and a polite kill: what is under way ends in order, then `KeyboardInterrupt` ends what waits for it.
+
+An interrupt is never a result. It passes through studies and searches as `KeyboardInterrupt`, and nothing of
+the run that it hit is stored there; only the folder of that run says how far it came.
+"""
+
+from __future__ import annotations
+
+import _thread
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+EXIT_CODE = 130
+PATIENCE = (
+    1.0  # s within which a second signal is the same interrupt: `timeout` sends two, a terminal several
+)
+AGAIN = 0.02  # s after which an interrupt that was lost comes again
+
+_mine = threading.local()
+
+
+class Interrupted(KeyboardInterrupt):
+    """An interrupt that says what is kept, and how to go on."""
+
+
+@contextmanager
+def keeping(words: Callable[[], str]) -> Iterator[None]:
+    """Adds to an interrupt what is kept and how to go on; what was added further inside stays.
+
+    Args:
+        words: Says so; called when the interrupt has come.
+
+    Raises:
+        Interrupted: In place of a `KeyboardInterrupt` from within.
+    """
+    try:
+        yield
+    except Interrupted:
+        raise
+    except KeyboardInterrupt:
+        raise Interrupted(words()) from None
+
+
+def asked() -> str:
+    """Whether what this thread is doing is to end: by which signal, or empty if it may go on."""
+    if getattr(_mine, "deaf", False):
+        return ""
+    reason: Callable[[], str] | None = getattr(_mine, "reason", None)
+    return reason() if reason is not None else ""
+
+
+def end_with(unwanted: threading.Event) -> None:
+    """Has this thread end what it does once nobody wants its results; for the start of a thread.
+
+    Args:
+        unwanted: Set when that is so.
+    """
+    _mine.reason = lambda: "the thread that started it" if unwanted.is_set() else ""
+
+
+@contextmanager
+def deaf() -> Iterator[None]:
+    """Within, `asked` is empty: for what machine code waits for, which cannot be left."""
+    before, _mine.deaf = getattr(_mine, "deaf", False), True
+    try:
+        yield
+    finally:
+        _mine.deaf = before
+
+
+@contextmanager
+def deferred() -> Iterator[None]:
+    """Holds interrupts back while something ends in order; within, `asked` says that one has come.
+
+    A second one, unless it comes at once, ends the process.
+
+    Raises:
+        KeyboardInterrupt: At the end, if one has come; whoever handles the signal gets it before.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        if asked():
+            raise KeyboardInterrupt
+        return
+    noted: list[tuple[int, float]] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        if noted and time.monotonic() - noted[0][1] > PATIENCE:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+        noted.append((number, time.monotonic()))
+
+    before = {
+        number: signal.signal(number, note)
+        for number in SIGNALS
+        if signal.getsignal(number) not in (signal.SIG_IGN, None)
+    }
+    reason = getattr(_mine, "reason", None)
+    _mine.reason = lambda: signal.Signals(noted[0][0]).name if noted else ""
+    try:
+        yield
+    finally:
+        _mine.reason = reason
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if noted:
+            signal.raise_signal(noted[0][0])
+            raise KeyboardInterrupt
+
+
+class _Command:
+    """How the process of a command takes signals: the first is a `KeyboardInterrupt`, a later one ends it."""
+
+    def __init__(self) -> None:
+        self.first: float | None = None
+        self.ended = False
+
+    def __call__(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if self.first is not None and now - self.first <= PATIENCE:
+            return
+        if self.first is not None or self.ended:
+            os._exit(EXIT_CODE)  # workers and compilers end when they miss this process
+        self.first = now
+        raise KeyboardInterrupt
+
+    def unraisable(self, lost: Any) -> None:
+        """Has an interrupt come again that hit code whose errors Python can only print, such as `__del__`."""
+        if not issubclass(lost.exc_type, KeyboardInterrupt):
+            sys.__unraisablehook__(lost)
+        elif not self.ended:
+            self.first = None
+            again = threading.Timer(AGAIN, _thread.interrupt_main)  # here it would be lost as well
+            again.daemon = True
+            again.start()
+
+
+_command = _Command()
+
+
+def command(run: Callable[[], None]) -> None:
+    """Runs a command, for which this process was started: an interrupt becomes one line and exit code 130.
+
+    It is one also where whoever started the process has it ignore signals, as shells do with what runs in the
+    background.
+
+    Args:
+        run: The command; what it is interrupted with says what is kept.
+    """
+    global _command
+    _command = _Command()
+    for number in SIGNALS:
+        signal.signal(number, _command)
+    sys.unraisablehook = _command.unraisable
+    try:
+        run()
+    except (KeyboardInterrupt, SystemExit) as end:
+        interrupt = _interrupt_in(end)
+        if interrupt is None:
+            raise
+        kept = str(interrupt) if isinstance(interrupt, Interrupted) else "the same command begins again"
+        print(f"escort-mj: interrupted; {kept}", file=sys.stderr)
+        sys.exit(EXIT_CODE)
+    finally:
+        _command.ended = True
+
+
+def _interrupt_in(end: BaseException) -> KeyboardInterrupt | None:
+    """The interrupt that a process ends with, which the command line's library makes an exit of its own."""
+    cause: BaseException | None = end
+    if isinstance(end, SystemExit) and end.code != EXIT_CODE:
+        return None
+    while cause is not None and not isinstance(cause, KeyboardInterrupt):
+        cause = cause.__cause__ or cause.__context__
+    return cause
+
+
+def check() -> None:
+    """Lets go on only what nobody interrupted: some libraries make an interrupt an error of their own.
+
+    Raises:
+        KeyboardInterrupt: If an interrupt has come to the command.
+    """
+    if _command.first is not None and not _command.ended:
+        raise KeyboardInterrupt

@@ -1,0 +1,144 @@
+"""Interrupts: held back while something ends in order, then `KeyboardInterrupt`; one line and exit code."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from escort_mj import stopping
+from escort_mj.batch import in_threads
+
+
+@pytest.fixture(autouse=True)
+def handlers() -> Iterator[None]:
+    """Signals as a Python program has them; afterwards as they were."""
+    before = {number: signal.getsignal(number) for number in stopping.SIGNALS}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def test_an_interrupt_waits_for_what_ends_in_order() -> None:
+    said = []
+    with pytest.raises(KeyboardInterrupt):
+        with stopping.deferred():
+            assert stopping.asked() == ""
+            signal.raise_signal(signal.SIGINT)
+            said.append(stopping.asked())
+            with stopping.deaf():
+                said.append(stopping.asked())
+        said.append("never")
+    assert said == ["SIGINT", ""]
+    assert stopping.asked() == "" and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_an_error_does_not_hide_an_interrupt() -> None:
+    with pytest.raises(KeyboardInterrupt), stopping.deferred():
+        signal.raise_signal(signal.SIGINT)
+        raise ValueError
+
+
+def test_signals_that_come_together_are_one() -> None:
+    with pytest.raises(KeyboardInterrupt), stopping.deferred():
+        for _ in range(3):
+            signal.raise_signal(signal.SIGINT)
+
+
+def test_ignored_signals_stay_ignored() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with stopping.deferred():
+        signal.raise_signal(signal.SIGINT)
+        assert not stopping.asked()
+
+
+def test_the_innermost_says_what_is_kept() -> None:
+    with pytest.raises(stopping.Interrupted, match="^three runs$"):
+        with stopping.keeping(lambda: "all"), stopping.keeping(lambda: "three runs"):
+            raise KeyboardInterrupt
+
+
+def test_threads_end_what_they_do_when_nobody_takes_results() -> None:
+    begun, ended = threading.Event(), threading.Event()
+
+    def work(item: int) -> int:
+        if item == 0:
+            return 0
+        begun.set()
+        while not stopping.asked():
+            begun.wait(0.01)
+        ended.set()
+        return 1
+
+    with pytest.raises(KeyboardInterrupt):
+        for _ in in_threads(work, range(2), 2):
+            assert begun.wait(10.0)
+            raise KeyboardInterrupt
+    assert ended.wait(10.0)
+
+
+COMMAND = """
+import signal, sys, time
+from escort_mj import stopping
+
+class Fragile:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+def run():
+    if sys.argv[1] == "fragile":
+        Fragile()
+        time.sleep(10.0)
+    elif sys.argv[1] == "library":
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt as stop:  # as the command line's library does
+            raise SystemExit(130) from stop
+    elif sys.argv[1] == "swallowed":
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except BaseException:
+            pass
+        stopping.check()
+    elif sys.argv[1] == "twice":
+        stopping.PATIENCE = 0.0
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            time.sleep(0.01)
+            signal.raise_signal(signal.SIGINT)
+            print("never")
+    with stopping.keeping(lambda: "all is kept"):
+        signal.raise_signal(signal.SIGTERM)
+    print("never")
+
+stopping.command(run)
+"""
+
+
+@pytest.mark.parametrize("how", ["fragile", "library", "swallowed", "plain"])
+def test_a_command_says_one_line_and_ends(how: str) -> None:
+    done = subprocess.run([sys.executable, "-c", COMMAND, how], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (stopping.EXIT_CODE, "")
+    kept = "all is kept" if how == "plain" else "the same command begins again"
+    assert done.stderr == f"escort-mj: interrupted; {kept}\n"
+
+
+def test_a_second_interrupt_ends_a_command_at_once() -> None:
+    done = subprocess.run([sys.executable, "-c", COMMAND, "twice"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (stopping.EXIT_CODE, "", "")
+
+
+def test_an_ignored_interrupt_reaches_a_command() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", COMMAND, "fragile"],
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN) and None,
+        env=os.environ,
+    )
+    assert done.returncode == stopping.EXIT_CODE, done.stderr
