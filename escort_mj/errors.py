@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -69,6 +71,37 @@ class UsageError(EscortError, ValueError):
 
 class PluginError(UsageError):
     """A plugin that is not there, cannot be loaded, or is not what it should be."""
+
+
+_PATH_AT_FAULT = frozenset(
+    (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM)
+    + (errno.ENAMETOOLONG, errno.ELOOP, errno.ETXTBSY)
+)
+
+
+class WriteError(EscortError, OSError):
+    """A file that cannot be written; an earlier file of that name stays as it was.
+
+    Exit code 2 where its path is at fault (no such folder, no permission), else 3: the disk is full or
+    read-only, a quota or a limit is reached, the device fails.
+
+    Attributes:
+        path: The file.
+        reason: What the system says.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], reason: OSError | str, exit_code: int | None = None
+    ) -> None:
+        words = reason if isinstance(reason, str) else reason.strerror or str(reason)
+        if exit_code is None:
+            known = isinstance(reason, OSError) and reason.errno in _PATH_AT_FAULT
+            exit_code = 2 if known else 3
+        super().__init__(f"{os.fspath(path)}: cannot be written: {words}")
+        self.path, self.reason, self.exit_code = path, words, exit_code
+
+    def __reduce__(self) -> tuple[type[WriteError], tuple[object, ...]]:
+        return WriteError, (self.path, self.reason, self.exit_code)
 
 
 class RunFolderError(EscortError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -24,6 +25,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+# What the system says where a disk is full, may not be written, or fails.
+DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
 
 GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
 
@@ -130,6 +134,10 @@ def run_command() -> None:
         sys.exit(error.exit_code)
     except Exception as error:
         stopping.check()
+        if isinstance(error, OSError) and error.errno in DISK:
+            name = error.filename or "a temporary file"
+            typer.echo(f"escort-mj: {name}: cannot be written: {error.strerror}", err=True)
+            sys.exit(BROKEN)
         if os.environ.get("ESCORT_MJ_TRACEBACK"):
             raise
         typer.echo(

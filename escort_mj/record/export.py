@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.errors import UsageError
+from escort_mj.record.files import replaced
 
 if TYPE_CHECKING:
     import pandas
@@ -56,15 +57,15 @@ def write_table(trace: xarray.Dataset, path: Path) -> None:
         path: A `.csv` file, whose numbers read back exactly, or a `.parquet` file.
 
     Raises:
-        UsageError: If the file cannot be written, or nothing that writes Parquet is installed.
+        UsageError: If nothing that writes Parquet is installed.
+        WriteError: If the file cannot be written; an earlier one stays as it was.
     """
     rows = table(trace)
     try:
-        if path.suffix == PARQUET:
-            rows.to_parquet(path, index=False)
-        else:
-            rows.to_csv(path, index=False)
+        with replaced(path) as temporary, temporary.open("wb") as file:
+            if path.suffix == PARQUET:
+                rows.to_parquet(file, index=False)
+            else:
+                rows.to_csv(file, index=False)
     except ImportError:
         raise UsageError(f"{path}: writing Parquet needs pyarrow; pip install pyarrow adds it") from None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be written: {error.strerror}") from None

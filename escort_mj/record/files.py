@@ -1,4 +1,4 @@
-"""Small files written whole or not at all."""
+"""Files written whole or not at all."""
 
 from __future__ import annotations
 
@@ -10,26 +10,73 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from escort_mj.errors import RunFolderError
+from escort_mj.errors import RunFolderError, WriteError
 
 TEMPORARY = ".partial"
 
 
 @contextlib.contextmanager
-def replaced(path: Path) -> Iterator[Path]:
-    """Gives a temporary name to write to; once written whole, the file moves into place."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{TEMPORARY}")
+def replaced(path: Path, durable: bool = False) -> Iterator[Path]:
+    """Give a temporary name to write to; once written whole, the file moves into place.
+
+    A device or a pipe, which cannot be replaced, is written directly.
+
+    Args:
+        path: The file.
+        durable: Whether the content must have reached the disk before the file moves. Some file systems
+            say only then that they are full.
+
+    Raises:
+        WriteError: For every OSError inside; the temporary file is removed and `path` stays as it was.
+    """
+    direct = os.path.exists(path) and not os.path.isfile(path)
+    temporary = path if direct else path.with_name(f".{path.name}.{os.getpid()}{TEMPORARY}")
     try:
         yield temporary
-        os.replace(temporary, path)
+        if not direct:
+            if durable:
+                _flush(temporary)
+            os.replace(temporary, path)
+    except WriteError:
+        raise
+    except OSError as error:
+        raise WriteError(path, error) from None
     finally:
-        temporary.unlink(missing_ok=True)
+        if not direct:
+            with contextlib.suppress(OSError):
+                temporary.unlink(missing_ok=True)
+
+
+def _flush(path: Path) -> None:
+    """Wait until a file's content is on the disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it, where they are missing.
+
+    Raises:
+        WriteError: If that cannot be done.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WriteError(path, error) from None
+
+
+def write_bytes(path: Path, content: bytes | memoryview, durable: bool = False) -> None:
+    """Write a file, whole or not at all; see `replaced`."""
+    with replaced(path, durable) as temporary:
+        temporary.write_bytes(content)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Writes a text file, whole or not at all."""
-    with replaced(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    """Write a text file, whole or not at all."""
+    write_bytes(path, text.encode())
 
 
 def json_text(value: Any) -> str:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.errors import BrokenRunError, RunFolderError, UsageError
+from escort_mj.errors import BrokenRunError, RunFolderError, UsageError, WriteError
 from escort_mj.record.episodes import NONE
 from escort_mj.record.files import TEMPORARY, write_json, write_text
 from escort_mj.record.journal import Journal
@@ -95,7 +95,7 @@ class RunFolder:
             "message": Outcome.RUNNING.meaning,
             "started": _now(),
         }
-        with _writing(path, RunFolderError):
+        with _writing(path, begun=False):
             path.mkdir(parents=True, exist_ok=True)
             with _alone(path):
                 _refuse_foreign_or_live(path)
@@ -142,7 +142,7 @@ class RunFolder:
         episodes: NDArray[np.float64] = NONE,
         under_way: NDArray[np.float64] = NONE,
     ) -> None:
-        """Puts samples and contact episodes, those that ended and those that go on, into the journal."""
+        """Put samples and contact episodes, those that ended and those that go on, into the journal."""
         if self._journal is None:
             raise RunFolderError(f"{self.path}: the run has not begun")
         with _writing(self.path):
@@ -164,21 +164,33 @@ class RunFolder:
             self._end(outcome, message, facts(trace) | dict(metrics.get("run", {})))
 
     def fail(self, message: str, outcome: Outcome = Outcome.FAILED) -> None:
-        """Ends a run that an error broke; its trace goes as far as its journal."""
-        with _writing(self.path):
-            trace = recovered(self.path)
-            if trace is not None:
-                save_trace(trace, self.path / TRACE)
-            self._end(outcome, message, facts(trace))
+        """End a run that an error broke; its trace goes as far as its journal.
 
-    def _end(self, outcome: Outcome, message: str, more: Mapping[str, Any]) -> None:
-        """Writes the outcome, and lets the journal go."""
+        Where the trace cannot be written, the journal stays and is read in its place.
+        """
+        trace = recovered(self.path)
+        saved = True
+        if trace is not None:
+            try:
+                save_trace(trace, self.path / TRACE)
+            except WriteError:
+                saved = False
+        if self._journal is not None:
+            self._journal.free_reserve()
+        with _writing(self.path):
+            self._end(outcome, message, facts(trace), keep_journal=not saved)
+
+    def _end(
+        self, outcome: Outcome, message: str, more: Mapping[str, Any], keep_journal: bool = False
+    ) -> None:
+        """Write the outcome, and remove the journal unless it is all that holds the samples."""
         last = {"outcome": outcome.value, "message": message, "ended": _now()}
         write_json(self.path / OUTCOME, self._outcome | dict(more) | last)
         self._finished = True
         if self._journal is not None:
             self._journal.close()
-            shutil.rmtree(self._journal.folder, ignore_errors=True)
+            if not keep_journal:
+                shutil.rmtree(self._journal.folder, ignore_errors=True)
 
     def __enter__(self) -> RunFolder:
         return self
@@ -189,8 +201,20 @@ class RunFolder:
         if error is None or self._finished:
             return
         outcome = Outcome.INTERRUPTED if isinstance(error, KeyboardInterrupt) else Outcome.FAILED
+        broken = isinstance(error, BrokenRunError)
+        message = str(error) if broken else f"{type(error).__name__}: {error}".removesuffix(": ")
         with contextlib.suppress(Exception):  # the error on its way tells more
-            self.fail(f"{type(error).__name__}: {error}".removesuffix(": "), outcome)
+            self.fail(message, outcome)
+        if broken:
+            raise BrokenRunError(f"{message}; {self._kept()}") from None
+
+    def _kept(self) -> str:
+        """What can be read of a run that could not be written to its end."""
+        with contextlib.suppress(Exception):
+            time = open_run(self.path).trace["time"]
+            if len(time):
+                return f"{self.path} holds what was recorded up to {float(time[-1]):.2f} s"
+        return f"{self.path} holds no sample"
 
 
 def _refuse_foreign_or_live(path: Path) -> None:
@@ -218,12 +242,19 @@ def _alone(path: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def _writing(path: Path, fault: type[RunFolderError] = BrokenRunError) -> Iterator[None]:
-    """Turns what the file system says into one sentence with the folder's name."""
+def _writing(path: Path, begun: bool = True) -> Iterator[None]:
+    """Turn what the file system says into one sentence with the file's or the folder's name.
+
+    Args:
+        path: The folder.
+        begun: Whether the run has begun: then its path is not at fault, whatever the system says.
+    """
     try:
         yield
     except OSError as error:
-        raise fault(f"{path}: cannot be written: {error.strerror or error}") from None
+        failed = error if isinstance(error, WriteError) else WriteError(path, error)
+        fault = BrokenRunError if begun or failed.exit_code == BrokenRunError.exit_code else RunFolderError
+        raise fault(str(failed)) from None
 
 
 def _remove(entry: Path) -> None:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.errors import RunFolderError
+from escort_mj.errors import RunFolderError, WriteError
 from escort_mj.record.episodes import COLUMNS, NONE
-from escort_mj.record.files import read_json, replaced, write_json
+from escort_mj.record.files import read_json, write_bytes, write_json
 from escort_mj.signals import START
 
 Array = NDArray[np.float64]
 
 SAMPLES, EPISODES, HEADER = "samples.f64", "episodes.f64", "header.json"
 UNDER_WAY = "under_way.f64"  # episodes that have not ended, each time anew
+RESERVE, RESERVED = "reserve", 32_768  # space kept free for the outcome of a run that fills the disk [bytes]
 
 
 class Journal:
@@ -35,6 +37,7 @@ class Journal:
         """
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
+        write_bytes(folder / RESERVE, bytes(RESERVED))
         write_json(folder / HEADER, header)
         # Unbuffered: what `append` was given is with the operating system when it returns, kill or no kill.
         self._file = (folder / SAMPLES).open("wb", buffering=0)
@@ -47,13 +50,23 @@ class Journal:
             block: Samples, shape (k, record_size).
             episodes: Contact episodes that ended since the last call, shape (k, len(COLUMNS)).
             under_way: Those that go on, as far as they have come; they replace those of the last call.
+
+        Raises:
+            WriteError: If it cannot be written; whole samples before that stay readable.
         """
         for file, rows in ((self._file, block), (self._episodes, episodes)):
             rest = memoryview(np.ascontiguousarray(rows, dtype="<f8").tobytes())
-            while rest:  # a raw write may take less than it is given
-                rest = rest[file.write(rest) :]
-        with replaced(self.folder / UNDER_WAY) as temporary:
-            np.ascontiguousarray(under_way, dtype="<f8").tofile(temporary)
+            try:
+                while rest:  # a raw write may take less than it is given
+                    rest = rest[file.write(rest) :]
+            except OSError as error:
+                raise WriteError(file.name, error) from None
+        write_bytes(self.folder / UNDER_WAY, np.ascontiguousarray(under_way, dtype="<f8").tobytes())
+
+    def free_reserve(self) -> None:
+        """Give back the space that was kept for the outcome."""
+        with contextlib.suppress(OSError):
+            (self.folder / RESERVE).unlink(missing_ok=True)
 
     def close(self) -> None:
         """Ends writing; the files stay."""

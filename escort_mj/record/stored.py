@@ -86,6 +86,8 @@ def open_run(path: str | os.PathLike[str]) -> StoredRun:
                 raise RunFolderError(f"{folder}: process {outcome.get('pid')} is still preparing this run")
         else:
             trace = None
+    if trace is None and not (folder / TRACE).is_file():
+        trace = recovered(folder)  # a disk that was full had no room for the trace beside the journal
     if trace is None:
         if outcome["outcome"] != Outcome.COMPLETED.value and not (folder / TRACE).is_file():
             raise RunFolderError(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.episodes import NONE
-from escort_mj.record.files import replaced
+from escort_mj.record.files import write_bytes
 from escort_mj.record.recording import record
 
 if TYPE_CHECKING:
@@ -28,15 +28,20 @@ def build_trace(
 
 
 def save_trace(trace: xarray.Dataset, path: Path) -> None:
-    """Writes a trace as NetCDF-4, whole or not at all."""
+    """Write a trace as NetCDF-4, whole or not at all.
+
+    HDF5 writes into memory only: it ends the process where it cannot write to a disk.
+
+    Raises:
+        WriteError: If it cannot be written.
+    """
     compressed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
     encoding: dict[str, dict[str, Any]] = {
         str(name): {"_FillValue": None} | (compressed if variable.ndim and variable.size else {})
         for name, variable in trace.variables.items()
         if variable.dtype.kind in "fi"
     }
-    with replaced(path) as temporary:
-        trace.to_netcdf(temporary, engine="h5netcdf", encoding=encoding)
+    write_bytes(path, trace.to_netcdf(engine="h5netcdf", encoding=encoding), durable=True)
 
 
 def load_trace(path: Path) -> xarray.Dataset:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import shutil
 from pathlib import Path
 from types import TracebackType
@@ -10,7 +11,7 @@ import mediapy
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.errors import RenderError
+from escort_mj.errors import RenderError, WriteError
 
 FAULTS = (OSError, RuntimeError)  # a broken pipe to the encoder, or the encoder's own words
 LEAST_SPACE = 4 << 20  # bytes; with less the disk counts as full
@@ -70,7 +71,8 @@ class VideoFile:
         """Appends one frame, shape (height, width, 3).
 
         Raises:
-            RenderError: If it cannot be written.
+            RenderError: If it cannot be encoded.
+            WriteError: If the disk is full.
         """
         try:
             self._writer.add_image(frame)
@@ -90,11 +92,13 @@ class VideoFile:
             if fault is not None:
                 self.path.unlink(missing_ok=True)
 
-    def _error(self, fault: Exception) -> RenderError:
-        """The fault in a sentence; a broken pipe does not say why the encoder went."""
+    def _error(self, fault: Exception) -> RenderError | WriteError:
+        """Return the fault in a sentence; a broken pipe does not say why the encoder went."""
         folder = self.path.parent
         if folder.is_dir() and shutil.disk_usage(folder).free < LEAST_SPACE:
-            reason = "the disk is full"
-        else:
-            reason = (str(fault).strip() or type(fault).__name__).splitlines()[-1]
+            return WriteError(self.path, "the disk is full")
+        limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+        if limit != resource.RLIM_INFINITY and self.path.is_file() and self.path.stat().st_size >= limit:
+            return WriteError(self.path, f"a file may have at most {limit} bytes here (ulimit -f)")
+        reason = (str(fault).strip() or type(fault).__name__).splitlines()[-1]
         return RenderError(f"{self.path} cannot be written: {reason}")

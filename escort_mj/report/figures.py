@@ -85,7 +85,8 @@ def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png"
 
     Raises:
         RunFolderError: If the folder cannot be read.
-        RenderError: If there is no sample to draw, or the files cannot be written.
+        RenderError: If there is no sample to draw.
+        WriteError: If a file cannot be written.
     """
     run = open_run(folder)
     if run.trace.sizes["time"] == 0:
@@ -97,11 +98,8 @@ def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png"
         for suffix in formats:
             path = run.path / FIGURES / f"{plot.name}.{suffix}"
             title = f"{run.trace.attrs['title']}: {plot.title}"
-            try:
-                with figure(path, plot.height(run.trace), title, _note(run)) as canvas:
-                    plot.draw(canvas, run.trace)
-            except OSError as fault:
-                raise RenderError(f"{path} cannot be written: {fault.strerror or fault}") from fault
+            with figure(path, plot.height(run.trace), title, _note(run)) as canvas:
+                plot.draw(canvas, run.trace)
             written.append(path)
     return written
 

@@ -20,6 +20,7 @@ from escort_mj import palette
 from escort_mj.errors import UsageError
 from escort_mj.expect.verdicts import Verdict, mark
 from escort_mj.record.episodes import apart_from, pair
+from escort_mj.record.files import replaced
 from escort_mj.record.folder import MODEL, SCENARIO, StoredRun
 from escort_mj.report.pen import circle
 from escort_mj.report.replay import Replay, replay_of
@@ -48,32 +49,30 @@ def write_mcap(run: StoredRun, path: Path) -> None:
 
     Raises:
         RenderError: If there is no sample, or the model does not fit.
-        UsageError: If `mcap` is not installed, or the file cannot be written.
+        UsageError: If `mcap` is not installed.
+        WriteError: If the file cannot be written; an earlier one stays as it was.
     """
     try:
         from mcap.writer import Writer
     except ImportError:
         raise UsageError(f'{path}: writing MCAP needs a package: pip install "escort-mj[mcap]"') from None
-    try:
-        with path.open("wb") as file:
-            writer = Writer(file)
-            writer.start(profile="", library="escort_mj")
-            channels: dict[str, int] = {}
-            for topic, schema, time, message in _messages(run):
-                if topic not in channels:
-                    name, fields = schema
-                    known = writer.register_schema(name, "jsonschema", json.dumps(fields).encode())
-                    channels[topic] = writer.register_channel(topic, "json", known)
-                moment = round(1e9 * time)
-                content = json.dumps(message, separators=(",", ":")).encode()
-                writer.add_message(channels[topic], log_time=moment, publish_time=moment, data=content)
-            for name, kind in ((SCENARIO, "application/yaml"), (MODEL, "application/xml")):
-                writer.add_attachment(0, 0, name, kind, (run.path / name).read_bytes())
-            versions = {key: str(value) for key, value in run.outcome.get("versions", {}).items()}
-            writer.add_metadata("escort_mj", {"title": str(run.trace.attrs["title"]), **versions})
-            writer.finish()
-    except OSError as fault:
-        raise UsageError(f"{path}: cannot be written: {fault.strerror or fault}") from None
+    with replaced(path) as temporary, temporary.open("wb") as file:
+        writer = Writer(file)
+        writer.start(profile="", library="escort_mj")
+        channels: dict[str, int] = {}
+        for topic, schema, time, message in _messages(run):
+            if topic not in channels:
+                name, fields = schema
+                known = writer.register_schema(name, "jsonschema", json.dumps(fields).encode())
+                channels[topic] = writer.register_channel(topic, "json", known)
+            moment = round(1e9 * time)
+            content = json.dumps(message, separators=(",", ":")).encode()
+            writer.add_message(channels[topic], log_time=moment, publish_time=moment, data=content)
+        for name, kind in ((SCENARIO, "application/yaml"), (MODEL, "application/xml")):
+            writer.add_attachment(0, 0, name, kind, (run.path / name).read_bytes())
+        versions = {key: str(value) for key, value in run.outcome.get("versions", {}).items()}
+        writer.add_metadata("escort_mj", {"title": str(run.trace.attrs["title"]), **versions})
+        writer.finish()
 
 
 def _messages(run: StoredRun) -> Iterator[tuple[str, tuple[str, Message], float, Message]]:

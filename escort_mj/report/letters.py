@@ -1,4 +1,4 @@
-"""Letters that the pictures' own font lacks: from other fonts of the machine, or boxes in their place."""
+"""Text in pictures, as it was written: letters that the font lacks, and signs that are no mathematics."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager, get_font
 from matplotlib.text import Text
+from matplotlib.ticker import FixedFormatter, Formatter, FuncFormatter
 
 FONT = "DejaVu Sans"  # which matplotlib ships: a machine need not have any other
 BOX = "□"
@@ -44,6 +45,29 @@ def spell(figure: Figure) -> None:
             text.set_fontweight("normal")  # which every font has
         if words != text.get_text():
             text.set_text(words)
+
+
+def take_literally(figure: Figure) -> None:
+    r"""Draw `$`, `^`, `_` and `\` of every text as they stand; only numbers along an axis are mathematics."""
+    numbers: set[Text] = set()
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
+                axis.set_major_formatter(_Literal(axis.get_major_formatter()))
+            numbers |= {axis.get_offset_text(), *axis.get_ticklabels(which="both")}
+    for text in figure.findobj(Text):
+        if text not in numbers:
+            text.set_parse_math(False)
+
+
+class _Literal(Formatter):
+    """Words along an axis, none of them mathematics; axes that are shared have one in common."""
+
+    def __init__(self, words: Formatter) -> None:
+        self._words = words
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return self._words(x, pos).replace("$", r"\$")
 
 
 @lru_cache(maxsize=64)

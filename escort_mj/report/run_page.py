@@ -11,10 +11,9 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from escort_mj.errors import RenderError
 from escort_mj.expect.verdicts import Verdict, mark
 from escort_mj.record.episodes import pair
-from escort_mj.record.files import write_text
+from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, open_run
 from escort_mj.report.figures import PLOTS, draw_figures
 from escort_mj.report.html import Text, folded, page, picture, table
@@ -42,18 +41,16 @@ def report(folder: str | os.PathLike[str], out: Path | None = None) -> Path:
 
     Raises:
         RunFolderError: If the folder cannot be read.
-        RenderError: If there is no sample to show, or the page cannot be written.
+        RenderError: If there is no sample to show.
+        WriteError: If the page cannot be written.
     """
     run = open_run(folder)
     if not (run.path / FIGURES).is_dir():
         draw_figures(run.path)
     path = run.path / REPORT if out is None else out
     text = page(str(run.trace.attrs["title"]), _body(run), SCRIPTS, STYLES)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, text)
-    except OSError as fault:
-        raise RenderError(f"{path}: cannot be written: {fault.strerror or fault}") from fault
+    make_folder(path.parent)
+    write_text(path, text)
     return path
 
 

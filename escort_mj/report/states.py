@@ -7,7 +7,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from escort_mj.errors import UsageError
+from escort_mj.record.files import replaced
 from escort_mj.record.folder import MODEL, StoredRun
 from escort_mj.report.replay import replay_of
 from escort_mj.report.solids import load_model, pose
@@ -27,7 +27,7 @@ def write_states(run: StoredRun, path: Path) -> None:
 
     Raises:
         RenderError: If there is no sample, or the model does not fit.
-        UsageError: If the file cannot be written.
+        WriteError: If the file cannot be written; an earlier one stays as it was.
     """
     replay = replay_of(run.trace)
     model = load_model(run.path / MODEL, replay.qpos.shape[1])
@@ -53,8 +53,5 @@ def write_states(run: StoredRun, path: Path) -> None:
         "mocap_pos": mocap_pos,
         "mocap_quat": mocap_quat,
     }
-    try:
-        with path.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, model=np.array(text), **arrays)
-    except OSError as fault:
-        raise UsageError(f"{path}: cannot be written: {fault.strerror or fault}") from None
+    with replaced(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, model=np.array(text), **arrays)

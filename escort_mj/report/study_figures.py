@@ -7,7 +7,6 @@ from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
-from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES
 from escort_mj.report import heat_maps, study_curves, tradeoff
 from escort_mj.study.quantities import EFFORT, PASSED, PRECISION, SAFETY
@@ -51,15 +50,12 @@ def draw_study(
 
     Raises:
         UsageError: If there is no such factor.
-        RenderError: If a file cannot be written.
+        WriteError: If a file cannot be written.
     """
     by, drawn = results.compared(compare), []
     quantities = results.known(DRAWN)
     for suffix in reversed(formats):
-        try:
-            drawn = list(_all(results, folder / FIGURES, suffix, by, quantities))
-        except OSError as fault:
-            raise RenderError(f"{folder / FIGURES}: cannot be written: {fault.strerror or fault}") from fault
+        drawn = list(_all(results, folder / FIGURES, suffix, by, quantities))
     return drawn
 
 

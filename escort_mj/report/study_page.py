@@ -10,8 +10,7 @@ from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
-from escort_mj.errors import RenderError
-from escort_mj.record.files import write_text
+from escort_mj.record.files import make_folder, write_text
 from escort_mj.report.html import Text, folded, link, page, picture, table
 from escort_mj.report.study_figures import draw_study
 from escort_mj.report.study_tables import (
@@ -59,17 +58,14 @@ def report(
 
     Raises:
         UsageError: If the folder holds no results, or the study has no such factor.
-        RenderError: If a file cannot be written.
+        WriteError: If a file cannot be written.
     """
     results = open_results(folder)
     results.compared(compare)
     path = folder / PAGE if out is None else out
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_cells(results, folder / CELLS)
-        write_text(path, page(results.name, _body(results, folder, path, compare, formats)))
-    except OSError as fault:
-        raise RenderError(f"{path}: cannot be written: {fault.strerror or fault}") from fault
+    make_folder(path.parent)
+    write_cells(results, folder / CELLS)
+    write_text(path, page(results.name, _body(results, folder, path, compare, formats)))
     return path
 
 

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from escort_mj import palette
-from escort_mj.report.letters import FONT, spell
+from escort_mj.record.files import make_folder, replaced
+from escort_mj.report.letters import FONT, spell, take_literally
 
 WIDTH = 7.2  # inches: two columns of a journal page
 DPI = 200
@@ -72,6 +73,9 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         title: Name of the scenario and what is shown.
         note: What a reader must know of the run, such as that it diverged; drawn in red.
         width: In inches.
+
+    Raises:
+        WriteError: If it cannot be saved; an earlier file of that name stays.
     """
     with matplotlib.rc_context(_STYLE):
         canvas = Figure(figsize=(width, height), dpi=DPI)
@@ -84,8 +88,13 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, below))
         yield canvas
         spell(canvas)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        canvas.savefig(path, dpi=DPI, metadata={"Date": None} if path.suffix == ".svg" else None)
+        take_literally(canvas)
+        make_folder(path.parent)
+        kind = path.suffix.removeprefix(".")
+        with replaced(path) as temporary:
+            canvas.savefig(
+                temporary, format=kind, dpi=DPI, metadata={"Date": None} if kind == "svg" else None
+            )
 
 
 def name_robots(

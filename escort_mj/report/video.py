@@ -20,7 +20,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
-from escort_mj.errors import EscortError, RenderError
+from escort_mj.errors import EscortError, RenderError, WriteError
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, open_run
 from escort_mj.scenario.load import stored_scenario
@@ -34,6 +34,7 @@ CLIP_SIZE, CLIP_RATE = (960, 540), 25
 STALL = 180.0  # without a sign of life for so long, the child is given up [s]
 _FRAME = re.compile(r"frame (\d+) of (\d+)")
 _FAULT = "error: "
+_NOT_WRITTEN = 4  # exit code of the child where the video has no room on the disk
 
 
 def render_video(
@@ -51,6 +52,7 @@ def render_video(
 
     Raises:
         RenderError: If nothing can be drawn on this machine, or drawing failed.
+        WriteError: If the disk is full.
         RunFolderError: If the folder cannot be read.
     """
     options = [] if video is None else ["--video", video.model_dump_json()]
@@ -69,6 +71,7 @@ def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> P
 
     Raises:
         RenderError: If nothing can be drawn on this machine, or drawing failed.
+        WriteError: If the disk is full.
         RunFolderError: If the folder cannot be read.
     """
     video = Video(width=CLIP_SIZE[0], height=CLIP_SIZE[1]) if video is None else video
@@ -103,7 +106,10 @@ def _render(run: StoredRun, name: str, options: list[str], progress: Progress | 
             (run.path / PARTIAL.format(name)).unlink(missing_ok=True)
         if child.returncode != 0:
             errors.seek(0)
-            raise RenderError(_reason(child.returncode, errors, run.path))
+            reason = _reason(child.returncode, errors, run.path)
+            if child.returncode == _NOT_WRITTEN:
+                raise WriteError(run.path / name, reason)
+            raise RenderError(reason)
     return run.path / name
 
 
@@ -171,6 +177,9 @@ def main(arguments: list[str] | None = None) -> int:
         run = open_run(options.folder)
         video = Video.model_validate_json(options.video) if options.video else scenario_video(run)
         _film(run, video, options.clip)
+    except WriteError as fault:
+        print(f"{_FAULT}{fault.reason}".replace("\n", " "), file=sys.stderr)
+        return _NOT_WRITTEN
     except EscortError as fault:
         print(f"{_FAULT}{fault}".replace("\n", " "), file=sys.stderr)
         return 1
@@ -211,7 +220,7 @@ def _film(run: StoredRun, video: Video, short: bool) -> None:
     try:
         partial.replace(run.path / name)
     except OSError as fault:
-        raise RenderError(f"{run.path / name} cannot be written: {fault.strerror or fault}") from fault
+        raise WriteError(run.path / name, fault) from fault
 
 
 if __name__ == "__main__":

@@ -104,7 +104,10 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
     except ScenarioError as error:
         return replace(bare, faults=error.faults, wall_time=time.perf_counter() - clock)
     except EscortError as error:
-        result = replace(bare, faults=(Fault(str(error)),))
+        if error.exit_code == BROKEN:
+            result = replace(bare, error=str(error), folder=folder)
+        else:
+            result = replace(bare, faults=(Fault(str(error)),))
     except Exception:
         result = replace(bare, error=traceback.format_exc().strip(), folder=folder)
     if folder is not None and result.code == GOOD and not keep:

@@ -9,11 +9,11 @@ import socket
 import sqlite3
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from escort_mj.errors import EscortError, UsageError
+from escort_mj.errors import EscortError, UsageError, WriteError
 from escort_mj.record.process import alive, identify
 from escort_mj.signals import METRIC_NAMES
 
@@ -82,6 +82,7 @@ class Store:
 
         Raises:
             UsageError: If the file is no store of this format, or cannot be written.
+            WriteError: If the disk is full.
         """
         self.path = folder / FILE
         self._owner = json.dumps(identify() | {"host": socket.gethostname()}, sort_keys=True)
@@ -104,14 +105,22 @@ class Store:
                     if name not in have:
                         run(f"ALTER TABLE runs ADD COLUMN {name} REAL")
                 run(f"PRAGMA user_version = {FORMAT}")
+        except WriteError:
+            raise
         except (sqlite3.Error, OSError) as error:
+            if _full(error):
+                raise WriteError(self.path, str(error)) from None
             raise UsageError(f"{self.path}: cannot be used as a store of results: {error}") from None
 
     def close(self) -> None:
-        """Gives back what this process has claimed, and lets the file go."""
-        with self._transaction() as run:
-            run("DELETE FROM claims WHERE owner = ?", (self._owner,))
-        self._connection.close()
+        """Give back what this process has claimed, and close the file."""
+        try:
+            with self._transaction() as run:
+                run("DELETE FROM claims WHERE owner = ?", (self._owner,))
+        except WriteError:
+            pass  # claims lapse when their process ends
+        finally:
+            self._connection.close()
 
     def __enter__(self) -> Store:
         return self
@@ -192,14 +201,28 @@ class Store:
 
     @contextmanager
     def _transaction(self) -> Iterator[Any]:
-        """Begins, and ends with all or nothing."""
-        self._connection.execute("BEGIN IMMEDIATE")
+        """Begin, and end with all or nothing.
+
+        Raises:
+            WriteError: If the disk is full, read-only or broken; what was stored before stays.
+        """
         try:
+            self._connection.execute("BEGIN IMMEDIATE")
             yield self._connection.execute
-        except BaseException:
-            self._connection.execute("ROLLBACK")
+            self._connection.execute("COMMIT")
+        except BaseException as error:
+            if self._connection.in_transaction:  # SQLite may have rolled back by itself
+                with suppress(sqlite3.Error):
+                    self._connection.execute("ROLLBACK")
+            if _full(error):
+                raise WriteError(self.path, f"{error}; what it held before is kept") from None
             raise
-        self._connection.execute("COMMIT")
+
+
+def _full(error: BaseException) -> bool:
+    """Whether SQLite could not write to the disk."""
+    code = getattr(error, "sqlite_errorcode", None)
+    return code is not None and code & 0xFF in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
 
 
 def _lapsed(owner: dict[str, Any], since: float, now: float) -> bool:

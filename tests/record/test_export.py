@@ -6,8 +6,9 @@ import numpy as np
 import pandas
 import pytest
 
-from escort_mj.errors import UsageError
+from escort_mj.errors import WriteError
 from escort_mj.record.export import table, write_table
+from tests.limits import files_up_to
 
 
 def test_a_column_for_each_number(make_trace) -> None:
@@ -30,5 +31,22 @@ def test_numbers_read_back_exactly(make_trace, tmp_path: Path) -> None:
 
 
 def test_where_it_cannot_be_written(make_trace, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"nowhere/run.csv: cannot be written"):
+    with pytest.raises(WriteError, match=r"nowhere/run.csv: cannot be written") as raised:
         write_table(make_trace(np.linspace(0.0, 1.0, 3)), tmp_path / "nowhere" / "run.csv")
+    assert raised.value.exit_code == 2
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_full_disk_leaves_no_cut_file_and_keeps_an_earlier_one(make_trace, tmp_path, suffix) -> None:
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow")
+    path = tmp_path / f"run{suffix}"
+    path.write_text("earlier")
+    with (
+        pytest.raises(WriteError, match=r"run.\w+: cannot be written: File too large") as raised,
+        files_up_to(3000),
+    ):
+        write_table(make_trace(np.linspace(0.0, 1.0, 500)), path)
+    assert raised.value.exit_code == 3
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+    assert path.read_text() == "earlier"

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from escort_mj.api import load_scenario
-from escort_mj.errors import UsageError
+from escort_mj.errors import UsageError, WriteError
 from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder, StoredRun, open_run
 from escort_mj.report.foxglove import write_mcap
@@ -117,7 +117,7 @@ def test_states_are_played_by_mujoco(scenario: Scenario, tmp_path: Path) -> None
 
 def test_where_nothing_can_be_written(run, tmp_path: Path, monkeypatch) -> None:
     for write, name in ((write_mcap, "a.mcap"), (write_states, "a.npz")):
-        with pytest.raises(UsageError, match="cannot be written: No such file or directory"):
+        with pytest.raises(WriteError, match="cannot be written: No such file or directory"):
             write(run, tmp_path / "nowhere" / name)
     monkeypatch.setitem(__import__("sys").modules, "mcap.writer", None)
     with pytest.raises(UsageError, match=r'pip install "escort-mj\[mcap\]"'):

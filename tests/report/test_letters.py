@@ -3,6 +3,7 @@
 import warnings
 
 from matplotlib.font_manager import FontEntry, fontManager
+from matplotlib.mathtext import MathTextParser
 from PIL import Image
 
 from escort_mj.report import letters
@@ -43,6 +44,32 @@ def test_another_font_of_the_machine_helps_out(monkeypatch, tmp_path):
     assert title.get_text() == f"run {private}"
     assert title.get_fontfamily() == [FONT, "STIXGeneral"]
     letters._font_with.cache_clear()
+
+
+def test_signs_of_mathematics_are_drawn_as_they_stand(tmp_path, monkeypatch):
+    """Where matplotlib takes `$...$` for mathematics, most names are errors, and others lose letters."""
+    parsed = []
+    parser = MathTextParser.parse
+
+    def parse(self, words, *rest, **options):
+        parsed.append(words)
+        return parser(self, words, *rest, **options)
+
+    monkeypatch.setattr(MathTextParser, "parse", parse)
+    names = ["$x^$", "$$", r"a\b_c^d", r"\$x\$", "$5 and $6"]
+    with figure(tmp_path / "a.png", 3.0, names[0], note=names[1]) as canvas:
+        grid = canvas.subplots(2, 1, sharey=True)
+        for axes in grid:
+            axes.plot([1, 2], [0, 4], label=names[2])
+            axes.set(title=names[3], xlabel=names[4], xscale="log")
+            axes.set_yticks(range(len(names)), names)
+            axes.annotate(names[0], (1, 1))
+            axes.legend(title=names[1])
+        canvas.legend([axes.lines[0]], [names[0]])
+        canvas.colorbar(axes.scatter([1, 2], [1, 2], c=[0, 1])).set_label(names[0])
+    assert not [words for words in parsed if "mathdefault" not in words]
+    shown = [label._preprocess_math(label.get_text()) for label in grid[0].get_yticklabels()]
+    assert shown == [(name, False) for name in names]
 
 
 def test_plain_words_keep_the_one_font(tmp_path):
