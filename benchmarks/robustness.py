@@ -64,7 +64,8 @@ def measured(factor: Factor) -> Map:
     path = scenarios_folder() / "studies" / f"robustness_{factor.name}.yaml"
     design = Design(load_study(path), scenarios_folder())
     out = Path("renders") / "studies" / design.study.study
-    sweep(design, out, backends.local(cores()), cores(), confirmed=True)
+    with backends.local(cores()) as backend:
+        sweep(design, out, backend, cores(), confirmed=True)
     planned = list(design.runs())
     with Store(out) as store:
         rows = store.get(run.key for run in planned)

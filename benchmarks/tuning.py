@@ -29,7 +29,8 @@ def main(arguments: Any = None) -> None:
     design = Design(load_study(scenarios_folder() / "studies" / f"{STUDY}.yaml"), scenarios_folder())
     out, section = Path("renders") / "studies" / STUDY, design.study.tune
     assert section is not None, "the study tunes"
-    found = tune(design, out, backends.local(cores()))
+    with backends.local(cores()) as backend:
+        found = tune(design, out, backend)
     values = [
         [f"`{key.removeprefix('controller.')}`", f"{base_of(design, key):g}", f"{value:g}"]
         for key, value in found.best.point.items()

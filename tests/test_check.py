@@ -137,10 +137,32 @@ def test_a_report_that_cannot_be_written_is_said_before_anything_runs(check, tmp
 
 
 def test_a_program_error_is_a_result(check, monkeypatch) -> None:
+    monkeypatch.setattr("escort_mj.report.check.side_by_side", lambda perform, tasks, *_: [perform(tasks[0])])
     monkeypatch.setattr("escort_mj.mission.build", lambda scenario: 1 / 0)
     code, out, _ = check("s/good.yaml", "--github")
     assert code == 3 and "the program broke" in out and "ZeroDivisionError" in out
     assert "::error file=s/good.yaml,line=1,title=s/good%3A the program broke::ZeroDivisionError" in out
+
+
+CRASH = """
+import os, signal
+from escort_mj.plugins import metric
+
+@metric(unit="m")
+def crash(trace):
+    \"\"\"Crashes.\"\"\"
+    os.kill(os.getpid(), signal.SIGSEGV)
+"""
+
+
+def test_a_scenario_that_crashes_costs_its_own_row(check, tmp_path: Path) -> None:
+    (tmp_path / "crash.py").write_text(CRASH)
+    crashing = BODY.replace("expect:", "plugins: [{file: ../crash.py}]\nexpect:")
+    (tmp_path / "s" / "crashes.yaml").write_text(crashing + FILES["s/good.yaml"])
+    code, out, err = check("s/crashes.yaml", "s/good.yaml", "s/near.yaml")
+    assert (code, err) == (3, "")
+    assert "BROKE  s/crashes  the program broke" in out and "killed by SIGSEGV" in out
+    assert "3 scenarios: 2 passed, 1 broke" in out
 
 
 def test_each_once_under_a_label_of_its_own(check, tmp_path: Path, monkeypatch) -> None:

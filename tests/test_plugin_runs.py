@@ -130,7 +130,8 @@ def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled,
     from escort_mj.study.work import perform
 
     jobs = [_job(design, run, tmp_path / "out") for run in design.runs()]
-    rows = [row for _, row in local(2)(perform, jobs)]
+    with local(2) as backend:
+        rows = [row for _, row in backend(perform, jobs)]
     assert [row.outcome for row in rows] == ["completed", "completed"]
     (tmp_path / "own_law.py").write_text(LAW + "\n")
     changed = Design(load_study(tmp_path / "study.yaml"), tmp_path)

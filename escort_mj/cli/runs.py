@@ -111,6 +111,9 @@ def check(
 
     Example: escort-mj check scenarios/ --junit report.xml --json > report.json
     """
+    from escort_mj.study.parallel import parent_of_workers
+
+    parent_of_workers()  # which gets ready meanwhile
     from escort_mj import api
     from escort_mj.record.files import write_text
     from escort_mj.report import checked

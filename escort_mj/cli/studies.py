@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
 import typer
 
+from escort_mj import stopping
 from escort_mj.cli.app import (
     BROKEN,
     GOOD,
@@ -84,7 +85,7 @@ def reproduce(
     from escort_mj import api
     from escort_mj.report.reproduction import reproduce as reproduce_paper
 
-    with progress_bar("reproducing", " steps") as progress:
+    with stopping.keeping(lambda: _kept(out)), progress_bar("reproducing", " steps") as progress:
         result = reproduce_paper(api.scenarios_folder(), out, only or (), workers, docs, again, progress)
     _finish(
         "reproduce",
@@ -130,7 +131,7 @@ def compare(
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     folder = out if out is not None else Path("renders") / "compare" / mission.name
-    with progress_bar("comparing", " runs") as progress:
+    with stopping.keeping(lambda: _kept(folder)), progress_bar("comparing", " runs") as progress:
         result = compare_laws(mission, folder, laws or (), outer or (), seeds, workers, docs, again, progress)
     _finish(
         "compare",
@@ -168,11 +169,9 @@ def sweep(
     from escort_mj.study import backends
     from escort_mj.study.sweep import sweep as make_runs
 
-    if backend == "dask":
-        where = backends.dask(count, scheduler)
-    else:
-        where = backends.threads(count) if backend == "threads" else backends.local(count)
-    with progress_bar("sweeping", " runs") as progress:
+    make = {"local": backends.local, "threads": backends.threads}.get(backend)
+    at = backends.dask(count, scheduler) if make is None else make(count)
+    with at as where, progress_bar("sweeping", " runs") as progress:
         done = make_runs(design, folder, where, count, yes, progress)
     written = ["results.sqlite", "runs.csv", "study.yaml"]
     lines = [
@@ -232,8 +231,8 @@ def tune(
     from escort_mj.study.tune import tune as search
     from escort_mj.study.tune_table import lines
 
-    with progress_bar("tuning", " trials") as progress:
-        found = search(design, folder, backends.local(count), progress)
+    with backends.local(count) as where, progress_bar("tuning", " trials") as progress:
+        found = search(design, folder, where, progress)
     section = design.study.tune
     assert section is not None, "tune has refused studies without it"
     said = lines(found, section, {key: base_of(design, key) for key in section.over})
@@ -241,7 +240,8 @@ def tune(
     if figures:
         from escort_mj.report.tuning import draw_tuning
 
-        written += [path.name for path in draw_tuning(folder, section, found)]
+        with stopping.keeping(lambda: _kept(folder)):
+            written += [path.name for path in draw_tuning(folder, section, found)]
     _finish("tune", as_json, said, folder, written, "tune.json")
 
 
@@ -268,12 +268,13 @@ def falsify(
     from escort_mj.study.falsify import falsify as search
     from escort_mj.study.falsify import lines
 
-    with progress_bar("searching", " runs") as progress:
-        found = search(design, folder, backends.local(count), progress)
+    with backends.local(count) as where, progress_bar("searching", " runs") as progress:
+        found = search(design, folder, where, progress)
     said = list(lines(found))
     for one in found.counterexamples if video else ():
         try:
-            said.append(f"clip: {shown(render_clip(one.folder))}")
+            with stopping.keeping(lambda: _kept(folder)):
+                said.append(f"clip: {shown(render_clip(one.folder))}")
         except RenderError as error:
             typer.echo(f"no clip: {error}", err=True)
     written = ["results.sqlite", "falsify.json", "counterexamples/"]
@@ -326,6 +327,11 @@ def report(
     lines = [f"wrote {shown(page)}", f"wrote {shown(folder)}: cells.csv figures/ worst/"]
     written = ["cells.csv", "figures/", "worst/"]
     finish("report", as_json, lines, page=shown(page), folder=shown(folder), written=written)
+
+
+def _kept(folder: Path) -> str:
+    """What an interrupted command that makes runs has left."""
+    return f"runs that have ended are kept in {shown(folder)}; the same command goes on from there"
 
 
 def _finish(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from escort_mj import stopping
 from escort_mj.errors import EscortError
 from escort_mj.report.video import render_clip
 from escort_mj.study.check import GOOD, Case, Checked, check_one
@@ -39,7 +40,7 @@ def check(
     clips: bool = True,
     progress: Progress | None = None,
 ) -> list[Checked]:
-    """Runs and judges scenarios side by side.
+    """Runs and judges scenarios side by side, in other processes: one that crashes costs its row alone.
 
     Args:
         cases: What to check.
@@ -53,7 +54,27 @@ def check(
         One result per case, in their order.
     """
     tasks = [Task(case, out / case.label, keep, clips) for case in cases]
-    return side_by_side(perform, tasks, workers or cores(), progress)
+    checked = 0
+
+    def note(done: float, total: float) -> None:
+        nonlocal checked
+        checked = int(done)
+        if progress is not None:
+            progress(done, total)
+
+    with stopping.keeping(
+        lambda: f"{checked} of {len(cases)} scenarios had been checked; the same command checks all again"
+    ):
+        return side_by_side(perform, tasks, workers or cores(), note, lost)
+
+
+def lost(task: Task, cause: str) -> Checked:
+    """The result of a scenario that kills every process that checks it."""
+    words = (
+        f"the process that ran it died each time ({cause}): a plugin that crashes, no memory, a full disk?"
+    )
+    folder = task.folder if task.folder is not None and task.folder.is_dir() else None
+    return Checked(task.case.path, task.case.label, error=words, folder=folder)
 
 
 def perform(task: Task) -> Checked:

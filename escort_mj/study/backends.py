@@ -7,143 +7,61 @@ again, and a job that kills its worker time and again becomes a result of its ow
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import multiprocessing
-import os
-import threading
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from itertools import islice
-from multiprocessing.connection import wait as wait_for
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 from escort_mj.batch import in_threads
-from escort_mj.errors import EscortError, UsageError
-from escort_mj.study.parallel import parent_of_workers
+from escort_mj.errors import UsageError
+from escort_mj.study.parallel import AHEAD, Workers
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
-Backend = Callable[[Callable[[Job], Result], Iterable[Job]], Iterator[tuple[Job, Result | None]]]
+Results = Generator[tuple[Job, Result | None], None, None]
+Backend = Callable[[Callable[[Job], Result], Iterable[Job]], Results[Job, Result]]
 """Called with a function of a module's top level and jobs; None stands for a job that killed its workers."""
 
-AHEAD = 3  # jobs that are waiting for each worker
-TRIES = 3  # of a job whose worker dies
 DASK_RESTARTS = 30  # seconds that a worker that died has to start anew before its cluster is closed
 
 
-def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Iterator[tuple[Job, Result | None]]:
+def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Results[Job, Result]:
     """Computes jobs in this process, one after the other."""
     for job in jobs:
         yield job, function(job)
 
 
-def threads(workers: int) -> Backend[Any, Any]:
+@contextmanager
+def threads(workers: int) -> Iterator[Backend[Any, Any]]:
     """Threads of this process: nothing has to start, but a job that kills its process kills all.
 
     Args:
         workers: How many cores to keep busy; 1 computes in this thread.
     """
 
-    def compute(
-        function: Callable[[Job], Result], jobs: Iterable[Job]
-    ) -> Iterator[tuple[Job, Result | None]]:
+    def compute(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Results[Job, Result]:
         yield from in_threads(lambda job: (job, function(job)), jobs, workers)
 
-    return compute
+    yield compute
 
 
-def _pool(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, parent_of_workers(), initializer=_die_with_parent)
-
-
-def _working_pool(workers: int) -> ProcessPoolExecutor:
-    """A pool whose workers start, so that jobs are not blamed where they do not.
-
-    Raises:
-        EscortError: If they do not start.
-    """
-    pool = _pool(workers)
-    try:
-        pool.submit(os.getpid).result()
-    except BrokenProcessPool:
-        pool.shutdown(wait=False)
-        raise EscortError(
-            "worker processes do not start; a script that uses them keeps what it does "
-            'under  if __name__ == "__main__":'
-        ) from None
-    return pool
-
-
-def _die_with_parent() -> None:
-    """Ends this worker when the process that wants its results is gone, however that ended."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None, "a worker has a parent"
-
-    def follow() -> None:
-        wait_for([parent.sentinel])
-        os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
-
-
-def local(workers: int) -> Backend[Any, Any]:
-    """Processes of this machine.
+@contextmanager
+def local(workers: int) -> Iterator[Backend[Any, Any]]:
+    """Processes of this machine; at the end none is left.
 
     Args:
         workers: How many; 1 computes in this process.
     """
     if workers == 1:
-        return here
-    idle: list[ProcessPoolExecutor] = []  # kept for the next call: a search makes many small ones
-
-    def compute(
-        function: Callable[[Job], Result], jobs: Iterable[Job]
-    ) -> Iterator[tuple[Job, Result | None]]:
-        waiting = iter(jobs)
-        again: list[tuple[Job, int]] = []  # with the tries that they have had
-        while True:
-            # Not forked from this process, whose threads and native callbacks would not survive it.
-            pool = idle.pop() if idle else _pool(workers)
-            flying: dict[Future[Result], tuple[Job, int]] = {}
-            try:
-                # Suspects first and one at a time, so that it is seen which of them kills its worker.
-                while again:
-                    job, tries = again.pop()
-                    future = pool.submit(function, job)
-                    flying[future] = job, tries
-                    result = future.result()
-                    del flying[future]
-                    yield job, result
-                while True:
-                    while len(flying) < AHEAD * workers and (more := list(islice(waiting, 1))):
-                        flying[pool.submit(function, more[0])] = more[0], 0
-                    if not flying:
-                        idle.append(pool)
-                        return
-                    for future in wait(flying, return_when=FIRST_COMPLETED).done:
-                        result = future.result()
-                        job, _ = flying.pop(future)
-                        yield job, result
-            except BrokenProcessPool:
-                pool.shutdown(wait=False)
-                idle.append(_working_pool(workers))
-                for future, (job, tries) in flying.items():
-                    if future.done() and not future.cancelled() and future.exception() is None:
-                        yield job, future.result()
-                    elif tries + 1 < TRIES:
-                        again.append((job, tries + 1))
-                    else:
-                        yield job, None
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                raise
-
-    return compute
+        yield here
+        return
+    with Workers(workers) as pool:  # kept from call to call: a search makes many small ones
+        yield pool.compute
 
 
-def dask(workers: int, address: str | None = None) -> Backend[Any, Any]:
+@contextmanager
+def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]]:
     """Workers of a Dask cluster, on this machine or on many.
 
     Args:
@@ -160,48 +78,72 @@ def dask(workers: int, address: str | None = None) -> Backend[Any, Any]:
             "--backend dask: Dask is not installed; pip install 'escort-mj[dask]' adds it"
         ) from None
 
-    def compute(
-        function: Callable[[Job], Result], jobs: Iterable[Job]
-    ) -> Iterator[tuple[Job, Result | None]]:
-        with contextlib.ExitStack() as stack:
-            try:
-                if address is None:
-                    client = stack.enter_context(_cluster_here(workers))
-                else:
-                    client = stack.enter_context(distributed.Client(address, timeout=20))
-            except OSError as error:
-                raise UsageError(f"--backend dask: no cluster answers at {address}: {error}") from None
-            yield from _as_they_come(client, workers, function, jobs)
+    if address is None:
+        with _cluster_here(workers) as client:
+            yield _jobs_for(client, workers)
+        return
+    try:
+        client = distributed.Client(address, timeout=20)
+    except OSError as error:
+        raise UsageError(f"--backend dask: no cluster answers at {address}: {error}") from None
+    with client:
+        yield _jobs_for(client, workers)
+
+
+def _jobs_for(client: Any, workers: int) -> Backend[Any, Any]:
+    """A backend of a cluster."""
+
+    def compute(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Results[Job, Result]:
+        yield from _as_they_come(client, workers, function, jobs)
 
     return compute
 
 
-@contextlib.contextmanager
+@contextmanager
 def _cluster_here(workers: int) -> Iterator[Any]:
     """A cluster of this machine's own, and its client."""
     from distributed import Client, LocalCluster
 
-    with (
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address="127.0.0.1:0",  # None takes port 8787, and warns where another has it
-            silence_logs=logging.CRITICAL,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        try:
-            yield client
-        finally:
+    children = set(multiprocessing.active_children())
+    clusters = set(LocalCluster._instances)
+    try:
+        with (
+            LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                dashboard_address="127.0.0.1:0",  # None takes port 8787, and warns where another has it
+                silence_logs=logging.CRITICAL,
+            ) as cluster,
+            Client(cluster) as client,
+        ):
+            try:
+                yield client
+            except BaseException:
+                _end_workers(cluster, children)
+                raise
             # Dask fails, or leaves processes behind, where it closes while it starts a worker anew.
-            with contextlib.suppress(TimeoutError):
+            with suppress(TimeoutError):
                 client.wait_for_workers(workers, timeout=DASK_RESTARTS)
+    except BaseException:  # also while it starts
+        for cluster in set(LocalCluster._instances) - clusters:
+            _end_workers(cluster, children)
+            with suppress(Exception):
+                cluster.close(timeout=1)
+        raise
+
+
+def _end_workers(cluster: Any, others: set[Any]) -> None:
+    """Ends the processes of a cluster whatever they do; asked politely they would finish their runs."""
+    for nanny in list(cluster.workers.values()):
+        nanny.auto_restart = False
+    for child in set(multiprocessing.active_children()) - others:
+        child.kill()
 
 
 def _as_they_come(
     client: Any, workers: int, function: Callable[[Job], Result], jobs: Iterable[Job]
-) -> Iterator[tuple[Job, Result | None]]:
+) -> Results[Job, Result]:
     """Hands jobs to a cluster, a few ahead, and yields results."""
     from distributed import KilledWorker, as_completed
 

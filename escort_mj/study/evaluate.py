@@ -69,6 +69,11 @@ class Evaluator:
         rows = self._store.get(wanted)
         return [None if jobs_ is None else [rows[job.key] for job in jobs_] for jobs_ in jobs]
 
+    def kept(self) -> str:
+        """What a search that is interrupted has left."""
+        runs = len(self._store.known())
+        return f"{runs} runs are kept in {self._store.path.parent}; the same command goes on from there"
+
     def scenario(self, point: Point, cell: int = 0, seed: int | None = None) -> Scenario:
         """The scenario of a cell at a point."""
         first = self.design.seeds[0] if seed is None else seed

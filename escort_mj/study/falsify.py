@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from escort_mj import stopping
 from escort_mj.errors import ScenarioError
 from escort_mj.mission import fly
 from escort_mj.record.files import write_json
@@ -95,7 +96,7 @@ def falsify(
     if search is None:
         raise ScenarioError([design.file.fault("has no section falsify, which says what to search", "study")])
     check_box(design, "falsify", search.over)
-    with Evaluator(design, out, backend) as evaluator:
+    with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
         hunt = _Hunt(evaluator, search)
         hunt.go(progress)
         runs = evaluator.asked

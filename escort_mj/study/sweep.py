@@ -7,9 +7,11 @@ import io
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from escort_mj import stopping
 from escort_mj.errors import UsageError
 from escort_mj.record.files import write_text
 from escort_mj.record.outcome import Outcome
@@ -66,9 +68,16 @@ def sweep(
 
     Raises:
         UsageError: If the study is larger than its own `at_most` and not confirmed.
+        KeyboardInterrupt: If it comes; runs under way are not stored, those that have ended are.
     """
     planned = list(design.runs())
-    with Store(out) as store:
+
+    def kept() -> str:
+        known = store.known()
+        ended = sum(run.key in known for run in planned)
+        return f"{ended} of {len(planned)} runs are kept in {out}; the same command makes the others"
+
+    with Store(out) as store, stopping.keeping(kept):
         write_text(out / "study.yaml", design.file.path.read_text(encoding="utf-8"))
         write_design(design, out)
         missing = _missing(planned, store)
@@ -144,14 +153,16 @@ def make(
     made, done, missing = 0, total - len(jobs), list(jobs)
     while missing:
         beaten = time.monotonic()
-        for job, row in backend(perform, _claimed(missing, store)):
-            store.put(row if row is not None else killed(job))
-            made, done = made + 1, done + 1
-            if progress is not None:
-                progress(done, total)
-            if time.monotonic() - beaten > BEAT:
-                store.beat()
-                beaten = time.monotonic()
+        with closing(backend(perform, _claimed(missing, store))) as results:
+            for job, row in results:
+                stopping.check()
+                store.put(row if row is not None else killed(job))
+                made, done = made + 1, done + 1
+                if progress is not None:
+                    progress(done, total)
+                if time.monotonic() - beaten > BEAT:
+                    store.beat()
+                    beaten = time.monotonic()
         missing = _missing(missing, store)
         if missing and store.claimed_by_others():
             time.sleep(POLL)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from escort_mj import stopping
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.record.files import write_json, write_text
 from escort_mj.study.asking import Asker
@@ -117,7 +118,7 @@ def tune(design: Design, out: Path, backend: Backend[Job, Row], progress: Progre
     if search is None:
         raise ScenarioError([design.file.fault("has no section tune, which says what to tune", "study")])
     check_box(design, "tune", search.over)
-    with Evaluator(design, out, backend) as evaluator:
+    with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
         own, trials = _tried(evaluator, search, progress)
         write_text(out / TRIALS, table(search, own, trials, front := _front(search, trials)))
         if not front:

@@ -1,16 +1,19 @@
 """Backends: every job once, whoever dies."""
 
 import os
+import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 
 from escort_mj.study.backends import Backend, dask, local, threads
-from tests.study.jobs import Job, stumble, work
+from tests.study.jobs import Job, sleep, stumble, work
 
 
 def backends() -> list[object]:
@@ -28,33 +31,39 @@ def backends() -> list[object]:
 THREADS = pytest.param(lambda: threads(2), id="threads")
 
 
+Make = Callable[[], AbstractContextManager[Backend[Job, int]]]
+
+
 @pytest.mark.parametrize("make", [*backends(), THREADS])
-def test_every_job_once(make: "type[Backend]", tmp_path: Path) -> None:
+def test_every_job_once(make: Make, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path) for number in range(40)]
-    results = list(make()(work, iter(jobs)))
+    with make() as backend:
+        results = list(backend(work, iter(jobs)))
+        assert list(backend(work, iter([]))) == []
     assert sorted(results) == [(job, job.number**2) for job in jobs]
     assert len(list(tmp_path.iterdir())) == 40
-    assert list(make()(work, iter([]))) == []
 
 
 @pytest.mark.parametrize("make", backends()[1:])
-def test_a_worker_that_dies_takes_nothing_with_it(make: "type[Backend]", tmp_path: Path) -> None:
+def test_a_worker_that_dies_takes_nothing_with_it(make: Make, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path, deaths=1 if number in (3, 17) else 0) for number in range(30)]
-    results = list(make()(work, iter(jobs)))
+    with make() as backend:
+        results = list(backend(work, iter(jobs)))
     assert sorted(results) == [(job, job.number**2) for job in jobs]
 
 
 @pytest.mark.parametrize("make", backends()[1:])
-def test_a_job_that_kills_every_worker_becomes_a_result(make: "type[Backend]", tmp_path: Path) -> None:
+def test_a_job_that_kills_every_worker_becomes_a_result(make: Make, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path, deaths=99 if number == 5 else 0) for number in range(12)]
-    results = dict(make()(work, iter(jobs)))
+    with make() as backend:
+        results = dict(backend(work, iter(jobs)))
     assert results == {job: None if job.number == 5 else job.number**2 for job in jobs}
 
 
 @pytest.mark.parametrize("make", [*backends(), THREADS])
-def test_an_error_of_the_job_is_an_error(make: "type[Backend]", tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="job 0"):
-        list(make()(stumble, iter([Job(0, tmp_path)])))
+def test_an_error_of_the_job_is_an_error(make: Make, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="job 0"), make() as backend:
+        list(backend(stumble, iter([Job(0, tmp_path)])))
 
 
 def test_jobs_are_taken_as_they_are_wanted(tmp_path: Path) -> None:
@@ -67,11 +76,12 @@ def test_jobs_are_taken_as_they_are_wanted(tmp_path: Path) -> None:
             taken += 1
             yield Job(number, tmp_path)
 
-    results = local(2)(work, jobs())
-    for _ in range(10):
-        next(results)
-    assert taken <= 10 + 2 * 3 + 2
-    results.close()
+    with local(2) as backend:
+        results = backend(work, jobs())
+        for _ in range(10):
+            next(results)
+        assert taken <= 10 + 2 * 3 + 2
+        results.close()
 
 
 MAIN = """
@@ -81,7 +91,8 @@ from escort_mj.study.backends import local
 from tests.study.jobs import Job, sleep
 
 if __name__ == "__main__":
-    list(local(2)(sleep, [Job(k, Path(sys.argv[1])) for k in range(4)]))
+    with local(2) as backend:
+        list(backend(sleep, [Job(k, Path(sys.argv[1])) for k in range(4)]))
 """
 
 
@@ -112,6 +123,23 @@ def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> N
     assert ended.returncode != 0
     assert "worker processes do not start" in ended.stderr
     assert '__name__ == "__main__"' in ended.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("make", backends()[1:])
+def test_an_interrupt_leaves_no_worker(make: Make, tmp_path: Path) -> None:
+    def interrupt() -> None:
+        until(lambda: len(list(tmp_path.iterdir())) == 2)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), make() as backend:
+            threading.Thread(target=interrupt, daemon=True).start()
+            list(backend(sleep, [Job(number, tmp_path) for number in range(4)]))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    workers = [Path("/proc") / path.name for path in tmp_path.iterdir()]
+    assert until(lambda: not any(worker.exists() for worker in workers), 3.0)
 
 
 def until(there: Callable[[], bool], patience: float = 60.0) -> bool:

@@ -132,8 +132,20 @@ def kill_itself(item):
 
 
 def test_a_worker_that_is_killed_is_said_in_one_sentence():
-    with pytest.raises(EscortError, match="killed from outside"):
+    with pytest.raises(EscortError, match="killed 3 times .killed by SIGKILL; out of memory"):
         side_by_side(kill_itself, [1, 2], 2)
+
+
+def kill_itself_unless_even(item):
+    return kill_itself(item) if item % 2 else item
+
+
+def test_an_item_that_kills_its_process_costs_its_own_result():
+    for items in ([2, 1, 4, 6], [1]):
+        found = side_by_side(
+            kill_itself_unless_even, items, len(items), lost=lambda item, cause: (item, cause)
+        )
+        assert found == [item if item % 2 == 0 else (item, "killed by SIGKILL") for item in items]
 
 
 VALUES = {

@@ -79,7 +79,8 @@ def test_a_changed_study_makes_only_what_is_new(tmp_path: Path) -> None:
 def test_processes_give_the_same_bits(tmp_path: Path) -> None:
     laid_out = design(tmp_path)
     sweep(laid_out, tmp_path / "one", here, 1)
-    sweep(laid_out, tmp_path / "two", local(2), 2)
+    with local(2) as backend:
+        sweep(laid_out, tmp_path / "two", backend, 2)
     assert (tmp_path / "one" / "runs.csv").read_bytes() == (tmp_path / "two" / "runs.csv").read_bytes()
 
 
@@ -87,7 +88,8 @@ def test_dask_gives_the_same_bits(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="Dask is an extra")
     laid_out = design(tmp_path)
     sweep(laid_out, tmp_path / "one", here, 1)
-    sweep(laid_out, tmp_path / "two", dask(2), 2)
+    with dask(2) as backend:
+        sweep(laid_out, tmp_path / "two", backend, 2)
     assert (tmp_path / "one" / "runs.csv").read_bytes() == (tmp_path / "two" / "runs.csv").read_bytes()
 
 
@@ -128,7 +130,8 @@ from escort_mj.study.sweep import sweep
 if __name__ == "__main__":
     study, out, workers = sys.argv[1:]
     design = Design(load_study(study), scenarios_folder())
-    print(sweep(design, Path(out), local(int(workers)), int(workers), True))
+    with local(int(workers)) as backend:
+        print(sweep(design, Path(out), backend, int(workers), True))
 """
 
 
