@@ -15,6 +15,7 @@ from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scen
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
+from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.overrides import Overrides
 from escort_mj.study.check import Case
 from escort_mj.study.parallel import cores
@@ -67,12 +68,12 @@ def _shipped(
 ) -> str | os.PathLike[str]:
     """A file as it was given, or the shipped one of that name."""
     name = os.fspath(path)
-    if Path(name).exists() or name.endswith(SUFFIXES):
+    if os.path.exists(name) or name.endswith(SUFFIXES):
         return path
     if name not in (names := shipped()):
         close = difflib.get_close_matches(name, names, 1)
         hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(names)}"
-        raise UsageError(f"{name}: there is no such file or shipped {what}; {hint}")
+        raise UsageError(f"{shortened(name)}: there is no such file or shipped {what}; {hint}")
     return scenarios_folder() / f"{name}.yaml"
 
 
@@ -90,12 +91,12 @@ def cases(paths: Sequence[str | os.PathLike[str]]) -> list[Case]:
     for given in (os.fspath(path) for path in paths):
         fault, files = "", [Path(given)]
         try:
-            files = list(scenarios_in(Path(given))) if Path(given).is_dir() else [Path(scenario_path(given))]
+            files = list(scenarios_in(Path(given))) if os.path.isdir(given) else [Path(scenario_path(given))]
             fault = "" if files else f"{given}: this folder holds no scenario"
         except UsageError as error:
             fault = str(error)
         for path in files or [Path(given)]:
-            label = _label(path if Path(given).exists() else Path(given))
+            label = _label(path if os.path.exists(given) else Path(given))
             number = 2
             while label in labels:
                 label, number = f"{_label(path)}-{number}", number + 1

@@ -4,8 +4,31 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+_BREAKS = re.compile("[\t-\r\x1c-\x1e\x85\u2028\u2029]+")
+_OBEYED = re.compile("[\0-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+_COMMAND = re.compile(r"^(\s*):(?=:)")  # of GitHub's workflows
+
+
+def one_line(text: str) -> str:
+    """Return text as one line that terminals and the runners of GitHub's workflows only show.
+
+    It is what `visible` returns, and `::` at its beginning, which would begin a workflow command, is pulled
+    apart.
+    """
+    return _COMMAND.sub(r"\1: ", visible(text))
+
+
+def visible(text: str) -> str:
+    """Return text without control characters.
+
+    Line breaks and tabs become spaces; other control characters, marks that turn the direction of writing and
+    halves of surrogate pairs become `?`. `##[`, a workflow command wherever it stands, is pulled apart.
+    """
+    return _OBEYED.sub("?", _BREAKS.sub(" ", text)).replace("##[", "# #[")
 
 
 class EscortError(Exception):
@@ -43,7 +66,7 @@ class Fault:
         place = self.source
         if self.line:
             place += f":{self.line}:{self.column}"
-        return ": ".join(part for part in (place, self.key, self.message) if part)
+        return one_line(": ".join(part for part in (place, self.key, self.message) if part))
 
 
 class ScenarioError(EscortError, ValueError):

@@ -61,6 +61,7 @@ class Room:
 
 
 BLOCK = 256  # samples between two looks at the state's health
+LARGEST = 1e10  # control that MuJoCo takes (mjMAXVAL) [N]
 NO_FORCES = "none: beyond three axes bodies go through one another, and forces of episodes are 0"
 DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
 
@@ -251,6 +252,7 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
     keep = len(block) if finite.all() else int(np.argmin(finite))
     if warnings := plant.warnings():
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
+        words += _excess(block, plant)
         return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
     target, lost = (block[:keep, columns(name, sizes)] for name in ("target_position", "lost"))
     distance = np.linalg.norm(block[:keep, 1 : 1 + n * p].reshape(-1, n, p) - target[:, None], axis=2)
@@ -267,6 +269,18 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
         moment = f" after {block[keep - 1, 0]:.2f} s" if keep else ""
         return keep, Outcome.DIVERGED, f"the state is no longer a number{moment}"
     return keep, Outcome.COMPLETED, ""
+
+
+def _excess(block: Array, plant: Plant) -> str:
+    """Name the law and the robot of the first force in a block of samples that MuJoCo does not take."""
+    sizes = plant.world.sizes
+    demanded = np.abs(block[:, columns("tau", sizes)]).reshape(len(block), sizes["robot"], -1).max(axis=2)
+    rows, robots = np.nonzero(~(demanded <= LARGEST))
+    if not len(rows):
+        return ""
+    row, robot = rows[0], robots[0]
+    law, force = plant.world.setup.law.law, demanded[row, robot]
+    return f"; the law {law} demanded {force:.3g} N of robot {robot + 1} at {block[row, 0]:.2f} s"
 
 
 def _outlines(scenario: Scenario) -> list[list[list[float]]]:

@@ -125,6 +125,22 @@ def test_github_annotations(check) -> None:
     assert len(lines) == 6
 
 
+HOSTILE = r"no\n::error::a\r::stop-commands::b\u2028##[error]c\u001b[2Jd\u0007\u202e"
+
+
+def test_text_of_users_gives_no_orders_to_runners_and_terminals(check, tmp_path: Path) -> None:
+    (tmp_path / "s" / "fails.yaml").rename(file := tmp_path / "s" / "::error::e\n::error::f.yaml")
+    file.write_text(file.read_text().replace("at_least: 5", f'at_least: 0, xfail: "{HOSTILE}"'))
+    for options in ((), ("--github",), ("--json",)):
+        code, out, _ = check(str(file), "nosuch\n::error::g", *options)
+        assert code == 2 and "stop-commands" in out
+        assert all(char == "\n" or char.isprintable() for char in out)
+        orders = [line for line in map(str.strip, out.split("\n")) if line.startswith("::")]
+        assert len(orders) == (2 if options == ("--github",) else 0), orders
+        assert all(order.startswith("::error file=") for order in orders)
+        assert "##[" not in out
+
+
 def test_worse_outranks_bad(check) -> None:
     assert check("s/fails.yaml")[0] == 1
     assert check("s/fails.yaml", "s/deep")[0] == 2

@@ -1,6 +1,7 @@
 """Runs with laws of plugins: in the native loop, in both forms, and what becomes of errors."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -66,6 +67,25 @@ def test_an_error_ends_the_run_with_its_place(compiled, folder, tmp_path, law):
     assert stored.outcome["message"] == run.message
     assert float(stored.trace["time"][-1]) == pytest.approx(1.22)
     assert np.isfinite(stored.trace["tau"].values).all()
+
+
+def test_a_force_that_is_no_number_is_put_down_to_the_law(compiled, folder):
+    """Between two samples, and for a moment only."""
+    nan = "robots.tau[1, 0] = np.nan if abs(robots.time[0] - 0.134) < 5e-4 else 0.0"
+    text = LAW.replace('"pid"', '"nan"').replace(
+        "robots.rho_hat_rate[:] =", f"{nan}\n        robots.rho_hat_rate[:] ="
+    )
+    (folder / "nan.py").write_text(text.replace("from numba import njit", "import numpy as np"))
+    run = api.run(api.load_scenario(folder / "own.yaml", ["controller=nan"], [str(folder / "nan.py")]))
+    assert run.outcome is Outcome.FAILED
+    assert run.message.startswith("a plugin raised an error at 0.13 s: ")
+    assert re.search(r"nan.py:\d+: Pid gave robot 2 a force that is not a finite number$", run.message)
+
+
+def test_a_force_that_mujoco_does_not_take_is_put_down_to_the_law(compiled, folder):
+    run = flown(folder, "controller={law: pid, proportional_gain: 1e300}")
+    assert run.outcome is Outcome.UNSTABLE
+    assert re.search(r"BADCTRL .*; the law pid demanded .*e\+\d+ N of robot \d at \d", run.message)
 
 
 def test_an_error_in_the_first_step_leaves_a_readable_folder(compiled, folder, tmp_path):

@@ -14,6 +14,7 @@ import typer
 
 from escort_mj import stopping
 from escort_mj.cli import complete
+from escort_mj.cli.streams import lasting_streams, printable_json, say
 from escort_mj.errors import EscortError, ScenarioError
 
 app = typer.Typer(
@@ -69,10 +70,10 @@ def finish(
     if as_json:
         from escort_mj.record.files import json_text
 
-        typer.echo(json_text({"command": command, "exit_code": code} | results))
+        typer.echo(printable_json(json_text({"command": command, "exit_code": code} | results)))
     else:
         for line in lines:
-            typer.echo(line)
+            say(line)
     raise typer.Exit(code)
 
 
@@ -85,7 +86,7 @@ def draw_video(folder: Path) -> bool:
         with progress_bar("drawing the video", " frames") as progress:
             render_video(folder, progress=progress)
     except RenderError as error:
-        typer.echo(f"no video: {error}", err=True)
+        say(f"no video: {error}", err=True)
         return False
     return True
 
@@ -127,27 +128,25 @@ def run_command() -> None:
     try:
         app()
     except ScenarioError as error:
-        typer.echo(str(error), err=True)
+        typer.echo(str(error), err=True)  # a safe line for each fault
         sys.exit(error.exit_code)
     except EscortError as error:
-        typer.echo(f"escort-mj: {error}", err=True)
+        say(f"escort-mj: {error}", err=True)
         sys.exit(error.exit_code)
     except Exception as error:
         stopping.check()
         if isinstance(error, OSError) and error.errno in DISK:
             name = error.filename or "a temporary file"
-            typer.echo(f"escort-mj: {name}: cannot be written: {error.strerror}", err=True)
+            say(f"escort-mj: {name}: cannot be written: {error.strerror}", err=True)
             sys.exit(BROKEN)
         if os.environ.get("ESCORT_MJ_TRACEBACK"):
             raise
-        typer.echo(
-            f"escort-mj: the program broke: {type(error).__name__}: {error}\n"
-            "ESCORT_MJ_TRACEBACK=1 shows where; please report it.",
-            err=True,
-        )
+        say(f"escort-mj: the program broke: {type(error).__name__}: {error}", err=True)
+        say("ESCORT_MJ_TRACEBACK=1 shows where; please report it.", err=True)
         sys.exit(BROKEN)
 
 
 def main() -> None:
     """Entry point: runs a command; an interrupt becomes one line and exit code 130."""
-    stopping.command(run_command)
+    with lasting_streams():
+        stopping.command(run_command)

@@ -25,6 +25,7 @@ from escort_mj.cli.app import (
     draw_video,
     finish,
     progress_bar,
+    say,
     shown,
 )
 from escort_mj.errors import UsageError
@@ -224,12 +225,12 @@ def _report(result: Run) -> None:
 
     summary = result.metrics["run"]
     speed = summary["real_time_factor"]
-    typer.echo(
+    say(
         f"{result.scenario.name}: {result.outcome.value}: {result.message}"
         f" ({summary['wall_time']:.2f} s of wall time{f', {speed:.0f} times real time' if speed else ''})"
     )
     for line in verdict_lines(result.verdicts):
-        typer.echo(line)
+        say(line)
 
 
 def _exit_code(result: Run) -> int:

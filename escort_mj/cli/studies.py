@@ -23,6 +23,7 @@ from escort_mj.cli.app import (
     complete,
     finish,
     progress_bar,
+    say,
     shown,
 )
 from escort_mj.errors import UsageError
@@ -276,7 +277,7 @@ def falsify(
             with stopping.keeping(lambda: _kept(folder)):
                 said.append(f"clip: {shown(render_clip(one.folder))}")
         except RenderError as error:
-            typer.echo(f"no clip: {error}", err=True)
+            say(f"no clip: {error}", err=True)
     written = ["results.sqlite", "falsify.json", "counterexamples/"]
     code = VERDICT_FAILED if found.counterexamples else GOOD
     _finish("falsify", as_json, said, folder, written, "falsify.json", code)

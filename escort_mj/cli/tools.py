@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -17,6 +18,7 @@ from escort_mj.cli.app import (
     app,
     complete,
     finish,
+    say,
     shown,
 )
 from escort_mj.errors import UsageError
@@ -88,7 +90,7 @@ def export(
     from escort_mj.record.files import write_text
     from escort_mj.record.folder import MODEL, open_run
 
-    is_run = Path(source).is_dir()
+    is_run = os.path.isdir(source)
     allowed = (".xml", CSV, PARQUET, ".mcap", ".npz")
     if to.suffix not in allowed:
         raise UsageError(f"{to}: the suffix says what to write; allowed are {', '.join(allowed)}")
@@ -136,7 +138,7 @@ def check_plugin(
     for found in check(plugin):
         checks.append(found)
         if not as_json:  # at once: a mission takes its time to compile
-            typer.echo(f"  {'ok' if found.held else 'NO'}  {found.member}  {found.name:20s} {found.words}")
+            say(f"  {'ok' if found.held else 'NO'}  {found.member}  {found.name:20s} {found.words}")
     code = GOOD if all(found.held for found in checks) else VERDICT_FAILED
     finish("check-plugin", as_json, [], code, checks=[found._asdict() for found in checks])
 

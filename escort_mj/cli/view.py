@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Annotated
 import typer
 
 from escort_mj.cli import complete
-from escort_mj.cli.app import SetOption, app
+from escort_mj.cli.app import SetOption, app, say
 from escort_mj.errors import UsageError
 
 
@@ -43,7 +44,7 @@ def view(
 
     if not 0.01 <= speed <= 1000.0:
         raise UsageError(f"--speed: found {speed:g}; allowed is 0.01 to 1000")
-    recorded = Path(source).is_dir()
+    recorded = os.path.isdir(source)
     if recorded and overrides:
         raise UsageError("--set changes a scenario; a run folder is what it is")
     scenario = None if recorded else api.load_scenario(source, overrides or ())
@@ -65,7 +66,7 @@ def view(
             Native(tape, speed).run(ended)
             return
         viewer = stack.enter_context(Viewer(tape, host, port, speed))
-        typer.echo(f"{tape.title} at {viewer.url}  (Ctrl-C ends)")
+        say(f"{tape.title} at {viewer.url}  (Ctrl-C ends)")
         if viewer.public:
             typer.echo("whoever reaches this address can watch and steer the viewer", err=True)
         viewer.run(ended)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from escort_mj.errors import Fault
+from escort_mj.errors import Fault, visible
 from escort_mj.expect.verdicts import Verdict, mark
 from escort_mj.study.check import BAD_INPUT, BROKEN, GOOD, VERDICT_FAILED, Checked
 
@@ -174,7 +174,7 @@ def _annotation(kind: str, result: Checked, line: int, title: str, message: str)
 
 
 def _escaped(text: str) -> str:
-    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+    return "%0A".join(visible(line).replace("%", "%25") for line in re.split(r"\r\n?|\n", text))
 
 
 def _shown(path: Path) -> str:

@@ -35,10 +35,10 @@ from escort_mj.study.comparison import (
 )
 from escort_mj.study.comparison_table import (
     around_marks,
-    comma_separated,
     facts,
     into_page,
     page,
+    runs_table,
     subject,
     summary,
 )
@@ -122,7 +122,7 @@ def compare(
     results = side_by_side(perform, assignments, workers, progress)
 
     write_json(out / "table.json", facts(scenario, results))
-    write_text(out / "table.csv", comma_separated(results))
+    write_text(out / "table.csv", runs_table(results))
     write_text(out / "table.md", page(scenario, results))
     if docs is not None:
         write_text(docs, into_page(docs, scenario, results))

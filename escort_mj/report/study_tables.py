@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 
-from escort_mj.record.files import write_text
+from escort_mj.record.files import comma_separated, write_text
 from escort_mj.report.html import Text, table
 from escort_mj.report.scales import number
 from escort_mj.study.design import Planned
@@ -178,13 +176,11 @@ def _better(quantity: str, first: str, level: str, dominance: Interval) -> str:
 
 def write_cells(results: Results, path: Path) -> None:
     """Writes every statistic of every cell as comma-separated values, in SI units, for other programs."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     known = results.known(VALUES)
     head = ["cell", *results.factors, "runs"]
     head += [f"{name}_{part}" for name in RATES for part in ("times", "of", "share", "low", "high")]
     head += [f"{name}_{part}" for name in known for part in STATISTICS]
-    writer.writerow(head)
+    lines: list[list[object]] = [[*head]]
     for index in range(len(results.cells)):
         line: list[object] = [index, *results.labels(index).values(), results.rate(PASSED, index).of]
         for name in RATES:
@@ -200,5 +196,5 @@ def write_cells(results: Results, path: Path) -> None:
                 found.median,
                 *found.median_interval,
             ]
-        writer.writerow(["" if isinstance(cell, float) and math.isnan(cell) else cell for cell in line])
-    write_text(path, text.getvalue())
+        lines.append(["" if isinstance(cell, float) and math.isnan(cell) else cell for cell in line])
+    write_text(path, comma_separated(lines))

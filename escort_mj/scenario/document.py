@@ -30,6 +30,8 @@ _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\
 _INFINITY = re.compile(r"[-+]?\.(?:inf|Inf|INF)\Z")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
 _LONGEST_INTEGER = 300
+_SURROGATES = re.compile("[\ud800-\udfff]")
+SMALLEST = 1e-37  # MuJoCo reads corners of meshes as 32-bit floats and takes no number that has fewer digits
 
 
 class Place(NamedTuple):
@@ -78,6 +80,13 @@ def plain_scalar(text: str) -> Any:
     if _NAN.match(text):
         return float("nan")
     return text
+
+
+def whole_characters(text: str) -> str:
+    """Return text with each pair of surrogates as the one character that JSON means by it."""
+    if not _SURROGATES.search(text):
+        return text
+    return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "surrogatepass")
 
 
 def read(text: str, source: str) -> Document:
@@ -151,8 +160,18 @@ class _Reader:
                 items.append(self.value(event, events, (*path, len(items))))
             return items
         if isinstance(event, yaml_events.ScalarEvent):
-            return plain_scalar(event.value) if event.implicit[0] else event.value
+            return self.scalar(event, path)
         return None
+
+    def scalar(self, event: Any, path: Path) -> Any:
+        if not event.implicit[0]:
+            return whole_characters(event.value)
+        value = plain_scalar(event.value)
+        if isinstance(value, float) and 0.0 < abs(value) < SMALLEST:
+            self.fault(
+                event, path, f"found {value!r}; expected 0 or a number of at least {SMALLEST:g} in size"
+            )
+        return value
 
     def mapping(self, events: Iterator[Any], path: Path) -> dict[str, Any]:
         table: dict[str, Any] = {}
@@ -160,7 +179,7 @@ class _Reader:
             if not isinstance(event, yaml_events.ScalarEvent) or not isinstance(event.value, str):
                 self.fault(event, path, "found a key that is not a plain word")
                 raise ScenarioError(self.faults)
-            key = event.value
+            key = whole_characters(event.value)
             here = (*path, key)
             self.refuse(event, here)
             if key in table:

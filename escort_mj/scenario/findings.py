@@ -56,6 +56,12 @@ def listed(names: Sequence[str]) -> str:
     return " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
+def shortened(text: object, most: int = 200) -> str:
+    """Return text as it is, or its first part where it is longer than a message should be."""
+    words = str(text)
+    return words if len(words) <= most else f"{words[:most]}... ({len(words)} characters)"
+
+
 def shown(value: Any) -> str:
     """A value as the reader wrote it, shortened."""
     if value is None:

@@ -14,7 +14,7 @@ from escort_mj.errors import Fault, ScenarioError, UsageError
 from escort_mj.scenario import checks, explain
 from escort_mj.scenario.catalog import resolve
 from escort_mj.scenario.document import Document, Place, line_and_column, read
-from escort_mj.scenario.findings import Finding, key_path, nearest, shown
+from escort_mj.scenario.findings import Finding, key_path, nearest, shortened, shown
 from escort_mj.scenario.overrides import Overrides, apply
 from escort_mj.scenario.plugins import load, source_of
 from escort_mj.scenario.schema import Scenario
@@ -177,10 +177,10 @@ def expectation_lines(path: FilePath) -> list[int]:
 
 
 def _content(path: FilePath) -> bytes:
-    if not path.exists():
+    if not os.path.exists(path):  # False, too, for a name that no file can have
         folder = path.parent
-        names = [entry.name for entry in folder.glob("*.y*ml")] if folder.is_dir() else []
-        raise UsageError(f"{path}: there is no such file{nearest(path.name, names)}")
+        names = [entry.name for entry in folder.glob("*.y*ml")] if os.path.isdir(folder) else []
+        raise UsageError(f"{shortened(path)}: there is no such file{nearest(path.name, names)}")
     if not path.is_file():
         raise UsageError(f"{path}: this is not a file; expected a scenario in YAML")
     try:

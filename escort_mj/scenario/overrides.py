@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.scenario.document import Document, Place, read
+from escort_mj.scenario.document import MAX_DEPTH, Document, Place, read
 from escort_mj.scenario.dump import flow
 from escort_mj.scenario.findings import Path, key_path, parse_key_path
 from escort_mj.scenario.paths import locate, models, tag_of
@@ -28,6 +28,10 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
         path = parse_key_path(key.strip())
         if path is None or not equals:
             faults.append(Fault("expected key.path=value, such as robots.count=7", source=place.source))
+            continue
+        if len(path) > MAX_DEPTH:
+            message = f"found a key path of {len(path)} levels; expected at most {MAX_DEPTH}"
+            faults.append(Fault(message, source=place.source))
             continue
         try:
             value = read(text, place.source).data

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import UsageError
+from escort_mj.record.files import comma_separated
 from escort_mj.record.metrics import TAIL
 from escort_mj.scenario import Scenario
 from escort_mj.study.claims import number
@@ -135,16 +134,14 @@ def summary(results: Sequence[Result]) -> list[str]:
     ]
 
 
-def comma_separated(results: Sequence[Result]) -> str:
+def runs_table(results: Sequence[Result]) -> str:
     """One line per run, numbers in SI units, for other programs."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
     units = [f"{name} [{quantity.unit}]" for name, quantity in QUANTITIES.items()]
-    writer.writerow(["law", "outer", "seed", "outcome", *units])
+    lines: list[list[object]] = [["law", "outer", "seed", "outcome", *units]]
     for result in results:
         values = ["" if value is None else value for value in result.values.values()]
-        writer.writerow([*result.trial, result.outcome, *values])
-    return file.getvalue()
+        lines.append([*result.trial, result.outcome, *values])
+    return comma_separated(lines)
 
 
 def facts(scenario: Scenario, results: Sequence[Result]) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
@@ -18,7 +19,7 @@ import numpy as np
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.recognize import scenario_names
 from escort_mj.scenario.catalog import catalog_of, resolve
-from escort_mj.scenario.findings import nearest, parse_key_path
+from escort_mj.scenario.findings import nearest, parse_key_path, shortened
 from escort_mj.scenario.load import Template, read_text
 from escort_mj.scenario.schema import Scenario
 from escort_mj.study.definition import Sample, Steps, Study, StudyFile
@@ -192,12 +193,12 @@ def _scenario_path(file: StudyFile, shipped: Path) -> Path:
     """
     name = file.study.scenario
     beside = file.path.parent / name
-    if beside.is_file():
+    if os.path.isfile(beside):
         return beside
     names = scenario_names(shipped)
     if name in names:
         return shipped / f"{name}.yaml"
-    message = f"found {name}; there is no such file beside the study and no such shipped scenario"
+    message = f"found {shortened(name)}; there is no such file beside the study and no such shipped scenario"
     raise ScenarioError([file.fault(message + nearest(name, names), "scenario")])
 
 

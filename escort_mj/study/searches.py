@@ -85,7 +85,7 @@ class Tune(Search):
     def findings(self) -> Iterator[Finding]:
         """What is wrong between its keys."""
         for place, bound in enumerate(self.bounds):
-            if not {"at_most", "at_least", "at_most_own"} & bound.model_fields_set:
+            if bound.at_most is None and bound.at_least is None and bound.at_most_own is None:
                 message = f"has no bound; give at_most, at_least or at_most_own to {bound.metric}"
                 yield Finding(("tune", "bounds", place), message)
         metrics = [objective.metric for objective in self.objectives]

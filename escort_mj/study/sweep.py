@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +11,7 @@ from typing import NamedTuple, TypeVar
 
 from escort_mj import stopping
 from escort_mj.errors import UsageError
-from escort_mj.record.files import write_text
+from escort_mj.record.files import comma_separated, write_text
 from escort_mj.record.outcome import Outcome
 from escort_mj.signals import METRIC_NAMES
 from escort_mj.study.backends import Backend
@@ -195,19 +193,19 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
 
 def table(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
     """Writes the runs as comma-separated values: what was varied, how it ended, every metric."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     facts = ("seed", "outcome", "passed", "simulated_time", "message", "key")
-    writer.writerow([*design.factors, *(["point"] if design.study.sample else []), *facts, *METRIC_NAMES])
+    lines: list[list[object]] = [
+        [*design.factors, *(["point"] if design.study.sample else []), *facts, *METRIC_NAMES]
+    ]
     for run in planned:
         if (row := rows.get(run.key)) is None:
             continue
         labels = design.cells[run.cell].labels
-        writer.writerow(
+        lines.append(
             [
                 *labels.values(),
                 *(getattr(row, name) for name in facts),
                 *(row.metrics.get(name) for name in METRIC_NAMES),
             ]
         )
-    write_text(out / TABLE, text.getvalue())
+    write_text(out / TABLE, comma_separated(lines))

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from escort_mj.record.files import comma_separated
 from escort_mj.signals import METRICS
 from escort_mj.study.searches import Tune
 
@@ -18,13 +17,11 @@ UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric
 
 def table(search: Tune, own: Trial, trials: Sequence[Trial], front: Sequence[int]) -> str:
     """All trials as comma-separated values; number 0 is the scenario's own."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
     objectives = [objective.metric for objective in search.objectives]
     bounded = [m for m in dict.fromkeys(bound.metric for bound in search.bounds) if m not in objectives]
-    writer.writerow(["trial", *search.over, *objectives, *bounded, *own.violations, "feasible", "front"])
+    lines = [["trial", *search.over, *objectives, *bounded, *own.violations, "feasible", "front"]]
     for number, trial in enumerate([own, *trials]):
-        writer.writerow(
+        lines.append(
             [
                 number,
                 *(trial.point.get(key) for key in search.over),
@@ -35,7 +32,7 @@ def table(search: Tune, own: Trial, trials: Sequence[Trial], front: Sequence[int
                 number - 1 in front,
             ]
         )
-    return text.getvalue()
+    return comma_separated(lines)
 
 
 def rows_of_gains(found: Tuned) -> Iterator[list[str]]:

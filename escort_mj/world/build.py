@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from escort_mj.control.packing import pack
 from escort_mj.control.plan import state_size
 from escort_mj.control.setup import Setup
-from escort_mj.errors import PluginError
+from escort_mj.errors import Fault, PluginError, ScenarioError
 from escort_mj.scenario.bodies import Bodies, bodies_of
 from escort_mj.scenario.crowd import CROWD, ContactPhysics, contact_physics
 from escort_mj.scenario.geometry import extent
@@ -143,7 +143,11 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
 
 
 def _compiled(tree: Element) -> mujoco.MjModel:
-    """The model of a tree, without its textures: to make them takes longer than all the rest."""
+    """The model of a tree, without its textures: to make them takes longer than all the rest.
+
+    Raises:
+        ScenarioError: If MuJoCo refuses it, as numbers that its reader does not take.
+    """
     assets = section(tree, "asset")
     place = list(tree).index(assets)
     bare = Element("asset")
@@ -157,6 +161,9 @@ def _compiled(tree: Element) -> mujoco.MjModel:
     tree[place] = bare
     try:
         return mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"))
+    except ValueError as error:
+        words = " ".join(str(error).split())
+        raise ScenarioError([Fault(f"MuJoCo refuses the world: {words}")]) from None
     finally:
         tree[place] = assets
 
@@ -169,12 +176,12 @@ def _first_compiled(tree: Element, robots: Team) -> mujoco.MjModel:
     """
     try:
         return _compiled(tree)
-    except ValueError as error:
+    except ScenarioError as error:
         own = next((kind.kind for kind in robots.kind if kind.mjcf), None)
         if own is None:
             raise
-        words = " ".join(str(error).split())
-        raise PluginError(f"the kind {own}: MuJoCo refuses its body: {words}") from None
+        words = str(error).replace("refuses the world", "refuses its body")
+        raise PluginError(f"the kind {own}: {words}") from None
 
 
 def _wired(

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError
-from escort_mj.scenario.document import plain_scalar, read
+from escort_mj.scenario.document import SMALLEST, plain_scalar, read
 
 
 def faults(text: str) -> list[str]:
@@ -55,8 +55,8 @@ json_values = st.recursive(
     st.none()
     | st.booleans()
     | st.integers(-(10**18), 10**18)
-    | st.floats(allow_nan=False, allow_infinity=False)
-    | st.text(st.characters(max_codepoint=0xFFFF, exclude_categories=("Cs",)), max_size=20),
+    | st.floats(allow_nan=False, allow_infinity=False).filter(lambda x: not 0.0 < abs(x) < SMALLEST)
+    | st.text(st.characters(exclude_categories=("Cs",)), max_size=20),
     lambda inner: (
         st.lists(inner, max_size=4) | st.dictionaries(st.text("abcxyz_", max_size=8), inner, max_size=4)
     ),
@@ -67,6 +67,20 @@ json_values = st.recursive(
 @given(st.dictionaries(st.text("abcxyz_", max_size=8), json_values, max_size=4))
 def test_json_reads_as_itself(data: dict):
     assert read(json.dumps(data), "json").data == data
+
+
+def test_a_pair_of_surrogates_is_the_character_that_json_means():
+    assert read('{"\\ud83d\\ude00": "\\ud83d\\ude00"}', "json").data == {"\U0001f600": "\U0001f600"}
+    (alone,) = read('["\\ud83d"]', "json").data  # no character: refused where text is checked
+    with pytest.raises(UnicodeEncodeError):
+        alone.encode()
+
+
+@pytest.mark.parametrize("number", ["5e-324", "-1e-310", "1e-300", "9.9e-38"])
+def test_a_number_too_small_for_mujocos_reader_is_refused(number: str):
+    (fault,) = faults(f"a: [0.0, 1e-37, {number}]")
+    wanted = f"found {float(number)!r}; expected 0 or a number of at least 1e-37 in size"
+    assert fault == f"s.yaml:1:17: a[2]: {wanted}"
 
 
 def test_places():

@@ -105,6 +105,12 @@ class TestFiles:
         with pytest.raises(UsageError, match="no such file"):
             load_scenario(tmp_path / "no" / "folder.yaml")
 
+    @pytest.mark.parametrize("name", ["a" * 100_000, "a\0b.yaml"])
+    def test_a_name_that_no_file_can_have(self, name: str):
+        with pytest.raises(UsageError, match="there is no such file") as caught:
+            load_scenario(name)
+        assert len(str(caught.value)) < 300
+
     def test_folder_and_device(self, tmp_path: Path):
         with pytest.raises(UsageError, match="not a file"):
             load_scenario(tmp_path)

@@ -114,6 +114,10 @@ def test_a_mapping_of_values():
         ),
         ("robots.count", "--set robots.count: expected key.path=value, such as robots.count=7"),
         ("=3", "--set =3: expected key.path=value, such as robots.count=7"),
+        (
+            ".".join("a" * 3000) + "=1",
+            f"--set {'a.' * 38}a...: found a key path of 3000 levels; expected at most 12",
+        ),
         ("a..b=3", "--set a..b=3: expected key.path=value, such as robots.count=7"),
         ("a[=3", "--set a[=3: expected key.path=value, such as robots.count=7"),
         ("", "--set : expected key.path=value, such as robots.count=7"),

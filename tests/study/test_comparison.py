@@ -29,11 +29,11 @@ from escort_mj.study.comparison_table import (
     HEADS,
     cell,
     cells,
-    comma_separated,
     facts,
     into_page,
     markdown,
     page,
+    runs_table,
     summary,
 )
 from escort_mj.study.laws import controller_of, outer_of
@@ -155,7 +155,7 @@ def test_the_table_is_complete_in_every_form(tmp_path):
     assert "diverged 1 of 2" in text and "asmc-nsb-seed0: diverged: at 5 s" in text
     assert page(scenario, results).startswith("# Laws compared: demo\n")
     assert len(summary(results)) == 3
-    table = list(csv.DictReader(comma_separated(results).splitlines()))
+    table = list(csv.DictReader(runs_table(results).splitlines()))
     assert len(table) == 4 and table[3]["settling_time [s]"] == "inf" and table[2]["energy [J]"] == ""
     assert len(json.loads(json.dumps(facts(scenario, results)))["runs"]) == 4
 

@@ -63,6 +63,9 @@ def test_a_study_says_what_it_varies(tmp_path: Path) -> None:
         (("robots.mass", "seed"), "12:3: vary.seed: seed cannot be varied; seeds and first_seed say which"),
         (("sensing.position.noise", "robots.mass"), "13:52: sample.over.robots.mass: is given"),
         (("scenario: main", "scenario: mian"), '3:11: scenario: found mian; there is no such file'),
+        (("scenario: main", "scenario: " + "x" * 100_000), f"3:11: scenario: found {'x' * 200}... (1000"),
+        (("sample:", "tune: {over: {robots.mass: {low: 1, high: 2}}, objectives: [{metric: energy}],\n"
+          "  bounds: [{metric: contacts, at_most_own: null}]}\nsample:"), "14:12: tune.bounds[0]: has no"),
         (("anti_windup", "anti_winding"), "8:36: cases.wound.controller.anti_winding: with"),
         (("duration: 2", "duration: -2"), "4:17: set.duration: with duration = -2: duration: found -2"),
         (("sobol", "sobol"), ""),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.nsb import INACTIVE
-from escort_mj.control.own.native import NONE, note_failure, table_address
+from escort_mj.control.own.native import NO_NUMBER, NONE, note_failure, table_address
 from escort_mj.control.plan import REMEMBERED, Plan, State
 from escort_mj.kernels import (
     DOUBLE,
@@ -60,6 +60,20 @@ def own_law(plan: Plan, state: State) -> None:
         for i in range(n):
             for k in range(p):
                 state.tau[i, k] = math.nan
+        return
+    for i in range(n):
+        for k in range(p):
+            if not math.isfinite(state.tau[i, k]):
+                note_failure(block, plan_at, state_at, NO_NUMBER - i)
+
+
+@merged
+def _finite(state: State, p: int) -> bool:
+    """Whether all that a behavior wrote are finite numbers."""
+    total = state.wish_error[0]
+    for k in range(p):
+        total += state.wish_direction[k] + state.wish_velocity[k]
+    return math.isfinite(total)
 
 
 @on_demand
@@ -102,6 +116,8 @@ def own_wish(
     if failed:
         note_failure(block, plan_at, state_at, i)
     square = 0.0
+    if not (failed or rank == INACTIVE or _finite(state, p)):
+        note_failure(block, plan_at, state_at, NO_NUMBER - i)
     for k in range(p):
         direction[k] = state.wish_direction[k]
         part[k] = math.nan if failed else state.wish_velocity[k] if rank != INACTIVE else 0.0

@@ -26,6 +26,7 @@ from escort_mj.on_demand import CLASSES
 MOST = 512  # functions of plugins that a process knows
 RAISED = 1  # status of a call that raised an error
 NONE = -2  # status of numba's functions that return nothing
+NO_NUMBER = -2  # less the robot, in place of a robot: what was written for it is not a finite number
 
 _table = (ctypes.c_int64 * (1 + 2 * MOST))()  # how many; then number and address of each
 _lock = threading.Lock()
@@ -213,7 +214,13 @@ def _note_failure(own: int, plan: int, state: int, robot: int) -> None:
         return
     slot = _slots.get(int(vector_at(own, 1)[0]))
     words = "the model needs a law or behavior of a plugin that this process has not loaded"
-    if slot is not None:
+    if slot is not None and robot <= NO_NUMBER:
+        written = "wish" if issubclass(slot.model, Behavior) else "force"
+        words = (
+            f"{_place(slot.function)}: {slot.model.__name__} gave robot {NO_NUMBER - robot + 1} a {written} "
+        )
+        words += "that is not a finite number"
+    elif slot is not None:
         words = f"{_place(slot.function)}: the compiled form raised an error that its Python form does not"
         numbers = slot.layout.read(slot.layout.plan, own, own)
         view = LAYOUT.read(slot.model.view, plan, state)

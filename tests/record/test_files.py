@@ -1,0 +1,26 @@
+"""Files in plain formats."""
+
+import csv
+import io
+
+import pytest
+
+from escort_mj.record.files import comma_separated
+
+
+@pytest.mark.parametrize("formula", ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", " =1", "\n=1"])
+def test_no_spreadsheet_runs_a_cell(formula: str) -> None:
+    ((cell,),) = csv.reader(io.StringIO(comma_separated([[formula]]), newline=""))
+    assert cell == f"'{formula}"
+
+
+def test_numbers_and_other_text_stay_as_they_are() -> None:
+    row = [-1.5, "-1.5", "+1e3", "-inf", "a=b", 'a-b, "c"', None, True, 0.1 + 0.2]
+    (found,) = csv.reader([comma_separated([row])])
+    assert found == ["-1.5", "-1.5", "+1e3", "-inf", "a=b", 'a-b, "c"', "", "True", "0.30000000000000004"]
+
+
+def test_no_cell_breaks_out_of_its_row() -> None:
+    assert [*csv.reader(io.StringIO(comma_separated([["a\r=1", "b\r\nc"]]), newline=""))] == [
+        ["a\n=1", "b\nc"]
+    ]
