@@ -127,6 +127,10 @@ class WriteError(EscortError, OSError):
         return WriteError, (self.path, self.reason, self.exit_code)
 
 
+class MujocoError(EscortError):
+    """MuJoCo gave up in the middle of a step, as where its memory is too small."""
+
+
 class RunFolderError(EscortError):
     """A run folder that cannot be read or written."""
 

@@ -8,6 +8,7 @@ file can run code, grow without bound, or be silently overwritten.
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -120,6 +121,14 @@ def read(text: str, source: str) -> Document:
     return document
 
 
+def is_control(letter: str) -> bool:
+    """Whether a character is none that text can have: a control character, half of a pair, or none at all.
+
+    Line breaks and tabs are allowed; XML and NetCDF cannot hold what is refused.
+    """
+    return (unicodedata.category(letter) in ("Cc", "Cs") and letter not in "\n\t") or letter in "\ufffe\uffff"
+
+
 def line_and_column(text: str, position: int) -> tuple[int, int]:
     """Line and column, from 1, of a position in a text."""
     before = text[:position]
@@ -164,8 +173,10 @@ class _Reader:
         return None
 
     def scalar(self, event: Any, path: Path) -> Any:
+        text = whole_characters(event.value)
+        self.refuse_control(text, event, path)
         if not event.implicit[0]:
-            return whole_characters(event.value)
+            return text
         value = plain_scalar(event.value)
         if isinstance(value, float) and 0.0 < abs(value) < SMALLEST:
             self.fault(
@@ -182,6 +193,7 @@ class _Reader:
             key = whole_characters(event.value)
             here = (*path, key)
             self.refuse(event, here)
+            self.refuse_control(key, event, path)
             if key in table:
                 first = self.document.keys[here].line
                 self.fault(
@@ -207,6 +219,13 @@ class _Reader:
             self.fault_once(
                 "tag", event, path, f"found the tag {shown(tag)}; tags are not allowed, leave it out"
             )
+
+    def refuse_control(self, text: str, event: Any, path: Path) -> None:
+        """Note a character that files, pictures and terminals cannot hold or show."""
+        found = next((letter for letter in text if is_control(letter)), None)
+        if found is not None:
+            code = f"U+{ord(found):04X}"
+            self.fault(event, path, f"found the character {code}; allowed are line breaks, tabs and letters")
 
     def fault_once(self, kind: str, event: Any, path: Path, message: str) -> None:
         if kind not in self.refused:

@@ -38,6 +38,7 @@ SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
 PATH_SAMPLES = 500
 FRICTIONLESS = 1  # condim of a contact that only pushes
 ARENA, ARENA_PER_ROBOT = 16_384, 64  # room for contacts of a crowd [KiB]; balls squeezed together use 10 each
+PAIR = 8  # bytes that MuJoCo takes for each pair of bodies: in the search for pairs and in its result
 MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 
@@ -217,10 +218,23 @@ def _wired(
     for element in elements:
         section(tree, "custom").remove(element)
     _add_numbers(tree, "escort_wiring", wiring)
-    if add_start(tree, model, robots, gravity) or len(wiring) != len(room):
+    more = [add_start(tree, model, robots, gravity), _add_memory(tree, model), len(wiring) != len(room)]
+    if any(more):
         return _compiled(tree)
     model.numeric_data[-len(wiring) :] = wiring
     return model
+
+
+def _add_memory(tree: Element, model: mujoco.MjModel) -> bool:
+    """Enlarge MuJoCo's memory where pairs of bodies take more than a quarter of it; whether that was so.
+
+    MuJoCo ends a step by an error where its memory is too small, and its own guess knows contacts only.
+    """
+    pairs = PAIR * model.nbody * (model.nbody - 1) // 2
+    if 4 * pairs <= model.narena:
+        return False
+    write(section(tree, "size"), memory=f"{(model.narena + pairs) // 1024 + 1}K")
+    return True
 
 
 def _add_numbers(tree: Element, name: str, numbers: NDArray[np.float64]) -> list[Element]:

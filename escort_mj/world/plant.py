@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.control.own import native
 from escort_mj.control.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_plan, unpack_state
+from escort_mj.errors import MujocoError
 from escort_mj.kernels import DOUBLE
 from escort_mj.signals import EPISODE
 from escort_mj.world import layout
@@ -80,10 +81,17 @@ class Plant:
 
         Returns:
             Whether all were taken; an interrupted mission (`stopping.asked`) stops between them.
+
+        Raises:
+            MujocoError: If MuJoCo gives up.
         """
         while count:
             some, began = min(count, self._pace), time.perf_counter()
-            mujoco.mj_step(self.world.model, self.data, nstep=some)
+            try:
+                mujoco.mj_step(self.world.model, self.data, nstep=some)
+            except mujoco.FatalError as error:
+                words = " ".join(str(error).split())
+                raise MujocoError(f"MuJoCo cannot step this world: {words}") from None
             count -= some
             if count and stopping.asked():
                 return False

@@ -51,12 +51,18 @@ def test_nan():
     assert math.isnan(plain_scalar(".nan"))
 
 
+LETTERS = st.characters(
+    exclude_categories=("Cs", "Cc"),
+    include_characters="\n\t",
+    exclude_characters="\ufffe\uffff",
+)
+
 json_values = st.recursive(
     st.none()
     | st.booleans()
     | st.integers(-(10**18), 10**18)
     | st.floats(allow_nan=False, allow_infinity=False).filter(lambda x: not 0.0 < abs(x) < SMALLEST)
-    | st.text(st.characters(exclude_categories=("Cs",)), max_size=20),
+    | st.text(LETTERS, max_size=20),
     lambda inner: (
         st.lists(inner, max_size=4) | st.dictionaries(st.text("abcxyz_", max_size=8), inner, max_size=4)
     ),
@@ -127,3 +133,17 @@ def test_any_punctuation_is_data_or_an_error(text: str):
         read(text, "text")
     except ScenarioError:
         pass
+
+
+@pytest.mark.parametrize("code", [0x00, 0x07, 0x0D, 0x1B, 0x7F, 0x85, 0xFFFE])
+def test_control_characters_are_refused_where_they_stand(code: int):
+    letter = f"\\u{code:04X}"
+    assert faults(f'name: good\ndeep:\n  - "a\\n\\tb{letter}c"\n"k{letter}": 1\n') == [
+        f"s.yaml:3:5: deep[0]: found the character U+{code:04X}; allowed are line breaks, tabs and letters",
+        f"s.yaml:4:1: found the character U+{code:04X}; allowed are line breaks, tabs and letters",
+    ]
+
+
+def test_line_breaks_tabs_and_any_script_are_text():
+    text = "a\n\tb \u0645\u200c\u5b57 \U0001f600 $x^$ \\\\"
+    assert read(json.dumps(text, ensure_ascii=False), "s.yaml").data == text

@@ -2,13 +2,14 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
 
 from escort_mj.control.packing import pack
-from escort_mj.errors import ScenarioError
+from escort_mj.errors import MujocoError, ScenarioError
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.bodies import obstacle_names
 from escort_mj.scenario.schema import Scenario
@@ -372,3 +373,26 @@ def test_obstacles_take_no_name_of_the_worlds_own_bodies(name: str) -> None:
 def test_numbers_too_small_to_be_normal_are_none() -> None:
     scenario = Scenario.model_validate({**PLANAR, "uncertainty": {"disturbance": [1e-320, 1.0]}})
     assert build(scenario).model.nu == 6
+
+
+def test_thousands_of_obstacles_have_the_memory_that_their_pairs_take(compiled: None) -> None:
+    """MuJoCo's own guess of its memory held 1,900 bodies; one more ended the step by a fatal error."""
+    rocks = [{"position": [100 + 3 * (i % 70), 3 * (i // 70)]} for i in range(2500)]
+    world = world_of({"robots": {"count": 3}, "obstacles": rocks, "duration": 0.1})
+    again = mujoco.MjModel.from_xml_string(world.xml)
+    assert again.narena == world.model.narena
+    with native_loop(world):
+        plant = Plant(world)
+        plant.step(2)
+    assert plant.data.time == pytest.approx(2 * world.model.opt.timestep)
+    assert world_of(PLANAR).model.narena < 2**24, "a small world takes no more than MuJoCo's own guess"
+
+
+def test_what_mujoco_gives_up_is_an_error_with_its_words(compiled: None) -> None:
+    rocks = [{"position": [100 + 3 * i, 0]} for i in range(200)]
+    world = world_of({"robots": {"count": 3}, "obstacles": rocks, "duration": 0.1})
+    building.section(world.tree, "size").set("memory", "64K")
+    with native_loop(world):
+        plant = Plant(replace(world, model=mujoco.MjModel.from_xml_string(world.xml)))
+        with pytest.raises(MujocoError, match="MuJoCo cannot step this world: .*memory"):
+            plant.step(1)
