@@ -33,7 +33,7 @@ from escort_mj.scenario.schema import Scenario
 from escort_mj.signals import START, columns
 from escort_mj.world.build import World, build
 from escort_mj.world.callback import callbacks, native_loop
-from escort_mj.world.plant import Plant, mujoco_version, surroundings
+from escort_mj.world.plant import Mark, Plant, mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
 
 if TYPE_CHECKING:
@@ -197,26 +197,17 @@ def _simulate(
         it ended; and that in words.
     """
     world = plant.world
-    total = int(np.floor(scenario.duration / (world.stride * scenario.physics.timestep) + 1e-9)) + 1
+    total = world.schedule.count
     samples = room.take(total, world.record_size)
     bound = bound_of(scenario, world)
     done, outcome, message = 0, Outcome.COMPLETED, ""
     episodes = [NONE]
     with native_loop(world):
         while done < total and outcome is Outcome.COMPLETED:
-            start, done = done, min(done + BLOCK, total)
-            log = [NONE]
-            row = start
-            while row < done and not stopping.asked():
-                taken = plant.samples(done - row)
-                samples[row : row + len(taken)] = taken
-                row += len(taken)
-                if plant.has_ended:
-                    log.append(plant.ended())
-            done = row
-            healthy, outcome, message = examine(samples[start:done], plant, bound)
-            episodes.append(np.vstack(log))
-            done = start + healthy
+            start = done
+            kept, ended, outcome, message = take(plant, samples[start : start + BLOCK], bound)
+            episodes.append(ended)
+            done = start + kept
             if folder is not None:
                 folder.append(samples[start:done], episodes[-1], plant.under_way())
             reached = float(samples[done - 1, 0]) if done else 0.0
@@ -225,8 +216,8 @@ def _simulate(
             if progress is not None:
                 progress(reached, scenario.duration)
     told = np.vstack([*episodes, plant.under_way()])
-    told = told[told[:, START] <= (samples[done - 1, 0] if done else -1.0)]
-    return samples[:done], told, outcome, message or f"completed {scenario.duration:g} s"
+    told = told[told[:, START] <= (samples[done - 1, 0] if done else -1.0)]  # interrupted between two samples
+    return samples[:done], told, outcome, message or completed(samples[:done])
 
 
 def bound_of(scenario: Scenario, world: World) -> float:
@@ -235,12 +226,57 @@ def bound_of(scenario: Scenario, world: World) -> float:
     return DIVERGED_BEYOND * max(scenario.mission.radius, float(start))
 
 
+def completed(samples: Array) -> str:
+    """Says that a run reached its end."""
+    return f"completed {samples[-1, 0]:g} s"
+
+
+def take(plant: Plant, rows: Array, bound: float) -> tuple[int, Array, Outcome, str]:
+    """Takes samples, and looks whether to go on; what is not worth keeping is taken back.
+
+    Args:
+        plant: Is simulated on, to the last sample that is worth keeping.
+        rows: Receives the samples, shape (k, record_size); fewer if the mission is interrupted on the way.
+        bound: See `bound_of`.
+
+    Returns:
+        How many samples to keep, the contact episodes that ended among them, and how things stand.
+    """
+    mark = plant.mark()
+    taken, ended = plant.fill(rows)
+    kept, outcome, message = examine(rows[:taken], plant, bound)
+    if kept < taken:
+        ended = take_back(plant, mark, kept)
+    return kept, ended, outcome, message
+
+
+def take_back(plant: Plant, mark: Mark, kept: int) -> Array:
+    """Brings a simulation back to an earlier sample; MuJoCo's warnings stay counted.
+
+    Args:
+        plant: What simulates.
+        mark: Somewhat earlier.
+        kept: How many samples after the mark.
+
+    Returns:
+        The contact episodes that ended between the two.
+    """
+    warned = plant.data.warning.number.copy()
+    plant.back_to(mark)
+    with stopping.deaf():
+        _, ended = plant.fill(np.empty((kept, plant.world.record_size)))
+    plant.data.warning.number[:] = warned
+    return ended
+
+
 def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str]:
     """Looks at a block of samples.
 
     Returns:
         How many of its samples to keep, and how things stand.
     """
+    if not len(block):
+        return 0, Outcome.COMPLETED, ""
     if failure := plant.failure:
         before = block[:, 0] < failure.time
         moment = f" at {failure.time:.2f} s"

@@ -247,6 +247,7 @@ class Metric(NamedTuple):
         most: No value is above this.
         function: What measures it, of a metric that a plugin brings; others are in `record.measures`.
         grows: Whether it can only grow as its window does; plugins are checked for it.
+        watched: Whether it reads what is watched between samples; a plugin's may.
     """
 
     name: str
@@ -257,6 +258,7 @@ class Metric(NamedTuple):
     most: float = math.inf
     function: Callable[[Any], Any] | None = None
     grows: bool = False
+    watched: bool = False
 
 
 METRICS: tuple[Metric, ...] = (
@@ -282,11 +284,19 @@ METRICS: tuple[Metric, ...] = (
     Metric("energy", "J", "integral of |force . velocity|, sum over robots"),
     Metric("obstacle_distance_min", "m", "least distance robot to obstacle, center to center"),
     Metric(
-        "obstacle_clearance_min", "m", "least distance robot to obstacle, surface to surface", least=-math.inf
+        "obstacle_clearance_min",
+        "m",
+        "least distance robot to obstacle, surface to surface",
+        least=-math.inf,
+        watched=True,
     ),
     Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
     Metric(
-        "robot_clearance_min", "m", "least distance between two robots, surface to surface", least=-math.inf
+        "robot_clearance_min",
+        "m",
+        "least distance between two robots, surface to surface",
+        least=-math.inf,
+        watched=True,
     ),
     Metric(
         "saturated_share",
@@ -301,8 +311,14 @@ METRICS: tuple[Metric, ...] = (
         "tunneling",
         "1",
         "most that two bodies can close in a step, over the smallest thickness; above 1 they may pass unseen",
+        watched=True,
     ),
-    Metric("kinetic_energy_max", "J", "largest kinetic energy of all that moves freely, at any physics step"),
+    Metric(
+        "kinetic_energy_max",
+        "J",
+        "largest kinetic energy of all that moves freely, at any physics step",
+        watched=True,
+    ),
     Metric("mass_eigenvalue_min", "kg", "least eigenvalue of a robot's mass matrix (property 1)"),
     Metric("mass_eigenvalue_max", "kg", "largest eigenvalue of a robot's mass matrix (property 1)"),
     Metric("skew_residual", "kg/s", "largest symmetric part of dM/dt - 2 C (property 2)"),

@@ -18,6 +18,7 @@ TOUCHES = {  # pair and time of first touch [s]: distance over speed, where that
     "into_obstacle": [(ROCK, None)],
     "run_over": [(TARGET, 5.5 / 3.0)],
     "too_hard": [(ROCK, 1.3 / 3.0)],
+    "at_the_end": [(ROBOTS, 5.011)],
 }
 
 
@@ -43,6 +44,16 @@ def test_its_touches_are_found_and_nothing_else(run: Run) -> None:
         assert time is None or 0.0 <= start - time <= 1.01 * trace.attrs["timestep"]
     assert run.metrics["contacts_untold"]["value"] == 0.0
     assert trace.attrs["mujoco_warnings"] == 0
+
+
+def test_the_end_of_a_run_and_of_a_window_count_to_the_physics_step() -> None:
+    """The robots touch after the last whole sample; by 4.95 s they come as near as the straight way says."""
+    path = next(path for path in FAULTS if path.stem == "at_the_end")
+    run = fly(load_scenario(path))
+    assert run.metrics["run"]["simulated_time"] == pytest.approx(5.018)
+    assert (run.message, run.metrics["run"]["steps"]) == ("completed 5.018 s", 2510)
+    near = [verdict.value for verdict in run.verdicts if verdict.demanded.endswith("after 4 s before 4.95 s")]
+    assert near == pytest.approx([5.411 - 0.4 - 4.95] * 3, abs=1e-9)
 
 
 def soft_contact(speed: float, reduced: float, width: float = 1e-3) -> dict[str, float]:

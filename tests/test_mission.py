@@ -15,7 +15,9 @@ import pytest
 
 import escort_mj
 from escort_mj import Outcome
+from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder
+from escort_mj.scenario import Scenario
 
 SHORT = ["duration=3", "expect=[]"]
 
@@ -39,10 +41,10 @@ def test_all_control_signals_of_a_sample_belong_to_one_evaluation(name: str) -> 
     np.testing.assert_array_equal(trace.force, np.clip(trace.tau, -10.0, 10.0))
 
 
-def test_samples_begin_at_the_start_and_come_at_the_recording_rate() -> None:
+def test_samples_begin_at_the_start_and_come_at_the_recording_rate_and_at_the_end() -> None:
     positions = [[5, 1], [-4, 3], [0, -6]]
     result = run("main", f"robots={{positions: {positions}}}", "recording.rate=25", "duration=2.03")
-    np.testing.assert_allclose(result.trace.time, np.arange(51) * 0.04, atol=1e-12)
+    np.testing.assert_allclose(result.trace.time, [*(np.arange(51) * 0.04), 2.03], atol=1e-12)
     np.testing.assert_array_equal(result.trace.q[0], positions)
     np.testing.assert_array_equal(result.trace.q_d[0], positions)
     assert result.outcome is Outcome.COMPLETED
@@ -99,6 +101,25 @@ def test_a_warning_of_mujoco_is_an_outcome(tmp_path: Path, monkeypatch: pytest.M
     assert "BADQACC" in result.message
     assert np.isfinite(result.trace.q).all()
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+def test_a_run_that_diverged_knows_nothing_of_what_came_after_its_last_sample() -> None:
+    """Robot 1 leaves at 500 m/s while the others touch: cut off, they are as in a run that ends there."""
+    robots = {
+        "positions": [[3, 0], [0, 10], [0.56, 10]],
+        "velocities": [[500, 0], [0.5, 0], [-0.5, 0]],
+        "force_limit": 1e-12,
+    }
+    mission = {"radius": 5, "behaviors": ["surface"]}
+    keys = {"name": "leaves", "robots": robots, "mission": mission, "target": {"position": [0, 0]}}
+    gone = fly(Scenario.model_validate(keys | {"duration": 20}))
+    assert gone.outcome is Outcome.DIVERGED
+    end = gone.metrics["run"]["simulated_time"]
+    assert end == pytest.approx(0.2)
+    whole = fly(Scenario.model_validate(keys | {"duration": end}))
+    assert whole.trace.sizes["episode"] == 1 and float(whole.trace["episode_end"][0]) == pytest.approx(0.202)
+    assert gone.trace.drop_attrs().identical(whole.trace.drop_attrs())
+    assert gone.metrics["run"]["steps"] == whole.metrics["run"]["steps"] == 101
 
 
 def test_callbacks_are_gone_after_a_run() -> None:

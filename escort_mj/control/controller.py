@@ -14,7 +14,7 @@ from escort_mj.control.inner import inner_loop
 from escort_mj.control.measure import measure
 from escort_mj.control.movers import drive
 from escort_mj.control.neighbors import keep_all_neighbors
-from escort_mj.control.plan import EVALUATED, LAST_TIME, STARTED, STEP, Plan, State
+from escort_mj.control.plan import EVALUATED, LAST_TIME, SAMPLED, STARTED, STEP, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.control.program import value_of
 from escort_mj.control.side_by_side import outer_loops
@@ -63,12 +63,26 @@ def evaluate(plan: Plan, state: State) -> None:
             store(state.outer_updates, i, load(state.outer_updates, i) + 1.0)
     else:
         _run_one_by_one(plan, state, moved)
-    if int(state.clock[STEP]) % plan.stride == 0:
+    state.clock[SAMPLED] = is_sampled(int(state.clock[STEP]), plan)
+    if state.clock[SAMPLED] != 0.0:
         weigh_all_tasks(plan, state)
     inner_loop(plan, state)
     copy_lanes(state.tau, state.command, n * p)
     if failing:
         command_motors(plan, state)
+
+
+@inlined
+def is_sampled(step: int, plan: Plan) -> bool:
+    """Whether a sample is taken in a physics step."""
+    low, high = 0, plan.extra.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if plan.extra[middle] < step:
+            low = middle + 1
+        else:
+            high = middle
+    return step % plan.stride == 0 or (low < plan.extra.shape[0] and plan.extra[low] == step)
 
 
 @inlined

@@ -48,18 +48,20 @@ def pack(
     watched: int = 0,
     columns: Sequence[tuple[int, int]] = (),
     samples: tuple[int, int] = (0, 0),
+    extra: Sequence[int] = (),
 ) -> Array:
     """Packs a setup into the flat vector that `unpack_plan` reads.
 
     Args:
         setup: What the controller is told.
-        stride: Physics steps between two samples.
+        stride: Every so many physics steps a sample is taken.
         coordinates: Number of MuJoCo's generalized positions, for the record.
         truth: Whether to record the truth channel.
         watched: Groups of bodies whose clearances are recorded.
         columns: Which of these each body belongs to, and which is the body's own; -1 for none, shape
             (bodies, 2); empty where nothing is watched.
         samples: How many samples the callbacks keep until somebody takes them off, and the size of each.
+        extra: Physics steps of further samples, ascending.
     """
     n, p, law = setup.count, setup.axes, setup.law
     phases = [Phase("", setup.behaviors), *setup.phases]
@@ -86,6 +88,7 @@ def pack(
         "figures": figures,
         "turns": (setup.reforming.turns if setup.reforming else np.zeros((0, p, p))).reshape(-1, p),
         "columns": np.reshape(np.asarray(columns, dtype=float), (-1, 2)),
+        "extra": np.asarray(extra, dtype=float),
     }
     sizes = {name: len(arrays[name]) for name in ("phases", "vertices", "pieces")}
     vertices = sizes["vertices"]
@@ -112,6 +115,7 @@ def pack(
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * isinstance(law, ComputedTorque),
         "bodies": len(columns),
+        "extra": len(extra),
         "watched": watched,
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),

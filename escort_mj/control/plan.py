@@ -55,14 +55,14 @@ NEIGHBORS = 32  # places in a robot's list: their number, and they
 CAUSE_COUNT = len(CAUSES)
 TOUCH_SIZE = len(EPISODE) + 1  # an episode, and its force in the present step
 PLACE_SIZE = 3
-CLOCK_SIZE = 8
+CLOCK_SIZE = 16
 
 
 class Plan(NamedTuple):
     """What the compiled controller knows; n robots, p axes, m obstacles. SI units, world frame."""
 
     timestep: float
-    stride: int  # physics steps between two samples
+    stride: int  # every so many physics steps a sample is taken
     seed: int
     radius: float
     target_feedforward: bool
@@ -112,6 +112,7 @@ class Plan(NamedTuple):
     waves: Annotated[Array, "2*tones", "followed"]
     stretches: Annotated[Array, "stretches", 2]  # of the state, in the order of a record: start and length
     columns: Annotated[Array, "bodies", 2]  # see `Bodies.columns`
+    extra: Annotated[Array, "extra"]  # physics steps of further samples, ascending
     disturbance: Annotated[Array, "p", 2]
     drives: Annotated[Array, "movers", DRIVE_SIZE]  # see `movers`
     paths: Annotated[Array, "movers*p", 2]  # instructions of each axis of each of them
@@ -234,6 +235,8 @@ EVALUATED = 3  # steps evaluated before the present one
 STEP = 5  # number of the present step
 REMEMBERED = 6  # time up to which `law_memory` is integrated
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
+SAMPLED = 8  # whether a sample is taken in the present step
+WATCHED_SAMPLED = 9  # whether one was taken in the step that was watched last
 
 LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged"))
 

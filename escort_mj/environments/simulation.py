@@ -13,14 +13,14 @@ from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.control.behaviors import AvoidObstacles
 from escort_mj.errors import UsageError
-from escort_mj.mission import Run, bound_of, conclude, examine
+from escort_mj.mission import Run, bound_of, completed, conclude, examine, take_back
 from escort_mj.on_demand import waited
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
-from escort_mj.signals import START
+from escort_mj.signals import columns
 from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
-from escort_mj.world.plant import Plant
+from escort_mj.world.plant import Mark, Plant
 
 Array = NDArray[np.float64]
 Command = Literal["velocity", "force"]
@@ -31,15 +31,15 @@ SPEED = 2.0  # largest commanded speed per axis where the mission has no limit [
 
 @dataclass(frozen=True)
 class Reward:
-    """What is asked of each robot at each sample, as weights of terms without units.
+    """What is asked of each robot at each command, as weights of terms without units.
 
     Attributes:
         radius: Of the distance to the sphere around the target, in radii.
         spacing: Of the lack of distance to the nearest teammate, as a share of the even formation's spacing.
         command: Of the mean square of the scaled command.
         clearance: Of the lack of distance to anything, as a share of `avoid_obstacles`' safe distance.
-        touch: Of having touched anything since the last sample. A mission has thousands of samples: with less
-            than this it pays to run into obstacles rather than to go around them.
+        touch: Of having touched anything since the last command. A mission has thousands of commands: with
+            less than this it pays to run into obstacles rather than to go around them.
     """
 
     radius: float = 1.0
@@ -52,8 +52,8 @@ class Reward:
 class Simulation:
     """Robots that do as they are told, in the world of a scenario.
 
-    A command holds from one sample to the next, 1 / `recording.rate` seconds; the inner loop, if it is not
-    replaced, runs at every physics step as in any run.
+    A command holds for 1 / `recording.rate` seconds, but for the last one, which may be shorter; the inner
+    loop, if it is not replaced, runs at every physics step as in any run.
 
     Attributes:
         scenario: What is simulated; its behaviors are not used, the rest is.
@@ -100,7 +100,10 @@ class Simulation:
         self.outcome, self.message = Outcome.RUNNING, ""
         self._bound = bound_of(self.scenario, self.world)
         self._samples: list[Array] = []
+        self._taken = 0
         self._episodes: list[Array] = []
+        self._taken_back: tuple[Mark, int] | None = None
+        self._clearance: Array = np.full(self.count, np.inf)
         self._commanded = np.zeros((self.count, self.axes))
         self._wall = 0.0
 
@@ -117,7 +120,7 @@ class Simulation:
         self._advance(np.zeros((self.count, self.axes)) if command is None else command)
 
     def step(self, command: Array) -> Array:
-        """Holds a command until the next sample.
+        """Holds a command until the next one is due.
 
         Args:
             command: Share of the largest velocity or force, shape (n, p); beyond [-1, 1] it is cut off.
@@ -139,17 +142,31 @@ class Simulation:
             self._commanded = np.clip(np.asarray(command, dtype=float), -1.0, 1.0)
             told = self.plant.state.v_d if self.command == "velocity" else self.plant.state.tau
             told[:] = self._commanded * self.scale
+            rows = np.empty((self._due(), self.world.record_size))
+            mark = self.plant.mark()
             with native_loop(self.world):
-                sample = self.plant.samples(1).copy()
-            if self.plant.has_ended:
-                self._episodes.append(self.plant.ended())
-            kept, outcome, message = examine(sample, self.plant, self._bound)
-            self._samples.append(sample[:kept])
+                _, ended = self.plant.fill(rows)
+            kept, outcome, message = examine(rows, self.plant, self._bound)
+            if kept < len(rows):  # not at once: what broke is still to be observed
+                self._taken_back = mark, kept
+            else:
+                self._episodes.append(ended)
+            self._samples.append(rows[:kept])
+            self._taken += len(rows)
+            clearance = rows[:, columns("clearance", self.world.sizes)].reshape(len(rows), self.count, -1)
+            self._clearance = clearance.min(axis=(0, 2), initial=np.inf)
             self._wall += time.perf_counter() - waited() - began
             if outcome is not Outcome.COMPLETED:
                 self.outcome, self.message = outcome, message
-            elif self.time > self.scenario.duration - 0.5 / self.scenario.recording.rate:
-                self.outcome, self.message = outcome, f"completed {self.scenario.duration:g} s"
+            elif self._taken == self.world.schedule.count:
+                self.outcome, self.message = outcome, completed(rows)
+
+    def _due(self) -> int:
+        """How many samples to take until the next command: one, and more where a window begins or ends."""
+        schedule = self.world.schedule
+        now = schedule.step(self._taken - 1) if self._taken else -1
+        until = min((now // schedule.stride + 1) * schedule.stride, schedule.last)
+        return schedule.before(until + 1) - self._taken
 
     @property
     def time(self) -> float:
@@ -158,8 +175,8 @@ class Simulation:
 
     @property
     def touching(self) -> NDArray[np.bool_]:
-        """Which robots have touched anything since the last sample, shape (n,)."""
-        return self.plant.state.clearance.min(axis=1, initial=np.inf) <= 0.0
+        """Which robots have touched anything since the last command, shape (n,)."""
+        return self._clearance <= 0.0
 
     def _rewards(self) -> Array:
         state, setup, weigh = self.plant.state, self.world.setup, self.reward
@@ -171,9 +188,7 @@ class Simulation:
             found -= weigh.spacing * lack
         found -= weigh.command * (self._commanded**2).mean(axis=1)
         if (safe := self._safe_distance) > 0.0:
-            found -= weigh.clearance * np.clip(
-                1.0 - state.clearance.min(axis=1, initial=np.inf) / safe, 0.0, 1.0
-            )
+            found -= weigh.clearance * np.clip(1.0 - self._clearance / safe, 0.0, 1.0)
         found -= weigh.touch * self.touching
         return np.nan_to_num(found, nan=-1e6, posinf=-1e6, neginf=-1e6)
 
@@ -232,8 +247,10 @@ class Simulation:
             outcome, message = Outcome.INTERRUPTED, f"ended from outside at {self.time:.2f} s"
         else:
             outcome, message = self.outcome, self.message
-        size = self.world.record_size
-        samples = np.concatenate(self._samples) if self._samples else np.zeros((0, size))
+        if self._taken_back is not None:
+            with native_loop(self.world):
+                self._episodes.append(take_back(self.plant, *self._taken_back))
+            self._taken_back = None
+        samples = np.concatenate([np.zeros((0, self.world.record_size)), *self._samples])
         episodes = np.vstack([*self._episodes, self.plant.under_way()])
-        episodes = episodes[episodes[:, START] <= (samples[-1, 0] if len(samples) else -1.0)]
         return conclude(self.scenario, self.plant, samples, episodes, outcome, message, self._wall)

@@ -14,6 +14,7 @@ from escort_mj.record.episodes import pair
 from escort_mj.record.measures import Bodies, Measure, contacts_untold, in_words, radius_error
 from escort_mj.record.metrics import measure, window
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import sealed
 from escort_mj.record.touches import least_clearance, touches
 from escort_mj.scenario.expectations import (
     ClearanceExpectation,
@@ -131,7 +132,7 @@ def _own(expectation: OwnExpectation, trace: Recorded) -> Found:
         return Found(expectation.subject, demanded, False, NO_SAMPLE)
     try:
         demanded = expectation.demanded + _when(expectation.window)
-        said = expectation.judge(part)
+        said = expectation.judge(sealed(part))
         if not isinstance(said, Judgment):
             raise TypeError(f"judge returned {type(said).__name__}; expected a Judgment")
     except Exception as error:

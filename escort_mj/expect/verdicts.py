@@ -6,9 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from escort_mj.expect.judging import Found, judged
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.expectations import Expectation, OutcomeExpectation
+from escort_mj.scenario.expectations import ContactExpectation, Expectation, OutcomeExpectation
+from escort_mj.scenario.steps import first_step, last_step
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -86,7 +89,7 @@ def judge_one(
         outcome: How the run ended.
         place: Its place in the scenario's list.
     """
-    found = _unless_cut_off(expectation, judged(expectation, trace, outcome), trace, outcome)
+    found = _unless_unseen(expectation, judged(expectation, trace, outcome), trace, outcome)
     known = expectation.xfail or ""
     message = f"{found.subject} {found.demanded}: {found.words}"
     if known:
@@ -110,14 +113,33 @@ def judge_one(
     )
 
 
-def _unless_cut_off(expectation: Expectation, found: Found, trace: Recorded, outcome: Outcome) -> Found:
-    """The finding, unless it held only because the run broke off inside the window."""
-    end = expectation.window[1]
-    reached = float(trace["time"][-1]) if trace.sizes["time"] else 0.0
-    # A completed run has reached its window's end, even where its last sample falls a little short of it.
-    if not found.held or outcome.good or end is None or reached >= end - 1e-6:
+def _unless_unseen(expectation: Expectation, found: Found, trace: Recorded, outcome: Outcome) -> Found:
+    """The finding, unless it held only because the trace does not show all of the window.
+
+    The run may have broken off in it. Or nobody knew of the window when the run was recorded: then what is
+    watched between samples is known from sample to sample only; of touches there is a log.
+    """
+    (start, end), time = expectation.window, trace["time"].values
+    if not found.held or (not len(time) and (outcome.good or end is None)):
         return found
-    words = f"the run ended at {reached:g} s, inside the window"
+    if not len(time):
+        return _unseen(found, "the run has no sample")
+    timestep, reached = float(trace.attrs["timestep"]), float(time[-1])
+    first = first_step(start, timestep) * timestep
+    last = reached if end is None else last_step(end, timestep) * timestep
+    if not outcome.good and max(first, last) > reached + 0.5 * timestep:
+        where = "inside" if first <= reached else "before"
+        return _unseen(found, f"the run ended at {reached:g} s, {where} the window")
+    if expectation.watched and not isinstance(expectation, ContactExpectation):
+        for moment in (first, last):
+            if np.abs(time - moment).min() > 0.5 * timestep:
+                words = f"the run has no sample at {moment:g} s, where the window begins or ends"
+                return _unseen(found, f"{words}; expectations of the scenario itself get one there")
+    return found
+
+
+def _unseen(found: Found, words: str) -> Found:
+    """What did not hold because nobody saw it."""
     return replace(found, held=False, near_miss=False, value=None, margin=None, words=words)
 
 

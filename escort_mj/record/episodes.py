@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.scenario.steps import SLACK
 from escort_mj.signals import EPISODE as COLUMNS
 from escort_mj.signals import FIRST, SECOND, START
 
@@ -41,8 +42,10 @@ def during(trace: Recorded, start: float, end: float) -> Recorded:
     """The episodes that have a step within a stretch of time [s], its ends included."""
     if not len(trace["episode_start"].values):
         return trace
-    half = 0.5 * float(trace.attrs["timestep"])
-    inside = (trace["episode_start"].values < end + half) & (trace["episode_end"].values > start + half)
+    timestep = float(trace.attrs["timestep"])
+    slack = SLACK * timestep
+    last = trace["episode_end"].values - timestep
+    inside = (trace["episode_start"].values <= end + slack) & (last >= start - slack)
     return trace.isel(episode=inside)
 
 

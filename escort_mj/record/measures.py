@@ -1,8 +1,9 @@
 """One function per metric of `signals.METRICS`: pure functions of a trace or of a window of one.
 
-Signals that hold the worst since the previous sample look back one sample before a window's start; running
-totals are differenced over the window, so they count every physics step in it. Robots that are lost count no
-longer, but for contacts, distances and clearances: there they are what the others must not touch.
+Signals that hold the worst since the previous sample look back no further than the window, see
+`metrics.window`; running totals are differenced over it, so they count every physics step in it; means weigh
+samples by the time around them, so that more samples at one place change nothing. Robots that are lost count
+no longer, but for contacts, distances and clearances: there they are what the others must not touch.
 """
 
 from __future__ import annotations
@@ -67,6 +68,25 @@ def in_words(bodies: Bodies) -> str:
     return " and ".join(name.replace("robot_", "robot ") for name in bodies)
 
 
+def steps_of(trace: Recorded) -> np.ndarray:
+    """The physics step of each sample, shape (time,)."""
+    time = trace["time"].values
+    return np.rint(time / trace.attrs["timestep"]) if len(time) else time
+
+
+def mean(trace: Recorded, values: np.ndarray) -> float:
+    """Mean over time and things of values of shape (time, thing), without those that are NaN.
+
+    A sample counts for the time around it: halfway to its neighbors, at either end as far out as in.
+    """
+    gaps = np.diff(steps_of(trace))
+    weights = np.ones(len(values))
+    if len(gaps):
+        weights = np.append(gaps[0], gaps) + np.append(gaps, gaps[-1])
+    weighed = (weights / weights.max())[:, None] * ~np.isnan(values)
+    return float((np.nan_to_num(values) * weighed).sum() / weighed.sum())
+
+
 def radius_error(trace: Recorded) -> np.ndarray:
     """Signed | q - c | - radius, shape (time, robot) [m]; NaN where a robot is lost."""
     offset = trace["q"].values - trace["target_position"].values[:, None]
@@ -76,13 +96,14 @@ def radius_error(trace: Recorded) -> np.ndarray:
 def spacing_error(trace: Recorded) -> np.ndarray | None:
     """Signed deviation of neighbors' distances from even, shape (time, edge) [m]; None without a formation.
 
-    Only of samples before the first loss, which is the end of this formation.
+    NaN from the first loss on, which is the end of this formation.
     """
     pairs = trace["neighbors"].values
     if not len(pairs):
         return None
-    q = trace["q"].values[~lost(trace).any(axis=1)]
-    return np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2) - trace["spacing"].values
+    q = trace["q"].values
+    apart = np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2)
+    return np.where(lost(trace).any(axis=1, keepdims=True), np.nan, apart - trace["spacing"].values)
 
 
 def _at(trace: Recorded, values: np.ndarray, place: np.intp, name: Callable[[int], Bodies]) -> Measure:
@@ -116,7 +137,7 @@ def _edge(trace: Recorded) -> Callable[[int], Bodies]:
 
 def radius_error_mean(trace: Recorded) -> Measure:
     """Mean of the absolute radius error."""
-    return Measure(float(np.nanmean(np.abs(radius_error(trace)))))
+    return Measure(mean(trace, np.abs(radius_error(trace))))
 
 
 def radius_error_max(trace: Recorded) -> Measure:
@@ -142,7 +163,7 @@ def spacing_error_mean(trace: Recorded) -> Measure:
     error = spacing_error(trace)
     if error is None:
         return Measure(None, reason=SHAPELESS)
-    return Measure(float(np.abs(error).mean())) if len(error) else Measure(None, reason=BROKEN)
+    return Measure(None, reason=BROKEN) if np.isnan(error).all() else Measure(mean(trace, np.abs(error)))
 
 
 def spacing_error_max(trace: Recorded) -> Measure:
@@ -150,7 +171,9 @@ def spacing_error_max(trace: Recorded) -> Measure:
     error = spacing_error(trace)
     if error is None:
         return Measure(None, reason=SHAPELESS)
-    return _largest(trace, np.abs(error), _edge(trace)) if len(error) else Measure(None, reason=BROKEN)
+    if np.isnan(error).all():
+        return Measure(None, reason=BROKEN)
+    return _largest(trace, np.abs(error), _edge(trace))
 
 
 def energy_ratio(trace: Recorded) -> Measure:
@@ -165,7 +188,8 @@ def energy_ratio(trace: Recorded) -> Measure:
 
 def _rms(trace: Recorded, name: str) -> Measure:
     """Root mean square of a vector's length over time and robots."""
-    return Measure(float(np.sqrt((trace[name].values ** 2).sum(axis=2)[~lost(trace)].mean())))
+    square = np.where(lost(trace), np.nan, (trace[name].values ** 2).sum(axis=2))
+    return Measure(math.sqrt(mean(trace, square)))
 
 
 def tracking_error_rms(trace: Recorded) -> Measure:

@@ -6,10 +6,14 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
+
 from escort_mj.control.own.place import place_of
 from escort_mj.record import measures
 from escort_mj.record.measures import Measure
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import sealed
+from escort_mj.scenario.steps import SLACK
 from escort_mj.signals import METRICS, Metric
 
 if TYPE_CHECKING:
@@ -17,8 +21,14 @@ if TYPE_CHECKING:
 
 __all__ = ["Measure", "measure", "summarize", "window"]
 
-EMPTY = "the run has no sample in the window"
 TAIL = 0.2  # share of a run that counts as its steady state
+EMPTY = "the run has no sample in the window"
+NOTHING_YET: dict[str, Any] = {  # clearances, and whose, where nobody has looked since the previous sample
+    "clearance": math.inf,
+    "clearance_body": -1,
+    "target_clearance": math.inf,
+    "target_clearance_body": -1,
+}
 
 FUNCTIONS: dict[str, Callable[[Any], Measure]] = {
     metric.name: getattr(measures, metric.name) for metric in METRICS
@@ -26,11 +36,37 @@ FUNCTIONS: dict[str, Callable[[Any], Measure]] = {
 
 
 def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part:
-    """The samples of a window of time [s], its ends included."""
+    """The samples of a window of time [s], its ends included.
+
+    Where the first of them would tell of steps before the window, it tells of its own moment alone.
+    """
     time = trace["time"].values
-    slack = 1e-9 * max(1.0, float(time[-1]) if len(time) else 1.0)
+    if not len(time):
+        return trace
+    timestep = float(trace.attrs["timestep"])
+    slack = SLACK * timestep
     inside = (time >= after - slack) & (time <= (math.inf if before is None else before) + slack)
-    return trace if inside.all() else cast("Part", trace.isel(time=inside))
+    if inside.all():
+        return trace
+    part, first = cast("Part", trace.isel(time=inside)), int(np.argmax(inside))
+    looks_back = inside.any() and first > 0 and time[first - 1] + timestep < after - slack
+    return _without_past(part) if looks_back else part
+
+
+def _without_past(trace: Part) -> Part:
+    """A trace whose first sample knows nothing of what was before it."""
+    now = dict(NOTHING_YET)
+    if "speed_max" in trace:
+        now["speed_max"] = np.linalg.norm(trace["v"].values[0], axis=1)
+    if "kinetic_energy" in trace:
+        now["kinetic_energy"] = 0.5 * (trace["robot_mass"].values * now["speed_max"] ** 2).sum()
+    changed: dict[str, Any] = {}
+    for name in now:
+        if name in trace:
+            values = trace[name].values.copy()
+            values[0] = now[name]
+            changed[name] = trace[name].dims, values
+    return cast("Part", trace.assign(**changed))
 
 
 def measure(
@@ -56,7 +92,7 @@ def _value(metric: str | Metric, part: Part) -> Measure:
     if isinstance(metric, str) or metric.function is None:
         return FUNCTIONS[metric if isinstance(metric, str) else metric.name](part)
     try:
-        found = metric.function(part)
+        found = metric.function(sealed(part))
         if isinstance(found, Measure):
             return found
         if found is None:
@@ -86,6 +122,7 @@ def summarize(
     """
     time = trace["time"].values
     reached = float(time[-1]) if len(time) else 0.0
+    tail = float(window(trace, (1.0 - TAIL) * reached)["time"][0]) if len(time) else 0.0
     summary: dict[str, Any] = {
         "run": {
             "outcome": outcome.value,
@@ -100,7 +137,7 @@ def summarize(
         summary[metric.name] = {
             "value": one.value,
             "unit": metric.unit,
-            "window": [(1.0 - TAIL) * reached if metric.tail else 0.0, reached],
+            "window": [tail if metric.tail else 0.0, reached],
             "time": one.time,
             "who": one.who,
         } | ({"reason": one.reason} if one.reason else {})

@@ -132,6 +132,26 @@ def _stretch(places: NDArray[Any]) -> Any:
     return slice(first, last + 1) if last - first + 1 == len(inside) else places
 
 
+def sealed(trace: Part) -> Part:
+    """The same trace, in arrays that cannot be written to: what a plugin is shown."""
+
+    def read_only(values: NDArray[Any]) -> NDArray[Any]:
+        view = values.view()
+        view.flags.writeable = False
+        return view
+
+    if isinstance(trace, Recording):
+        coords, variables = (
+            {name: Variable(one.dims, read_only(one.values), dict(one.attrs)) for name, one in group.items()}
+            for group in (trace.coords, trace.data_vars)
+        )
+        return replace(trace, attrs=dict(trace.attrs), coords=coords, data_vars=variables)
+    copied = trace.copy()
+    for name, one in trace.variables.items():
+        copied[name] = (one.dims, read_only(one.values), dict(one.attrs))
+    return copied
+
+
 def record(
     samples: Array, sizes: Mapping[str, int], labels: Mapping[str, Any], episodes: Array = NONE
 ) -> Recording:

@@ -132,7 +132,7 @@ def running_mean(time: Array, values: Array) -> Array:
     if len(time) < 3:
         return values
     window = min(AVERAGED, (time[-1] - time[0]) / 60)
-    half = max(round(window / 2 / max(time[1] - time[0], 1e-9)), 1)
+    half = max(round(window / 2 / max(float(np.median(np.diff(time))), 1e-9)), 1)
     total = np.concatenate([[0.0], np.cumsum(values)])
     index = np.arange(len(values))
     low, high = np.maximum(index - half, 0), np.minimum(index + half + 1, len(values))

@@ -16,6 +16,7 @@ from escort_mj.scenario.expectations import (
 )
 from escort_mj.scenario.findings import Finding, Path, nearest, shown
 from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.steps import first_step, last_step
 
 MOST_NAMES = 8  # listed in a message
 
@@ -71,7 +72,8 @@ def _order(low: float | None, high: float | None, path: Path) -> Iterator[Findin
 
 
 def check_windows(scenario: Scenario) -> Iterator[Finding]:
-    """Each expectation's window holds some time, and the run reaches it."""
+    """Each expectation's window holds a physics step, and the run reaches it."""
+    timestep = scenario.physics.timestep
     for index, expectation in enumerate(scenario.expect):
         path: Path = ("expect", index)
         start, stop = expectation.window
@@ -84,6 +86,13 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
                 (*path, "before" if end > scenario.duration else key),
                 f"found {max(end, start):g} s; the run ends at {scenario.duration:g} s",
                 related=(("duration",),) if start else (),
+            )
+        elif first_step(start, timestep) > last_step(end, timestep):
+            yield Finding(
+                path,
+                f"its window holds no physics step: {key} {start:g} s and before {end:g} s, "
+                f"with steps of {timestep:g} s",
+                related=(("physics", "timestep"),),
             )
 
 

@@ -31,6 +31,7 @@ from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.obstacles import obstacles_of
 from escort_mj.scenario.placement import coordinates_of, kinds_of, robot_count
 from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.steps import last_step
 from escort_mj.signals import record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
@@ -41,7 +42,7 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
     """Samples are a whole number of steps apart, and steps and samples are few enough to be taken."""
     timestep, rate, duration = scenario.physics.timestep, scenario.recording.rate, scenario.duration
     path: Path = ("recording", "rate")
-    if not 0.5 <= duration / timestep <= MAX_STEPS:
+    if last_step(duration, timestep) < 1 or duration / timestep > MAX_STEPS:
         limit = f"from {timestep:g} to {MAX_STEPS * timestep:g} s" if duration >= timestep else "at least one"
         yield Finding(
             ("duration",),
@@ -102,7 +103,7 @@ ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission", *AROUND)),
     (check_bounds, ("expect",)),
-    (check_windows, ("expect", "duration")),
+    (check_windows, ("expect", "duration", "physics")),
     (check_sides, ("expect", "axes", "robots", *AROUND)),
     (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),

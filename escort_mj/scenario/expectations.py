@@ -71,17 +71,22 @@ class Demand(Parameters):
 
     @property
     def window(self) -> tuple[float, float | None]:
-        """Start and end of the time that it looks at [s]; None is the end of the run."""
+        """Start and end of the time that it looks at [s], both included; None is the end of the run."""
         return 0.0, None
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return False
 
 
 class Windowed(Demand):
     """An expectation of a window of time."""
 
     after: NonNegativeFloat = 0.0
-    """Start of the window [s]."""
+    """Start of the window [s], to the physics step."""
     before: PositiveFloat | None = None
-    """End of the window [s]; null: the end of the run."""
+    """End of the window [s], to the physics step; null: the end of the run."""
 
     @property
     def window(self) -> tuple[float, float | None]:
@@ -114,6 +119,11 @@ class MetricExpectation(Windowed):
         """What it is a bound on."""
         return self.definitions[self.metric]
 
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return self.definition.watched or self.definition.function is not None
+
 
 class ContactExpectation(Windowed):
     """Bounds on touches between two sides; without any bound: that there are none."""
@@ -134,6 +144,11 @@ class ContactExpectation(Windowed):
     """Largest impulse of one touch, the integral of its normal force [N s]."""
     penetration: NonNegativeFloat | None = None
     """Largest depth to which a touch may go [m]."""
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return True
 
     @property
     def pair(self) -> Sides | None:
@@ -167,6 +182,11 @@ class ClearanceExpectation(Windowed):
     def subject(self) -> str:
         """What is looked at, in words."""
         return f"clearance {'/'.join(self.clearance)}"
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return True
 
 
 class SettledExpectation(Demand):
@@ -210,6 +230,11 @@ class SanityExpectation(Windowed):
     ]
     """`all`, or some of: no `warnings` of MuJoCo, every number `finite`, no `energy` out of nothing, and no
     `tunneling`: possible where two bodies come nearer in one step than the thinner of them is thick."""
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return True
 
 
 class OutcomeExpectation(Demand):
@@ -256,6 +281,11 @@ class OwnExpectation(Windowed):
             trace: The recorded signals (xarray) within its window.
         """
         raise NotImplementedError
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return True
 
     @property
     def demanded(self) -> str:

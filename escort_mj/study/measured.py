@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.record.measures import mean
 from escort_mj.record.metrics import measure, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.study.reproduction import Simulation
@@ -158,7 +159,7 @@ def _steady(tail: xarray.Dataset) -> dict[str, float | None]:
 def true_error_rms(trace: xarray.Dataset, name: str) -> float:
     """Root mean square of a reference less what is true: `q` [m] or `v` [m/s], with no noise in it."""
     error = trace[f"{name}_d"].values - trace[name].values
-    return float(np.sqrt((error**2).sum(axis=2).mean()))
+    return math.sqrt(mean(trace, (error**2).sum(axis=2)))
 
 
 def _approaches(trace: xarray.Dataset) -> list[Approach]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
 from escort_mj.expect.verdicts import Verdict
-from escort_mj.mission import bound_of, conclude, examine, labels_of
+from escort_mj.mission import bound_of, completed, conclude, labels_of, take
 from escort_mj.record.episodes import NONE, during
 from escort_mj.record.folder import MODEL, StoredRun, open_run
 from escort_mj.record.outcome import Outcome
@@ -153,14 +153,14 @@ class Live:
         self.model = mujoco.MjModel.from_xml_string(world.xml)  # with textures
         self._plant = Plant(world)
         self._labels = labels_of(scenario, world)
-        self._spacing = world.stride * scenario.physics.timestep
-        total = int(np.floor(scenario.duration / self._spacing + 1e-9)) + 1
-        self._samples = np.empty((total, world.record_size))
+        schedule, timestep = world.schedule, scenario.physics.timestep
+        self._spacing = schedule.stride * timestep
+        self._samples = np.empty((schedule.count, world.record_size))
         self._done = 0
         self._episodes = NONE
         self._bound = bound_of(scenario, world)
         self._wall = 0.0
-        self.end = (total - 1) * self._spacing
+        self.end = schedule.last * timestep
         self.verdicts: list[Verdict] = []
         self.ending, self.well = "", True
         self._stack = ExitStack()
@@ -198,18 +198,13 @@ class Live:
     def _simulate(self, most: int) -> None:
         """Takes the next samples, and looks whether to go on."""
         clock = time.perf_counter()
-        first, total = self._done, len(self._samples)
-        taken = self._plant.samples(min(most, total - first))
-        self._samples[first : first + len(taken)] = taken
-        if self._plant.has_ended:
-            self._episodes = np.vstack([self._episodes, self._plant.ended()])
-        healthy, outcome, message = examine(
-            self._samples[first : first + len(taken)], self._plant, self._bound
-        )
-        self._done = max(first + healthy, 1)
+        rows = self._samples[self._done : self._done + most]
+        kept, ended, outcome, message = take(self._plant, rows, self._bound)
+        self._episodes = np.vstack([self._episodes, ended])
+        self._done = max(self._done + kept, 1)
         self._wall += time.perf_counter() - clock
-        if outcome is not Outcome.COMPLETED or self._done == total:
-            self._conclude(outcome, message or f"completed {self.scenario.duration:g} s")
+        if outcome is not Outcome.COMPLETED or self._done == len(self._samples):
+            self._conclude(outcome, message or completed(self._samples[: self._done]))
 
     def _conclude(self, outcome: Outcome, message: str) -> None:
         samples = self._samples[: self._done]

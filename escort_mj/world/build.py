@@ -24,6 +24,7 @@ from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, gravity_of, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
+from escort_mj.scenario.steps import Schedule, schedule_of
 from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.cameras import add_cameras
 from escort_mj.world.parts import new_root, section, write
@@ -53,7 +54,7 @@ class World:
         team: The robots.
         bodies: What can touch.
         thickness: Least extent of each body, shape (bodies,) [m].
-        stride: Physics steps between two recorded samples.
+        schedule: When samples are taken.
         sizes: Size of each dimension of the record.
     """
 
@@ -63,7 +64,7 @@ class World:
     team: Team
     bodies: Bodies
     thickness: NDArray[np.float64]
-    stride: int
+    schedule: Schedule
     sizes: dict[str, int]
 
     @cached_property
@@ -88,7 +89,7 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
     robots = team(scenario)
     setup = replace(controller_setup(scenario, robots), outside=outside)
     coordinates = robots.coordinates + len(setup.movers) * scenario.axes
-    stride = round(1.0 / (scenario.recording.rate * scenario.physics.timestep))
+    schedule = schedule_of(scenario)
 
     tree = new_root("arena", "mission")
     _set_physics(tree, scenario)
@@ -118,7 +119,9 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
     } | truth_sizes(scenario.axes, truth, setup.law.has_lyapunov)
     record = record_size(sizes)
     samples = 0 if truth else room_for(record), record  # truth needs Python at every sample
-    plan = pack(setup, stride, coordinates, truth, sizes["group"], bodies.columns, samples)
+    plan = pack(
+        setup, schedule.stride, coordinates, truth, sizes["group"], bodies.columns, samples, schedule.extra
+    )
     write(section(tree, "size"), nuserdata=state_size(plan))
     watch = ElementTree.SubElement(section(tree, "sensor"), "user", name="watch")
     write(watch, dim=1, needstage="acc", datatype="real")
@@ -138,7 +141,7 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
         robots,
         bodies,
         thickness(model, bodies.names),
-        stride,
+        schedule,
         sizes,
     )
 

@@ -41,6 +41,14 @@ class Kept(NamedTuple):
 LAYOUT.part(Kept)
 
 
+class Mark(NamedTuple):
+    """A moment of a simulation: physics, the controller's state, MuJoCo's warnings."""
+
+    physics: Array
+    memory: Array
+    warnings: NDArray[Any]
+
+
 class Plant:
     """Steps a world natively. Use inside `callback.native_loop(world)`.
 
@@ -117,39 +125,59 @@ class Plant:
             At least one, shape (k, record_size); a view, until the next call. What there is, if the mission
             is interrupted on the way.
         """
-        stride, kept = self.world.stride, self._kept.samples
-        watched = int(self._kept.clock[WATCHED_STEP])
-        first = stride - (watched - 1) % stride if watched else 1  # a sample is taken at t = 0
+        schedule, kept = self.world.schedule, self._kept.samples
+        watched = int(self._kept.clock[WATCHED_STEP])  # steps so far
+        next_one = schedule.before(watched)
         if not len(kept):
-            whole = self.step(first)
+            whole = self.step(schedule.step(next_one) + 1 - watched)
             return self.record[None][: int(whole)]
         self._kept.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
         while True:
             count = min(most, len(kept), self._at_once)
             if count > 1:
-                before = self._save()
-            if not self.step(first + (count - 1) * stride):
+                before = self.mark()
+            if not self.step(schedule.step(next_one + count - 1) + 1 - watched):
                 return kept[: int(self._kept.clock[KEPT])]
             if count == 1 or self._kept.tally[ENDED] < len(self._kept.episodes):
                 break
-            self._restore(before)
+            self.back_to(before)
             self._at_once = count // 2
         self._at_once = 2 * count
         return kept[:count]
 
-    def _save(self) -> tuple[Array, Array, NDArray[Any]]:
-        """All that stepping depends on and changes: physics, the controller's state, MuJoCo's warnings."""
+    def fill(self, rows: Array) -> tuple[int, Array]:
+        """Takes the next samples, as many as there are rows.
+
+        Args:
+            rows: Receives them, shape (k, record_size).
+
+        Returns:
+            How many there are, fewer if the mission is interrupted on the way; and the contact episodes that
+            ended meanwhile, shape (e, len(signals.EPISODE)).
+        """
+        log, row = [np.zeros((0, len(EPISODE)))], 0
+        while row < len(rows) and not stopping.asked():
+            taken = self.samples(len(rows) - row)
+            rows[row : row + len(taken)] = taken
+            row += len(taken)
+            if self.has_ended:
+                log.append(self.ended())
+        return row, np.vstack(log)
+
+    def mark(self) -> Mark:
+        """All that stepping depends on and changes, to come `back_to`."""
         physics = np.empty(mujoco.mj_stateSize(self.world.model, PHYSICS))
         mujoco.mj_getState(self.world.model, self.data, physics, PHYSICS)
         samples = (self._kept.samples.ctypes.data - self._memory) // DOUBLE
         memory = self.data.userdata[:samples].copy()
-        return physics, memory, self.data.warning.number.copy()
+        return Mark(physics, memory, self.data.warning.number.copy())
 
-    def _restore(self, saved: tuple[Array, Array, NDArray[Any]]) -> None:
-        physics, memory, warnings = saved
-        mujoco.mj_setState(self.world.model, self.data, physics, PHYSICS)
-        self.data.userdata[: len(memory)] = memory
-        self.data.warning.number[:] = warnings
+    def back_to(self, mark: Mark) -> None:
+        """Takes back what was simulated since a mark; that a plugin failed meanwhile is forgotten."""
+        mujoco.mj_setState(self.world.model, self.data, mark.physics, PHYSICS)
+        self.data.userdata[: len(mark.memory)] = mark.memory
+        self.data.warning.number[:] = mark.warnings
+        native.forget(self._memory)
 
     @property
     def record(self) -> Array:

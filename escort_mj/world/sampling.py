@@ -6,7 +6,7 @@ the interpreter is needed for thousands of physics steps, so missions step side 
 
 from __future__ import annotations
 
-from escort_mj.control.plan import KEPT, WATCHED_STEP, Plan, State
+from escort_mj.control.plan import KEPT, SAMPLED, Plan, State
 from escort_mj.kernels import DOUBLE, inlined, vector_at
 from escort_mj.lanes import WIDTH, load, store
 
@@ -30,11 +30,11 @@ def keep(memory: int, plan: Plan, state: State) -> None:
 
     Args:
         memory: Address of the state.
-        plan: Gives the sampling stride, and where in the state the record stands.
+        plan: Gives where in the state the record stands.
         state: The samples and their number are written.
     """
     row = int(state.clock[KEPT])
-    if row >= state.samples.shape[0] or (int(state.clock[WATCHED_STEP]) - 1) % plan.stride != 0:
+    if row >= state.samples.shape[0] or state.clock[SAMPLED] == 0.0:
         return
     stretches, at = plan.stretches, row * state.samples.shape[1]
     for k in range(stretches.shape[0]):

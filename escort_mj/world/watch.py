@@ -15,7 +15,7 @@ from escort_mj.control.neighbors import (
     most_candidates,
     number_of_candidates,
 )
-from escort_mj.control.plan import STEP, WATCHED_STEP, Plan, State
+from escort_mj.control.plan import SAMPLED, STEP, WATCHED_SAMPLED, WATCHED_STEP, Plan, State
 from escort_mj.control.side_by_side import obstacle_places
 from escort_mj.kernels import inlined, merged
 from escort_mj.lanes import (
@@ -59,7 +59,7 @@ def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float)
     """Adds one solved physics step, one that was not watched before, to the record.
 
     Args:
-        plan: Gives radii, limits, timestep and the sampling stride.
+        plan: Gives radii, limits and timestep.
         state: `q`, `v`, `tau` and `force` are read; the record's worst and totals are written.
         target_radius: [m].
         kinetic_energy: Of all that moves freely [J].
@@ -67,10 +67,11 @@ def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float)
     step = int(state.clock[STEP])
     first = state.clock[WATCHED_STEP] == 0.0
     state.clock[WATCHED_STEP] = step + 1.0  # 0 is "never"
-    if first or (step - 1) % plan.stride == 0:
+    if first or state.clock[WATCHED_SAMPLED] != 0.0:
         _forget(state)
+    state.clock[WATCHED_SAMPLED] = state.clock[SAMPLED]
     state.kinetic_energy[0] = max(state.kinetic_energy[0], kinetic_energy)
-    sampled = step % plan.stride == 0
+    sampled = state.clock[SAMPLED] != 0.0
     _watch_motion(plan, state, first)
     _watch_obstacles(plan, state, target_radius, sampled)
     if state.neighbors.shape[0] > 0:

@@ -30,6 +30,21 @@ def test_told_what_the_outer_loop_says_the_run_is_the_same(name: str) -> None:
         np.testing.assert_array_equal(run.trace[signal].values, ours[signal].values)
 
 
+def test_commands_keep_their_length_where_windows_begin_and_the_last_goes_to_the_end() -> None:
+    window = {"clearance": ["robots", "robots"], "at_least": 0.0, "after": 0.031, "before": 0.05}
+    scenario = load_scenario("main", {"duration": 0.107, "expect": [window], "mission.max_speed": 8.0})
+    simulation = Simulation(scenario)
+    simulation.reset()
+    times = [simulation.time]
+    while simulation.outcome is Outcome.RUNNING:
+        simulation.step(np.zeros((5, 2)))
+        times.append(simulation.time)
+    assert times == pytest.approx([0.0, 0.02, 0.04, 0.06, 0.08, 0.1, 0.106])
+    run = simulation.run()
+    assert run.message == "completed 0.106 s" and run.passed
+    assert run.trace["time"].values == pytest.approx(sorted([*times, 0.03, 0.032, 0.05]))
+
+
 def test_forces_reach_the_motors_as_told() -> None:
     scenario = load_scenario("paper/case1_2d", {"duration": 0.4, "expect": [], "uncertainty": {}})
     simulation = Simulation(scenario, "force")

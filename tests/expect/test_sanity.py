@@ -42,7 +42,7 @@ def test_a_number_that_is_none(value):
     found = sanity(trace, "finite")
     assert (found.held, found.time) == (False, 4.0)
     assert found.found == "force is no finite number at 4.00 s"
-    assert sanity(trace, "finite", after=4.5).held
+    assert sanity(trace, "finite", after=5.0).held
     assert sanity(trace, "warnings", "tunneling").held
 
 

@@ -154,9 +154,10 @@ class TestRunsThatBreak:
         assert not found.passed
         assert found.message.endswith("the run ended at 10 s, inside the window")
 
-    def test_a_last_sample_just_short_of_the_end_is_no_early_end(self):
-        # 10.01 s at 50 samples a second: the last one is at 10 s.
-        assert verdict(escort([0.0] * 11), expect(at_most=1.0, before=10.01)).passed
+    def test_a_last_step_just_short_of_the_end_is_no_early_end(self):
+        # Steps are 2 ms long: none is at 10.0005 s.
+        assert verdict(escort([0.0] * 11), expect(at_most=1.0, before=10.0005), Outcome.DIVERGED).passed
+        assert not verdict(escort([0.0] * 11), expect(at_most=1.0, before=10.002), Outcome.DIVERGED).passed
 
     def test_a_run_without_any_sample(self):
         found = verdict(escort(np.zeros((0, 2))), expect(at_most=1.0), Outcome.FAILED)

@@ -41,6 +41,19 @@ def test_live_samples_are_those_of_a_run(recorded) -> None:
         assert tape.verdicts == run.verdicts
 
 
+def test_live_samples_where_a_window_begins_and_the_run_ends(compiled) -> None:
+    window = {"contacts": "none", "after": 0.051, "before": 0.1}
+    scenario = parse_scenario(MISSION, "s", {"duration": 0.213, "expect": [window]})
+    run = fly(scenario)
+    with Live(scenario) as tape:
+        tape.advance(99.0, np.inf)
+        part, _ = tape.around(2.0, 2.0, 10_000)
+        assert tape.reached == pytest.approx(0.212) and tape.end == pytest.approx(0.212)
+        assert tape.ending == run.message == "completed 0.212 s" and tape.verdicts == run.verdicts
+        assert part["time"].values[[3, 4, -1]] == pytest.approx([0.05, 0.052, 0.212])
+        np.testing.assert_array_equal(part["clearance"].values, run.trace["clearance"].values)
+
+
 def test_a_small_budget_goes_a_small_way(recorded) -> None:
     with Live(recorded[0]) as tape:
         tape.advance(2.0, 0.0)

@@ -344,7 +344,9 @@ def plan_of(world: World) -> np.ndarray:
     """The plan that a world without the truth channel carries."""
     record = record_size(world.sizes)
     samples = room_for(record), record
-    return pack(world.setup, world.stride, world.sizes["coordinate"], False, 4, world.bodies.columns, samples)
+    return pack(
+        world.setup, world.schedule.stride, world.sizes["coordinate"], False, 4, world.bodies.columns, samples
+    )
 
 
 def test_many_robots() -> None:

@@ -106,13 +106,13 @@ def grazing(drifting, rate: float):
 
 def test_a_touch_of_a_single_step_between_two_samples_is_seen(drifting) -> None:
     world, launch = grazing(drifting, 20.0)
-    assert world.stride == 25
+    assert world.schedule.stride == 25
     log, clearance = [], []
     with native_loop(world):
         plant = Plant(world)
         launch(plant)
         for row in range(5):
-            plant.step(world.stride if row else 1)
+            plant.step(world.schedule.stride if row else 1)
             log.append(plant.ended() if plant.has_ended else None)
             clearance.append(plant.state.clearance[:, 0].copy())
     assert [rows is not None for rows in log] == [False, False, False, True, False]

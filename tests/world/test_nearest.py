@@ -101,7 +101,7 @@ def test_the_law_is_the_twins(mission, outer):
     scenario = parse_scenario(flow(mission | {"mission": {"radius": 4.0, "max_speed": 2.0, "outer": outer}}))
     world = build(scenario)
     plant = Plant(world)
-    twin = ReferenceController(world.setup, world.stride)
+    twin = ReferenceController(world.setup, world.schedule.stride, world.schedule.extra)
     twin.reset(world.team.position)
     n, m, p = world.sizes["robot"], world.sizes["obstacle"], world.sizes["axis"]
     avoided = False

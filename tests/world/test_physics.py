@@ -167,7 +167,7 @@ BUSY = {
 def busy(make_world, record_steps):
     """A mission with everything going on, recorded at every step, and its world."""
     world = make_world(**BUSY, recording={"rate": 500})
-    assert world.stride == 1
+    assert world.schedule.stride == 1
     return world, record_steps(world, 2500)
 
 

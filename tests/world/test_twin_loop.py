@@ -108,7 +108,7 @@ class Driver:
         self.qpos = world.model.jnt_qposadr[joints][:, None] + np.arange(self.axes)
         self.dof = world.model.jnt_dofadr[joints][:, None] + np.arange(self.axes)
         self.target, self.timestep = world.setup.target, world.setup.timestep
-        self.twin = ReferenceController(world.setup, world.stride)
+        self.twin = ReferenceController(world.setup, world.schedule.stride, world.schedule.extra)
         self.twin.reset(world.team.position)
         self.team = world.team
         self.avoided = np.zeros(count, dtype=bool)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -56,11 +57,12 @@ class ReferenceController:
 
     Args:
         setup: What the controller is told.
-        stride: Physics steps between two samples; the task signals are computed in those only.
+        stride: Every so many physics steps a sample is taken; the task signals are computed in those only.
+        extra: Physics steps of further samples.
     """
 
-    def __init__(self, setup: Setup, stride: int = 25) -> None:
-        self.setup, self.stride = setup, stride
+    def __init__(self, setup: Setup, stride: int = 25, extra: Collection[int] = ()) -> None:
+        self.setup, self.stride, self.extra = setup, stride, extra
 
     def reset(self, q0: Array) -> None:
         """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
@@ -167,7 +169,8 @@ class ReferenceController:
     ) -> Tasks:
         """Runs the outer loop of each phase, for the robots that it rules; returns the task signals."""
         setup = self.setup
-        sampled = round((self._time or 0.0) / setup.timestep) % self.stride == 0
+        step = round((self._time or 0.0) / setup.timestep)
+        sampled = step % self.stride == 0 or step in self.extra
         chosen: dict[int, Tasks] = {}
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
         for number in np.unique(phase):
