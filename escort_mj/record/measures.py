@@ -16,6 +16,7 @@ import numpy as np
 
 from escort_mj.record.episodes import apart_from, during, pair
 from escort_mj.record.evenness import energy_ratios, lost
+from escort_mj.record.means import mean
 from escort_mj.signals import CAUSES
 
 if TYPE_CHECKING:
@@ -66,25 +67,6 @@ def in_words(bodies: Bodies) -> str:
     if len(bodies) > 1 and all(number.isdigit() for number in numbers):
         return f"robots {' and '.join(numbers)}"
     return " and ".join(name.replace("robot_", "robot ") for name in bodies)
-
-
-def steps_of(trace: Recorded) -> np.ndarray:
-    """The physics step of each sample, shape (time,)."""
-    time = trace["time"].values
-    return np.rint(time / trace.attrs["timestep"]) if len(time) else time
-
-
-def mean(trace: Recorded, values: np.ndarray) -> float:
-    """Mean over time and things of values of shape (time, thing), without those that are NaN.
-
-    A sample counts for the time around it: halfway to its neighbors, at either end as far out as in.
-    """
-    gaps = np.diff(steps_of(trace))
-    weights = np.ones(len(values))
-    if len(gaps):
-        weights = np.append(gaps[0], gaps) + np.append(gaps, gaps[-1])
-    weighed = (weights / weights.max())[:, None] * ~np.isnan(values)
-    return float((np.nan_to_num(values) * weighed).sum() / weighed.sum())
 
 
 def radius_error(trace: Recorded) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.measures import mean
+from escort_mj.record.means import mean
 from escort_mj.record.metrics import measure, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.study.reproduction import Simulation

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.record.files import write_json
-from escort_mj.record.measures import mean
+from escort_mj.record.means import mean
 from escort_mj.record.metrics import measure, measures_of, summarize, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable
