@@ -9,7 +9,7 @@ endif
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test slow bench docs lint format lock clean
+.PHONY: help run test kernels slow bench docs lint style types format lock clean
 
 help: ## show these targets
 	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 16
@@ -17,8 +17,12 @@ help: ## show these targets
 run: .venv/.run .venv/.gl ## run the main scenario
 	@$(BIN)/escort-mj run scenarios/main.yaml $(ARGS)
 
-test: lint .venv/.gl ## lint, types, import contracts, then the fast tests
-	$(BIN)/pytest -n logical --maxprocesses 8 $(ARGS)
+test: .venv/.test .venv/.gl ## lint, types, import contracts, then the fast tests
+	@$(MAKE) --no-print-directory -j2 lint kernels
+	$(BIN)/pytest -n logical --maxprocesses 8 --dist worksteal $(ARGS)
+
+kernels: .venv/.test ## compile the machine code that tests need
+	$(BIN)/python -m tests.kernels
 
 slow: .venv/.test .venv/.gl ## the tests too slow for every change
 	$(BIN)/pytest -m slow $(ARGS) || [ $$? -eq 5 ]  # 5: there are none
@@ -29,11 +33,15 @@ bench: .venv/.test ## measure speed
 docs: .venv/.test ## the site, in docs/site; broken links are errors
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs docs/site $(ARGS)
 
-lint: .venv/.test ## style, types and import contracts
+lint: style types ## style, types and import contracts
+
+style: .venv/.test
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
+
+types: .venv/.test
+	$(BIN)/mypy
 
 format: .venv/.test ## put the code into its style
 	$(BIN)/ruff check --fix

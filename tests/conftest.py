@@ -1,5 +1,10 @@
 """What tests of several floors share."""
 
+import os
+
+# Pytest's workers have the cores already; threads of BLAS would wait for each other there, and burn time so.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 
 from escort_mj.world.callback import callbacks

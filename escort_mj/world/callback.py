@@ -52,14 +52,22 @@ def callbacks(axes: int) -> Callbacks:
 @cache
 def _of_class(known: int) -> Callbacks:
     """The callbacks of a class of models, and what they call as soon as they run."""
-    axes = known if known < MANY else None
-    control, sensor = _piece(control_callback, axes), _piece(sensor_callback, axes)
-    weigh = weigh_tasks if axes is None else weigh_side_by_side
-    others = [_piece(function, axes) for function in (measure, weigh, follow_time)]
+    control, sensor, *others = class_pieces(known if known < MANY else None)
     machine_code.have([control, sensor, *others])
     addresses = machine_code.address(control), machine_code.address(sensor)
     table[2 * known : 2 * known + 2] = list(addresses)
     return CONTROL(addresses[0]), SENSOR(addresses[1])
+
+
+def class_pieces(axes: int | None) -> list[Piece]:
+    """The control callback and the sensor callback of a class, then what they call as soon as they run.
+
+    Args:
+        axes: Number of axes; None for any more.
+    """
+    weigh = weigh_tasks if axes is None else weigh_side_by_side
+    functions = (control_callback, sensor_callback, measure, weigh, follow_time)
+    return [_piece(function, axes) for function in functions]
 
 
 @cache
