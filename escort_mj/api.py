@@ -107,9 +107,11 @@ def cases(paths: Sequence[str | os.PathLike[str]]) -> list[Case]:
 
 
 def _label(path: Path) -> str:
-    """What to call a file: its path from here, or its name where it lies elsewhere."""
-    relative = Path(os.path.relpath(path.with_suffix("")))
-    return path.stem if ".." in relative.parts else relative.as_posix()
+    """What to call a file or folder: its path from here, or its name where it lies elsewhere."""
+    here = Path(os.path.relpath(path))
+    if ".." in here.parts or not here.name:
+        here = Path(path.resolve().name or "root")
+    return here.as_posix() if path.is_dir() else here.with_suffix("").as_posix()
 
 
 def run(

@@ -28,7 +28,16 @@ FILES = {
 
 
 @pytest.fixture
-def check(command, tmp_path):  # noqa: F811
+def check(command, tmp_path, monkeypatch):  # noqa: F811
+    """Checks files in this process: to start others takes as long as what is tested here."""
+    monkeypatch.setattr(
+        "escort_mj.report.check.side_by_side", lambda perform, tasks, *_: [*map(perform, tasks)]
+    )
+    monkeypatch.setattr("escort_mj.study.parallel.parent_of_workers", lambda: None)
+    return check_elsewhere(command, tmp_path)
+
+
+def check_elsewhere(command, tmp_path):  # noqa: F811
     for name, expectations in FILES.items():
         file = tmp_path / name
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -153,7 +162,6 @@ def test_a_report_that_cannot_be_written_is_said_before_anything_runs(check, tmp
 
 
 def test_a_program_error_is_a_result(check, monkeypatch) -> None:
-    monkeypatch.setattr("escort_mj.report.check.side_by_side", lambda perform, tasks, *_: [perform(tasks[0])])
     monkeypatch.setattr("escort_mj.mission.build", lambda scenario: 1 / 0)
     code, out, _ = check("s/good.yaml", "--github")
     assert code == 3 and "the program broke" in out and "ZeroDivisionError" in out
@@ -171,7 +179,8 @@ def crash(trace):
 """
 
 
-def test_a_scenario_that_crashes_costs_its_own_row(check, tmp_path: Path) -> None:
+def test_a_scenario_that_crashes_costs_its_own_row(command, tmp_path: Path) -> None:  # noqa: F811
+    check = check_elsewhere(command, tmp_path)
     (tmp_path / "crash.py").write_text(CRASH)
     crashing = BODY.replace("expect:", "plugins: [{file: ../crash.py}]\nexpect:")
     (tmp_path / "s" / "crashes.yaml").write_text(crashing + FILES["s/good.yaml"])
@@ -201,3 +210,13 @@ def test_each_once_under_a_label_of_its_own(check, tmp_path: Path, monkeypatch) 
     assert labels[:2] == ["good", "good-2"]
     (empty,) = api.cases([tmp_path / "there"])
     assert "holds no scenario" in empty.fault
+
+
+def test_a_folder_without_scenarios_is_named(check, tmp_path: Path, monkeypatch) -> None:
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    for given in (".", "../empty", str(tmp_path / "empty")):
+        (case,) = api.cases([given])
+        assert (case.label, case.fault) == ("empty", f"{given}: this folder holds no scenario")
+    code, out, err = check(".", "../s/good.yaml")
+    assert (code, err) == (2, "") and "2 scenarios: 1 passed, 1 cannot run" in out

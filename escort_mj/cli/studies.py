@@ -45,11 +45,12 @@ StudyArgument = Annotated[
 
 
 def _laid_out(
-    study: str, out: Path | None, workers: int | None, processes: bool = True
+    study: str, out: Path | None, workers: int | None, processes: bool = True, confirmed: bool = True
 ) -> tuple[Design, Path, int]:
     """A study's design, the folder of its results, and how many work on it.
 
     Commands call it before they import anything slow: processes get ready meanwhile, if there are to be any.
+    A study that is larger than it says it may be is refused here unless that was confirmed.
     """
     from escort_mj.study.parallel import cores, parent_of_workers
 
@@ -60,8 +61,13 @@ def _laid_out(
     from escort_mj.study.definition import load_study
     from escort_mj.study.design import Design
 
-    design = Design(load_study(api.study_path(study)), api.scenarios_folder())
-    folder = out if out is not None else Path("renders") / "studies" / design.study.study
+    file = load_study(api.study_path(study))
+    folder = out if out is not None else Path("renders") / "studies" / file.study.study
+    if not confirmed:
+        from escort_mj.study.sweep import check_size
+
+        check_size(file, folder)
+    design = Design(file, api.scenarios_folder())
     return design, folder, count
 
 
@@ -166,7 +172,7 @@ def sweep(
 
     Example: escort-mj sweep mine.yaml --backend dask --scheduler tcp://host:8786
     """
-    design, folder, count = _laid_out(study, out, workers, processes=backend == "local")
+    design, folder, count = _laid_out(study, out, workers, backend == "local", yes)
     from escort_mj.study import backends
     from escort_mj.study.sweep import sweep as make_runs
 

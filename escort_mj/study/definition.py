@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from pathlib import Path as FilePath
@@ -21,7 +22,8 @@ from escort_mj.study.parameters import NAME, named
 from escort_mj.study.ranges import Box, Levels, Range, Steps
 from escort_mj.study.searches import Falsify, Tune
 
-MOST_RUNS = 1_000_000
+MOST_CELLS = 10_000  # each is tried before anything runs, 10 ms
+MOST_RUNS = 1_000_000  # laid out at once, half a kilobyte each
 PARAMETER = rf"^{NAME}$"
 
 
@@ -30,7 +32,7 @@ class Sample(Parameters):
 
     method: Literal["sobol", "latin_hypercube", "random"] = "sobol"
     """`sobol` and `latin_hypercube` cover the box more evenly than `random`."""
-    count: Annotated[int, Field(ge=1, le=MOST_RUNS)]
+    count: Annotated[int, Field(ge=1, le=MOST_CELLS)]
     """How many points."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
     """Seed of the drawing."""
@@ -142,7 +144,31 @@ def _findings(study: Study) -> list[Finding]:
     for path, box in _boxes(study):
         for key, bounds in box.items():
             found += bounds.findings((*path, key))
-    return found + (list(study.tune.findings()) if study.tune is not None else [])
+    found += list(study.tune.findings()) if study.tune is not None else []
+    return found or list(_size_findings(study))
+
+
+def values_of(levels: tuple[Any, ...] | Steps) -> list[Any]:
+    """The values of one factor."""
+    return levels.values() if isinstance(levels, Steps) else list(levels)
+
+
+def cells_of(study: Study) -> int:
+    """How many cells a study has, counted without laying them out."""
+    levels = math.prod(len(values_of(values)) for values in study.vary.values())
+    return max(len(study.cases), 1) * levels * (study.sample.count if study.sample is not None else 1)
+
+
+def _size_findings(study: Study) -> Iterator[Finding]:
+    """More cells, or more runs, than can be laid out."""
+    cells = cells_of(study)
+    runs = cells * study.seeds
+    if cells > MOST_CELLS:
+        words = f"the study has {cells:,} cells; allowed are {MOST_CELLS:,} (sample draws from ranges)"
+        yield Finding(("vary",) if study.vary else ("cases",), words)
+    elif runs > MOST_RUNS:
+        words = f"{cells:,} cells with {study.seeds:,} seeds each take {runs:,} runs"
+        yield Finding(("seeds",), f"{words}; allowed are {MOST_RUNS:,}")
 
 
 def _boxes(study: Study) -> Iterator[tuple[Path, dict[str, Range]]]:

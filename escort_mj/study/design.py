@@ -22,7 +22,7 @@ from escort_mj.scenario.catalog import catalog_of, resolve
 from escort_mj.scenario.findings import nearest, parse_key_path, shortened
 from escort_mj.scenario.load import Template, read_text
 from escort_mj.scenario.schema import Scenario
-from escort_mj.study.definition import Sample, Steps, Study, StudyFile
+from escort_mj.study.definition import Sample, Study, StudyFile, values_of
 from escort_mj.study.parameters import filled
 from escort_mj.world.parts import models_folder
 
@@ -100,10 +100,10 @@ class Design:
 
     def runs(self) -> Iterator[Planned]:
         """Every run, seed by seed through all cells: a study that is cut short has all cells alike."""
-        data = [self.template.overridden(cell.settings) for cell in self.cells]
+        digests = [_digest(self.template.overridden(cell.settings), self._folder) for cell in self.cells]
         for seed in self.seeds:
-            for index in range(len(self.cells)):
-                yield Planned(index, seed, _digest(data[index] | {"seed": seed}, self._folder))
+            for index, digest in enumerate(digests):
+                yield Planned(index, seed, _with_seed(digest, seed))
 
     def cells_at(self, point: Mapping[str, Any]) -> tuple[Cell, ...]:
         """All cells with what a search sets beside them: scenario keys or parameters, and their values."""
@@ -111,7 +111,7 @@ class Design:
 
     def key(self, cell: Cell, seed: int) -> str:
         """Digest of everything that a run of a cell depends on."""
-        return _digest(self.template.overridden(cell.settings) | {"seed": seed}, self._folder)
+        return _with_seed(_digest(self.template.overridden(cell.settings), self._folder), seed)
 
     def _own_seed(self) -> int:
         """The scenario's own seed; what is wrong with it shows when cells are tried."""
@@ -154,14 +154,21 @@ class Design:
         return self.file.fault(f"with {words}: {message}" if words else message, "scenario")
 
 
-def _digest(data: Mapping[str, Any], folder: Path) -> str:
-    """Digest of a run's scenario and of the versions that take part."""
+def _digest(data: Mapping[str, Any], folder: Path) -> hashlib._Hash:
+    """Digest of a run's scenario, but for its seed, and of the versions that take part."""
+    data = {key: value for key, value in data.items() if key != "seed"}
     if data.get("plugins"):  # their content counts, not where they are
-        data = dict(data)
         kind, _ = resolve(data, folder)
         data["plugins"] = [plugin.source.sha256 for plugin in catalog_of(kind).plugins]
     text = json.dumps([_versions(), source_digest(), data], sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()[:DIGITS]
+    return hashlib.sha256(text.encode())
+
+
+def _with_seed(digest: hashlib._Hash, seed: int) -> str:
+    """Key of the run with a seed."""
+    whole = digest.copy()
+    whole.update(f";seed={seed}".encode())
+    return whole.hexdigest()[:DIGITS]
 
 
 @cache
@@ -228,7 +235,7 @@ def _cells(file: StudyFile, searched: Mapping[str, Any] = MappingProxyType({})) 
     study = file.study
     cases: list[tuple[dict[str, Any], dict[str, Any]]]
     cases = [({CASE: name}, case) for name, case in study.cases.items()] or [({}, {})]
-    levels = [[(key, value) for value in _values(values)] for key, values in study.vary.items()]
+    levels = [[(key, value) for value in values_of(values)] for key, values in study.vary.items()]
     points = list(_points(study.sample)) if study.sample is not None else [({}, {})]
     for label, case in cases:
         for combination in product(*levels):
@@ -249,15 +256,6 @@ def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
         (key for key in given if key not in numbers), key=lambda key: len(parse_key_path(key) or ())
     )
     return {key: filled(given[key], numbers) if numbers else given[key] for key in keys}
-
-
-def _values(values: tuple[Any, ...] | Steps) -> list[Any]:
-    """The values of one factor."""
-    if not isinstance(values, Steps):
-        return list(values)
-    spread = np.geomspace if values.scale == "log" else np.linspace
-    numbers = spread(values.low, values.high, values.count)
-    return sorted({round(x) for x in numbers}) if values.whole else numbers.tolist()
 
 
 def _points(sample: Sample) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:

@@ -14,8 +14,9 @@ from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.findings import parse_key_path
 from escort_mj.scenario.schema import Scenario
 from escort_mj.study.backends import Backend
+from escort_mj.study.definition import MOST_RUNS
 from escort_mj.study.design import Cell, Design
-from escort_mj.study.ranges import Range
+from escort_mj.study.searches import Search
 from escort_mj.study.store import Row, Store
 from escort_mj.study.sweep import make
 from escort_mj.study.work import Job
@@ -133,16 +134,28 @@ def base_of(design: Design, key: str) -> float | None:
     return value if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def check_box(design: Design, section: str, box: Mapping[str, Range]) -> None:
-    """Tries every key of a box at both its bounds.
+def check_search(design: Design, section: str, search: Search, held_out: int = 0) -> None:
+    """Tries every key of a search's box at both its bounds, and counts the runs that are made at once.
 
     Bounds may be impossible together with other keys; such points are passed over by a search.
 
+    Args:
+        design: The study's.
+        section: Where the search stands in the study.
+        search: What it says.
+        held_out: Seeds beyond the study's own with which two points are compared in the end.
+
     Raises:
-        ScenarioError: If scenarios have no such key, or it may not have such a value.
+        ScenarioError: If scenarios have no such key, it may not have such a value, or there are too many
+            runs.
     """
     faults = []
-    for key, bounds in box.items():
+    sizes = {"batch": search.batch * len(design), "held_out": 2 * held_out * len(design.cells)}
+    for key, runs in sizes.items():
+        if runs > MOST_RUNS:
+            words = f"takes {runs:,} runs at once in {len(design.cells):,} cells; allowed are {MOST_RUNS:,}"
+            faults.append(design.file.fault(words, section, key))
+    for key, bounds in search.over.items():
         if key in design.study.parameters or key == SEED:
             continue
         for side in ("low", "high"):

@@ -15,7 +15,7 @@ from escort_mj.record.folder import RunFolder
 from escort_mj.study.asking import Asker
 from escort_mj.study.backends import Backend
 from escort_mj.study.design import Design
-from escort_mj.study.evaluate import Evaluator, Point, base_of, check_box
+from escort_mj.study.evaluate import Evaluator, Point, base_of, check_search
 from escort_mj.study.robustness import BEST, broken, robustness
 from escort_mj.study.searches import Falsify
 from escort_mj.study.shrink import shrink
@@ -95,7 +95,7 @@ def falsify(
     search = design.study.falsify
     if search is None:
         raise ScenarioError([design.file.fault("has no section falsify, which says what to search", "study")])
-    check_box(design, "falsify", search.over)
+    check_search(design, "falsify", search)
     with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
         hunt = _Hunt(evaluator, search)
         hunt.go(progress)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag
 
 from escort_mj.control.parameters import Parameters
@@ -45,6 +46,12 @@ class Steps(Range):
 
     count: Annotated[int, Field(ge=2, le=10_000)]
     """How many."""
+
+    def values(self) -> list[float | int]:
+        """The numbers; fewer where whole numbers are meant and there are not so many."""
+        spread = np.geomspace if self.scale == "log" else np.linspace
+        numbers = spread(self.low, self.high, self.count)
+        return sorted({round(x) for x in numbers}) if self.whole else numbers.tolist()
 
 
 Levels = Annotated[

@@ -15,9 +15,10 @@ from escort_mj.record.files import comma_separated, write_text
 from escort_mj.record.outcome import Outcome
 from escort_mj.signals import METRIC_NAMES
 from escort_mj.study.backends import Backend
+from escort_mj.study.definition import StudyFile, cells_of
 from escort_mj.study.design import Design, Planned
 from escort_mj.study.results import write_design
-from escort_mj.study.store import Row, Store
+from escort_mj.study.store import FILE, Row, Store
 from escort_mj.study.work import RUNS, Job, killed, perform
 
 TABLE = "runs.csv"
@@ -94,6 +95,31 @@ def sweep(
     return Swept(len(planned), made, failed, broken)
 
 
+def check_size(file: StudyFile, out: Path) -> None:
+    """Refuses a study that is too large to begin unasked, before its cells are laid out.
+
+    Args:
+        file: The checked study.
+        out: Folder of its results; runs that it has need not be made.
+
+    Raises:
+        UsageError: If more runs are missing than the study's own `at_most` allows.
+    """
+    known = 0
+    if (out / FILE).is_file():
+        with Store(out) as store:
+            known = len(store.known())
+    _refuse_many(file, cells_of(file.study) * file.study.seeds - known)
+
+
+def _refuse_many(file: StudyFile, runs: int) -> None:
+    """Raises UsageError if there are more runs to make than the study allows."""
+    if runs > (most := file.study.at_most.runs):
+        raise UsageError(
+            f"{file.path}: takes {runs} runs, more than at_most.runs allows ({most}); --yes makes them"
+        )
+
+
 def _missing(runs: Sequence[Keyed], store: Store) -> list[Keyed]:
     known = store.known()
     return [run for run in runs if run.key not in known]
@@ -106,11 +132,7 @@ def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, 
         UsageError: If that is too many or too long.
     """
     most = design.study.at_most
-    if len(missing) > most.runs:
-        raise UsageError(
-            f"{design.file.path}: takes {len(missing)} runs, more than at_most.runs allows ({most.runs}); "
-            "--yes makes them"
-        )
+    _refuse_many(design.file, len(missing))
     if len(missing) < 2 * workers:
         return 0
     pilot = missing[len(missing) // 2]

@@ -17,7 +17,7 @@ from escort_mj.record.files import write_json, write_text
 from escort_mj.study.asking import Asker
 from escort_mj.study.backends import Backend
 from escort_mj.study.design import Design
-from escort_mj.study.evaluate import Evaluator, base_of, check_box, mean
+from escort_mj.study.evaluate import Evaluator, base_of, check_search, mean
 from escort_mj.study.robustness import robustness
 from escort_mj.study.searches import Bound, Tune
 from escort_mj.study.store import Row
@@ -117,7 +117,7 @@ def tune(design: Design, out: Path, backend: Backend[Job, Row], progress: Progre
     search = design.study.tune
     if search is None:
         raise ScenarioError([design.file.fault("has no section tune, which says what to tune", "study")])
-    check_box(design, "tune", search.over)
+    check_search(design, "tune", search, search.held_out)
     with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
         own, trials = _tried(evaluator, search, progress)
         write_text(out / TRIALS, table(search, own, trials, front := _front(search, trials)))

@@ -6,7 +6,7 @@ import pytest
 
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError, UsageError
-from escort_mj.study.definition import Steps, load_study
+from escort_mj.study.definition import Steps, cells_of, load_study, values_of
 from escort_mj.study.design import Design
 
 GOOD = """
@@ -93,3 +93,34 @@ def test_what_is_no_study_is_refused(tmp_path: Path) -> None:
         load_study(written(tmp_path, "scenario: main\n"))
     with pytest.raises(UsageError, match="there is no such file"):
         load_study(tmp_path / "nothing.yaml")
+
+
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        (
+            "vary: {robots.mass: {low: 1, high: 2, count: 10000}, robots.radius: [1, 2]}",
+            "3:7: vary: the study has 20,000 cells; allowed are 10,000",
+        ),
+        (
+            "sample: {count: 10001, over: {robots.mass: {low: 1, high: 2}}}",
+            "3:17: sample.count: found 10001",
+        ),
+        (
+            "seeds: 100000\nvary: {robots.mass: {low: 1, high: 2, count: 11}}",
+            "3:8: seeds: 11 cells with 100,000 seeds each take 1,100,000 runs; allowed are 1,000,000",
+        ),
+    ],
+)
+def test_a_study_that_is_too_large_is_not_laid_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, more: str, expected: str
+) -> None:
+    monkeypatch.setattr("escort_mj.study.design._cells", lambda *_: 1 / 0)
+    (fault,) = faults_of(tmp_path, f"study: large\nscenario: main\n{more}\n")
+    assert fault.startswith(expected)
+
+
+def test_whole_numbers_are_counted_once(tmp_path: Path) -> None:
+    text = "study: s\nscenario: main\nvary: {robots.count: {low: 3, high: 5, count: 10000, whole: true}}\n"
+    study = load_study(written(tmp_path, text)).study
+    assert cells_of(study) == 3 and values_of(study.vary["robots.count"]) == [3, 4, 5]

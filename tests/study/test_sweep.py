@@ -21,7 +21,7 @@ from escort_mj.study.backends import dask, here, local
 from escort_mj.study.definition import load_study
 from escort_mj.study.design import Design
 from escort_mj.study.store import FILE, Store
-from escort_mj.study.sweep import sweep
+from escort_mj.study.sweep import check_size, sweep
 from escort_mj.study.work import Job, perform
 
 STUDY = """
@@ -111,8 +111,12 @@ def test_what_goes_wrong_is_a_row(tmp_path: Path) -> None:
 
 def test_a_large_study_says_so_before_it_begins(tmp_path: Path) -> None:
     laid_out, out = design(tmp_path, STUDY + "at_most: {runs: 11}\n"), tmp_path / "out"
-    with pytest.raises(UsageError, match=r"takes 12 runs, more than at_most.runs allows \(11\); --yes"):
+    many = r"takes 12 runs, more than at_most.runs allows \(11\); --yes"
+    with pytest.raises(UsageError, match=many):  # before its cells are laid out
+        check_size(laid_out.file, out)
+    with pytest.raises(UsageError, match=many):
         sweep(laid_out, out, here, 1)
+    check_size(design(tmp_path, STUDY + "at_most: {runs: 12}\n").file, out)
     slow = design(tmp_path, STUDY + "at_most: {hours: 1.0e-7}\n")
     with pytest.raises(UsageError, match=r"would take .* h on 1 workers, more than at_most.hours"):
         sweep(slow, out, here, 1)
