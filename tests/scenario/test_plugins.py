@@ -160,7 +160,7 @@ class TestWrongPlugins:
             (f"[{{file: a.py, sha256: {'z' * 64}}}]", "sha256 of a plugin: string should match"),
             ("['.py']", "there is no such file"),
             (f"['{'x' * 5000}.py']", "cannot be read: File name too long"),
-            ('["a\\0.py"]', "there is no such file"),
+            ('["a\\0.py"]', "found the character U+0000"),
         ],
     )
     def test_hostile_ones(self, folder, written, said):

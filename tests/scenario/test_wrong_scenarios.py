@@ -299,7 +299,7 @@ WRONG = [
         "found no free place",
     ),
     ("bad name", "name: ../../etc\n", "1:7: name: ", "not beginning with a dot"),
-    ("surrogate", 'name: "\\ud800"\n', "1:7: name: ", "UTF-8"),
+    ("surrogate", 'name: "\\ud800"\n', "1:7: name: ", "U+D800"),
     (
         "wrong version",
         "version: 2\nrobot_count: 3\n",
