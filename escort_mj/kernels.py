@@ -8,6 +8,7 @@ that finds its machine code on disk never imports numba.
 from __future__ import annotations
 
 import ctypes
+import sys
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
@@ -61,6 +62,13 @@ def merged(function: F) -> F:
     It also keeps what the caller knows of its arguments, such as a literal number of axes.
     """
     declared.append(("merged", function))
+    return function
+
+
+def reachable(function: F, name: str) -> F:
+    """Give a function that another one made a name in its module, by which machine code is looked up."""
+    function.__name__ = function.__qualname__ = name
+    setattr(sys.modules[function.__module__], name, function)
     return function
 
 

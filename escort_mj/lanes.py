@@ -23,7 +23,7 @@ from escort_mj.kernels import flat, inlined, machine
 Array = NDArray[np.float64]
 
 WIDTH = 8
-STACK_ROWS = 81  # nine axes by nine
+STACK_ROWS = 144  # eight tasks of two directions in nine axes
 
 
 class Lanes:

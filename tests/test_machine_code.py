@@ -32,7 +32,7 @@ def loaded(folder: Path, executable: str = "", piece: Piece = SMALL, here: Path 
 
 
 def test_names_of_pieces() -> None:
-    for piece in (SMALL, Piece("escort_mj.control.conflicts", "weigh_side_by_side", 2)):
+    for piece in (SMALL, Piece("escort_mj.control.conflicts", "weigh_tasks", 2)):
         assert Piece.named(str(piece)) == piece
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import SEED, BrokenError, Row, Stand, stands
-from escort_mj.control.own.forms import Behavior
+from escort_mj.control.behaviors.behavior import Behavior
 from escort_mj.control.own.views import ACROSS, ALONG, NOTHING, BehaviorView
 from escort_mj.scenario.schema import Scenario
 

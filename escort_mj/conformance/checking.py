@@ -13,7 +13,8 @@ from escort_mj.conformance.missions import check_missions
 from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.records import check_expectation, check_metric
 from escort_mj.conformance.stand import BrokenError, Row
-from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.laws.law import Law
 from escort_mj.control.own.place import place_of
 from escort_mj.errors import EscortError
 from escort_mj.scenario.catalog import assemble, scenario_type

@@ -8,7 +8,7 @@ import numpy as np
 
 from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import ROUNDING, SEED, Row, Stand, stands
-from escort_mj.control.own.forms import Law
+from escort_mj.control.laws.law import Law
 from escort_mj.scenario.schema import Scenario
 
 FAR = 100.0  # m and m/s: errors at which a law must still give numbers

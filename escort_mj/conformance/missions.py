@@ -7,7 +7,8 @@ from typing import Any
 
 from escort_mj.batch import fly_many
 from escort_mj.conformance.stand import Row
-from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.laws.law import Law
 from escort_mj.mission import Run
 from escort_mj.scenario.kinds import RobotKind
 from escort_mj.scenario.schema import Scenario

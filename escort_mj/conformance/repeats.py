@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from escort_mj.conformance.stand import ROUNDING, SEED, Row, Stand, gap, other_form, stands
-from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.laws.law import Law
 from escort_mj.scenario.schema import Scenario
 
 DRAWS = 20

@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.component import Component
+from escort_mj.control.laws.law import Law
 from escort_mj.control.own import native
-from escort_mj.control.own.forms import Behavior, Law, Own
 from escort_mj.control.packing import pack
-from escort_mj.control.plan import LAYOUT, State, state_size, unpack_state
+from escort_mj.control.plan import LAYOUT, PLACE, State, state_size, unpack_plan, unpack_state
 from escort_mj.kernels import DOUBLE
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.setup import controller_setup
@@ -75,8 +77,9 @@ class Stand:
         self.state.obstacle_position[:] = setup.obstacle_position
         native.forget(self._memory)
         self._number = native.ready(type(own), axes)
-        place = int(self.plan[LAYOUT.fields[LAYOUT.plan]["own"].place])
-        self._block = self._plan + DOUBLE * place
+        plan = unpack_plan(self._plan, axes)
+        place = 0 if isinstance(own, Law) else int(plan.ladder[0, PLACE])
+        self._block = plan.parameters.ctypes.data + DOUBLE * place
 
     @property
     def _plan(self) -> int:
@@ -144,7 +147,7 @@ def stands(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator
         yield Stand(member.model_validate({}), kind, robots, axes)
 
 
-def other_form(member: type[Own]) -> type[Own] | None:
+def other_form(member: type[Component]) -> type[Component] | None:
     """The same in plain Python, where a compiled form would run; None where there is one form only."""
     if None in member.forms():
         return None

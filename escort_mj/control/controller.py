@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from escort_mj.control.behaviors.vertices import turn_figure
-from escort_mj.control.conflicts import weigh_side_by_side, weigh_tasks
+from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
@@ -17,10 +17,9 @@ from escort_mj.control.neighbors import keep_all_neighbors
 from escort_mj.control.plan import EVALUATED, LAST_TIME, SAMPLED, STARTED, STEP, Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.control.program import value_of
-from escort_mj.control.side_by_side import outer_loops
-from escort_mj.control.supervisor import FIRST, LEVELS, supervise
+from escort_mj.control.supervisor import supervise
 from escort_mj.control.trigger import refresh
-from escort_mj.control.velocity import reference_velocity
+from escort_mj.control.velocity import reference_velocities
 from escort_mj.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
 from escort_mj.on_demand import on_demand
@@ -51,21 +50,17 @@ def evaluate(plan: Plan, state: State) -> None:
         notice_losses(plan, state)
     if plan.phases.shape[0] > 1:
         supervise(plan, state)
-    someone = plan.side_by_side or refresh(plan, state)
+    someone = plan.alike or refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
         turn_figure(
             state.q_measured, state.target_position_measured, state.lost, state.vertices, state.rotation
         )
-    if plan.side_by_side:
-        for i in range(0, n, WIDTH):
-            outer_loops(i, int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS]), plan, state)
-        for i in range(0, n if moved else 0, WIDTH):
-            store(state.outer_updates, i, load(state.outer_updates, i) + 1.0)
-    else:
-        _run_one_by_one(plan, state, moved)
+    for i in range(0, n, WIDTH):
+        reference_velocities(i, plan, state, moved)
     state.clock[SAMPLED] = is_sampled(int(state.clock[STEP]), plan)
     if state.clock[SAMPLED] != 0.0:
-        weigh_all_tasks(plan, state)
+        for i in range(0, n, WIDTH):
+            weigh_tasks(i, plan, state)
     inner_loop(plan, state)
     copy_lanes(state.tau, state.command, n * p)
     if failing:
@@ -85,31 +80,6 @@ def is_sampled(step: int, plan: Plan) -> bool:
     return step % plan.stride == 0 or (low < plan.extra.shape[0] and plan.extra[low] == step)
 
 
-@inlined
-def weigh_all_tasks(plan: Plan, state: State) -> None:
-    """The task signals of all robots, each by the ladder of its phase."""
-    n = state.q.shape[0]
-    if plan.side_by_side:
-        first, levels = int(plan.phases[0, FIRST]), int(plan.phases[0, LEVELS])
-        for i in range(0, n, WIDTH):
-            weigh_side_by_side(i, first, levels, plan, state)
-        return
-    for i in range(n):
-        phase = plan.phases[int(state.phase[i])]
-        weigh_tasks(i, int(phase[FIRST]), int(phase[LEVELS]), plan, state)
-
-
-@on_demand
-def _run_one_by_one(plan: Plan, state: State, moved: bool) -> None:
-    """The outer loops of those robots that run theirs now, each by the ladder of its phase."""
-    for i in range(state.q.shape[0]):
-        if state.fresh[i] != 0.0:
-            phase = plan.phases[int(state.phase[i])]
-            reference_velocity(i, int(phase[FIRST]), int(phase[LEVELS]), plan, state)
-            if moved and state.lost[i] == 0.0:
-                state.outer_updates[i] += 1.0
-
-
 @merged
 def advance(plan: Plan, state: State) -> bool:
     """Integrates reference position and estimate over the step since the last evaluation (eqs. 8, 10).
@@ -125,7 +95,7 @@ def advance(plan: Plan, state: State) -> bool:
         for i in range(n):
             for k in range(p):
                 state.q_d[i, k] = state.q[i, k]
-                state.rho_hat[i, k] = plan.rho_hat_0
+                state.rho_hat[i, k] = plan.estimate_at_start
         for a in range(p):
             for b in range(p):
                 state.rotation[a, b] = 1.0 if a == b else 0.0

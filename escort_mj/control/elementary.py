@@ -40,6 +40,12 @@ def tanh(x: Lanes) -> Lanes:
 
 
 @inlined
+def whole(x: Lanes) -> Lanes:
+    """Nearest whole number, for |x| < 2^51."""
+    return (x + _ROUND) - _ROUND
+
+
+@inlined
 def root(x: Lanes) -> Lanes:
     """Square root."""
     found: Any = math.sqrt(x)

@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from escort_mj.control.noise import uniform
-from escort_mj.control.nsb import UNLIMITED
-from escort_mj.control.parameters import Parameters
+from escort_mj.control.parameters import UNLIMITED, Parameters
 from escort_mj.control.reform import reform
 from escort_mj.kernels import inlined
 from escort_mj.on_demand import on_demand

@@ -11,14 +11,18 @@ as far as the force's limit allows and nothing else pushes.
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.plan import Plan, State
 from escort_mj.control.program import evaluate as evaluate_program
-from escort_mj.kernels import merged
+from escort_mj.kernels import inlined, merged
+from escort_mj.lanes import Lanes, everywhere, lane_numbers, least, pick
 from escort_mj.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
 Array = NDArray[np.float64]
 
@@ -42,6 +46,17 @@ def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
     if plan.shaped:
         return state.obstacle_point[robot * m : (robot + 1) * m]
     return state.obstacle_position
+
+
+@inlined
+def obstacle_places(i: int, j: int, k: int, plan: Plan, state: State) -> Lanes:
+    """Where robots i to i + 7 find obstacle j on axis k [m]; as `obstacles_seen`."""
+    m, p = state.obstacle_position.shape
+    if plan.shaped:
+        robots = least(lane_numbers() + float(i), float(state.q.shape[0] - 1))
+        seen: Lanes = pick(state.obstacle_point, robots * float(m * p) + float(j * p + k))
+        return seen
+    return everywhere(state.obstacle_position[j, k])
 
 
 @on_demand

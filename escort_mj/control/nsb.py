@@ -1,115 +1,242 @@
-"""Null-space-based composition of behaviors (paper eq. 2), robot by robot, and the speed limit.
+"""Null-space-based composition of behaviors (paper eq. 2), eight robots at once, and the speed limit.
 
-Every task of a robot has a Jacobian of one row x, so its pseudoinverse is x / |x|^2 and its null-space
-projector I - x x^T / |x|^2: the composition needs dot products only. Chords in space has several
-such rows (cycles) and sums over them: w' = sum_c [v_c + N_c w].
+Every direction of a task is a Jacobian of one row x, so its pseudoinverse is x / |x|^2 and its null-space
+projector I - x x^T / |x|^2: the composition needs dot products only. Chords in space have two such rows
+(cycles) and sum over them: w' = sum_c [v_c + N_c w]. Where a task asks nothing of a robot its weight is 0, so
+that nothing is projected out and no lane takes another way than its neighbors.
 
-The part of each behavior is kept apart (`parts`, one row per level of the ladder), already projected by
+The part of each behavior is kept apart, p rows of lanes for each level of the ladder, already projected by
 everything of higher priority, so that the speed limit can be spent by priority.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.kernels import inlined
+from escort_mj.control.behaviors import BEHAVIORS, AvoidObstacles, Behavior
+from escort_mj.control.behaviors.avoid_obstacles import sidestep
+from escort_mj.control.behaviors.wish import MAX_DIRECTIONS, Wish
+from escort_mj.control.component import reader
+from escort_mj.control.dispatch import one_of
+from escort_mj.control.own.calls import own_wishes
+from escort_mj.control.parameters import UNLIMITED
+from escort_mj.control.plan import BARRIER_FILTER, IN_WORLD, KIND, MAX_LEVELS, PLACE
+from escort_mj.control.supervisor import FIRST, LEVELS
+from escort_mj.kernels import DOUBLE, data_address, inlined, merged
+from escort_mj.lanes import (
+    Lanes,
+    any_of,
+    everywhere,
+    greatest,
+    least,
+    load,
+    load_rows,
+    row_of,
+    set_row,
+    stack_rows,
+    store,
+    store_rows,
+    there,
+    where,
+)
+
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-12
-UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
-INACTIVE, TANGENT = 0, -1  # ranks of a task that asks for nothing, and of one that takes all directions but x
 
 
 @inlined
-def combine(cycles: int, directions: Array, speeds: Array, part: Array) -> None:
-    """Velocity of a task: part <- sum_c speed_c x_c.
+def ruled(i: int, phase: int, plan: Plan, state: State) -> Any:
+    """Which of robots i to i + 7 run their outer loop now, by the ladder of a phase."""
+    here = there(state.q.shape[0] - i)
+    if plan.alike:
+        return here
+    return here & (abs(load(state.phase, i) - float(phase)) < 0.5) & (load(state.fresh, i) > 0.5)
+
+
+@merged
+def compose(i: int, phase: int, plan: Plan, state: State) -> None:
+    """Composes the behaviors of a phase in the order of its ladder (eq. 2).
+
+    Escort behaviors are relative to the target's motion (feed-forward), avoidance is not:
+    v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order.
 
     Args:
-        cycles: Number of the task's directions.
-        directions: Jacobians x, shape (>= cycles, p).
-        speeds: Task velocities in terms of x, shape (>= cycles,).
-        part: Result, shape (p,) [m/s].
+        i: First robot, from 0: i to i + 7, as far as the phase rules them.
+        phase: Which phase.
+        plan: What the controller knows.
+        state: Its state; `v_d` and `avoidance_active` are written. Nothing is asked of robots that are lost.
     """
-    for k in range(part.shape[0]):
-        total = 0.0
-        for c in range(cycles):
-            total += speeds[c] * directions[c, k]
-        part[k] = total
+    p = state.q.shape[1]
+    first, levels = int(plan.phases[phase, FIRST]), int(plan.phases[phase, LEVELS])
+    parts, x = stack_rows(MAX_LEVELS * p), stack_rows(MAX_DIRECTIONS * p)
+    carried, relative = stack_rows(p), stack_rows(p)
+    moving = 1.0 if plan.target_feedforward else 0.0
+    for k in range(p):
+        set_row(carried, k, everywhere(moving * state.target_velocity_measured[k]))
+    active, highest = everywhere(0.0), levels
+    for level in range(levels - 1, -1, -1):
+        row = plan.ladder[first + level]
+        escort = row[IN_WORLD] == 0.0
+        if not escort and plan.outer == BARRIER_FILTER:  # which does that in its own way
+            for k in range(p):
+                set_row(parts, p * level + k, everywhere(0.0))
+            continue
+        task = wish(i, row, plan, state, x, parts, p * level)
+        if not escort:
+            if not any_of(task.active > 0.5):
+                continue
+            active = greatest(active, task.active)
+            if row[KIND] == AVOID_OBSTACLES:
+                share = read_avoidance(parameters_at(plan, row), 0).sidestep
+                if share > 0.0:
+                    sidestep(level, levels, share, task.active, x, carried, parts)
+        for lower in range(level + 1, levels):
+            leave(p, task, x, parts, p * lower)
+        if not escort:
+            leave(p, task, x, carried, 0)
+            continue
+        highest = level
+        if any_of(active > 0.5):  # an avoidance below has bent the feed-forward: its remainder is projected
+            for k in range(p):
+                set_row(relative, k, row_of(carried, k) - moving * state.target_velocity_measured[k])
+            leave(p, task, x, relative, 0)
+            for k in range(p):
+                set_row(carried, k, moving * state.target_velocity_measured[k] + row_of(relative, k))
+    for k in range(p):
+        set_row(relative, k, everywhere(0.0))
+    for level in range(levels):
+        if level == highest:
+            _add_within_limit(relative, carried, 0, plan.max_speed)
+        _add_within_limit(relative, parts, p * level, plan.max_speed)
+    if highest == levels:
+        _add_within_limit(relative, carried, 0, plan.max_speed)
+    set_velocities(i, phase, relative, active, plan, state)
 
 
 @inlined
-def leave(rank: int, directions: Array, weights: Array, part: Array) -> None:
-    """Projects a lower part into the null space of a task, in place.
+def set_velocities(i: int, phase: int, velocity: Array, active: Lanes, plan: Plan, state: State) -> None:
+    """Writes the reference velocities of those of robots i to i + 7 that a phase rules now.
 
     Args:
-        rank: Number of the task's directions, or `TANGENT`.
-        directions: Jacobians x, shape (>= cycles, p).
-        weights: 1 / |x|^2, shape (>= cycles,).
-        part: Part of a lower priority, shape (p,) [m/s].
+        i: First robot, from 0.
+        phase: Which phase.
+        velocity: In p rows of lanes [m/s]; changed.
+        active: 1 for robots that avoid something, else 0.
+        plan: As for `compose`.
+        state: As for `compose`.
     """
-    if rank == TANGENT:
-        keep_along(directions[0], weights[0], part)
-    else:
-        project(rank, directions, weights, part)
+    p = state.q.shape[1]
+    if not plan.alike:
+        mine, before = ruled(i, phase, plan, state), stack_rows(p)
+        left = load(state.lost, i) < 0.5
+        load_rows(state.v_d, i, before)
+        for k in range(p):
+            mended = where(left, row_of(velocity, k), 0.0)
+            set_row(velocity, k, where(mine, mended, row_of(before, k)))
+        active = where(mine, where(left, active, 0.0), load(state.avoidance_active, i))
+    store(state.avoidance_active, i, active)
+    store_rows(state.v_d, i, velocity)
 
 
 @inlined
-def project(cycles: int, directions: Array, weights: Array, part: Array) -> None:
-    """Does part <- sum_c (I - x_c x_c^T / |x_c|^2) part, in place; shape (p,)."""
-    axes = part.shape[0]
-    removed0 = removed1 = 0.0
-    for k in range(axes):
-        removed0 += directions[0, k] * part[k]
-    removed0 *= weights[0]
-    if cycles == 2:
-        for k in range(axes):
-            removed1 += directions[1, k] * part[k]
-        removed1 *= weights[1]
-        for k in range(axes):
-            part[k] = 2.0 * part[k] - directions[0, k] * removed0 - directions[1, k] * removed1
-    else:
-        for k in range(axes):
-            part[k] -= directions[0, k] * removed0
+def wish(i: int, row: Array, plan: Plan, state: State, x: Array, parts: Array, at: int) -> Wish:
+    """What one behavior, by itself, wants of robots i to i + 7.
+
+    Args:
+        i: First robot, from 0.
+        row: The behavior's row of the ladder.
+        plan: As for `compose`.
+        state: As for `compose`; nothing is written.
+        x: Result: the task's directions, in p rows of lanes each.
+        parts: Result: the wished velocities [m/s], in p rows of lanes; 0 where the task is inactive.
+        at: The first of these rows.
+    """
+    return _wish_of(int(row[KIND]), parameters_at(plan, row), i, plan, state, x, parts, at)
 
 
 @inlined
-def keep_along(direction: Array, weight: float, part: Array) -> None:
-    """Does part <- (x x^T / |x|^2) part, in place: what a task that fills the tangent space leaves."""
-    axes = part.shape[0]
-    along = 0.0
-    for k in range(axes):
-        along += direction[k] * part[k]
-    along *= weight
-    for k in range(axes):
-        part[k] = along * direction[k]
+def parameters_at(plan: Plan, row: Array) -> int:
+    """Address of the parameters of the behavior in a row of the ladder."""
+    return data_address(plan.parameters) + DOUBLE * int(row[PLACE])
+
+
+def _wish_by(behavior: type[Behavior]) -> Callable[..., Any]:
+    """Return the kernel that asks a behavior that ships."""
+    ask, read = inlined(behavior.__dict__["wish_lanes"]), reader(behavior)
+
+    def wish_by(block: int, i: int, plan: Plan, state: State, x: Array, parts: Array, at: int) -> Wish:
+        found: Wish = ask(read(block, 0), i, plan, state, x, parts, at)
+        return found
+
+    return inlined(wish_by)
+
+
+_wish_of = one_of([*map(_wish_by, BEHAVIORS), own_wishes])
+AVOID_OBSTACLES = BEHAVIORS.index(AvoidObstacles)
+read_avoidance = reader(AvoidObstacles)
 
 
 @inlined
-def add_within_limit(total: Array, part: Array, max_speed: float) -> None:
+def leave(p: int, task: Wish, x: Array, parts: Array, at: int) -> None:
+    """Projects a part of lower priority into the null space of a task, in place.
+
+    Args:
+        p: Number of axes.
+        task: The task.
+        x: Its directions.
+        parts: The part is in its p rows from `at` on.
+        at: The first of them.
+    """
+    along, other = everywhere(0.0), everywhere(0.0)
+    for k in range(p):
+        along = along + row_of(x, k) * row_of(parts, at + k)
+    along = along * task.weight
+    if task.directions == MAX_DIRECTIONS:
+        for k in range(p):
+            other = other + row_of(x, p + k) * row_of(parts, at + k)
+        other = other * task.second
+        for k in range(p):
+            rest = 2.0 * row_of(parts, at + k) - along * row_of(x, k) - other * row_of(x, p + k)
+            set_row(parts, at + k, rest)
+        return
+    for k in range(p):
+        removed = along * row_of(x, k)
+        set_row(parts, at + k, where(task.across > 0.5, removed, row_of(parts, at + k) - removed))
+
+
+@inlined
+def _add_within_limit(total: Array, parts: Array, at: int, max_speed: float) -> None:
     """Adds as much of a part as the speed limit leaves: total + alpha part, alpha in [0, 1] at its largest.
 
     Args:
-        total: Velocity spent by higher priorities, shape (p,) [m/s]; changed in place.
-        part: Velocity wanted by this priority, shape (p,) [m/s].
+        total: Velocity spent by higher priorities, in p rows of lanes [m/s]; changed in place.
+        parts: Velocity wanted by this priority, in its rows from `at` on [m/s].
+        at: The first of them.
         max_speed: Limit [m/s]; `UNLIMITED` for none.
     """
-    axes = total.shape[0]
-    alpha = 1.0
+    p = total.shape[0]
+    alpha = everywhere(1.0)
     if max_speed < UNLIMITED:
-        a = b = c = 0.0
-        for k in range(axes):
-            a += part[k] * part[k]
-            b += part[k] * total[k]
-            c += total[k] * total[k]
+        a, b, c = everywhere(0.0), everywhere(0.0), everywhere(0.0)
+        for k in range(p):
+            a = a + row_of(parts, at + k) * row_of(parts, at + k)
+            b = b + row_of(parts, at + k) * row_of(total, k)
+            c = c + row_of(total, k) * row_of(total, k)
         room = max_speed * max_speed - c
-        if room < ROUNDING * max_speed * max_speed:  # all is spent: what is left is rounding
-            room = 0.0
-        if a + 2.0 * b > room:
+        room = where(room < ROUNDING * max_speed * max_speed, 0.0, room)  # all is spent but rounding
+        beyond = a + 2.0 * b > room
+        if any_of(beyond):
             root = math.sqrt(b * b + a * room)
-            alpha = min(room / (root + b) if b > 0.0 else (root - b) / a, 1.0)
-    for k in range(axes):
-        total[k] += alpha * part[k]
+            within = where(b > 0.0, room, root - b) / where(b > 0.0, root + b, a)
+            alpha = where(beyond, least(within, 1.0), alpha)
+    for k in range(p):
+        set_row(total, k, row_of(total, k) + alpha * row_of(parts, at + k))

@@ -7,33 +7,34 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Repulsion
+from escort_mj.control.behaviors import BEHAVIORS, Behavior
+from escort_mj.control.component import Component, shipped_layout
 from escort_mj.control.failure import FAILURE_SIZE, NEVER
 from escort_mj.control.harmonics import sum_of, tabulate
-from escort_mj.control.laws import ComputedTorque
+from escort_mj.control.laws import LAWS, ApdSmc, Law
 from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
-from escort_mj.control.nsb import UNLIMITED
-from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
-from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.own.native import block_of
+from escort_mj.control.parameters import UNLIMITED
 from escort_mj.control.plan import (
-    AVOID_OBSTACLES,
     CELLS_PER_PAIR,
+    COLUMN,
     DRIVE_SIZE,
-    KINDS,
-    LAW_KINDS,
+    GAIN,
+    IN_WORLD,
+    KIND,
     LAYOUT,
+    LEVEL_SIZE,
     LISTED,
     LOOP_KINDS,
     OUTSIDE,
-    OWN,
     PAIRS_PER_BODY,
+    PLACE,
 )
 from escort_mj.control.program import Op
 from escort_mj.control.reform import scratch_size
 from escort_mj.control.sensing import sensor_table
 from escort_mj.control.setup import Setup
-from escort_mj.control.side_by_side import AXES
 from escort_mj.control.supervisor import Phase
 from escort_mj.signals import SIGNALS
 
@@ -66,13 +67,13 @@ def pack(
     n, p, law = setup.count, setup.axes, setup.law
     phases = [Phase("", setup.behaviors), *setup.phases]
     behaviors = [behavior for phase in phases for behavior in phase.behaviors]
-    own, places = _own(setup, behaviors)
+    parameters, places = _parameters(setup, behaviors)
     ladder = [_level(setup, *each) for each in zip(behaviors, places, strict=True)]
     starts = np.cumsum([0, *(len(phase.behaviors) for phase in phases)])
     figures = np.vstack([np.zeros((0, p)), *(setup.reforming.figures if setup.reforming else ())])
     sensors, bias, past = sensor_table(setup.sensing, n, p)
     arrays = _functions(setup) | {
-        "own": own,
+        "parameters": parameters,
         "sensors": sensors,
         "bias": bias,
         "ladder": ladder,
@@ -99,8 +100,8 @@ def pack(
         "coordinates": coordinates,
         "behaviors": len(setup.kinds),
         "levels": len(ladder),
-        "own": len(own),
-        "memories": law.memories if isinstance(law, Law) else 0,
+        "parameters": len(parameters),
+        "memories": law.memories,
         "cycles": len(arrays["predecessors"]),
         "tones": np.shape(arrays["tones"])[1],
         "followed": np.shape(arrays["lines"])[1],
@@ -113,7 +114,7 @@ def pack(
         "told": n * law.needs_model,  # robots whose law is told their model
         "movers": len(setup.movers),
         "seen": (n + 1) * setup.shaped,
-        "differentiating": n * isinstance(law, ComputedTorque),
+        "differentiating": n * law.differentiates,
         "bodies": len(columns),
         "extra": len(extra),
         "watched": watched,
@@ -149,8 +150,8 @@ def _stretches(sizes: Mapping[str, int]) -> Array:
 
 def _scalars(setup: Setup) -> dict[str, float]:
     """Numbers of the plan, by name."""
-    gains, law, outer, trigger = setup.law.gains(), setup.law, setup.outer, setup.trigger
-    switching = law if isinstance(law, SlidingModeLaw) else SlidingModeLaw()  # the others do not switch
+    law, outer, trigger = setup.law, setup.outer, setup.trigger
+    sliding = law if isinstance(law, SlidingModeLaw) else ApdSmc()  # the others have no Lyapunov function
     gain = distance = 0.0
     if isinstance(outer, PotentialField):
         gain, distance = outer.gain, outer.least_distance
@@ -165,16 +166,13 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "outer": OUTSIDE if setup.outside else LOOP_KINDS[type(outer)],
         "outer_gain": gain,
         "outer_distance": distance,
-        "law": OUTSIDE if setup.outside == "force" else LAW_KINDS.get(type(law), OWN),
-        "acceleration_filter": law.acceleration_filter if isinstance(law, ComputedTorque) else 0.0,
-        "kp": gains.kp,
-        "kd": gains.kd,
-        "k": gains.k,
-        "mu": gains.mu,
-        "rho_hat_0": gains.rho_hat_0,
+        "law": OUTSIDE if setup.outside == "force" else _number(law, LAWS),
+        "acceleration_filter": getattr(law, "acceleration_filter", 0.0),
+        "estimate_at_start": law.estimate_at_start,
         "slope": law.slope,
-        "boundary_layer": switching.boundary_layer,
-        "smoothing": SMOOTHINGS.index(switching.smoothing),
+        **sliding.gains()._asdict(),
+        "boundary_layer": sliding.boundary_layer,
+        "smoothing": SMOOTHINGS.index(sliding.smoothing),
         "anti_windup": law.anti_windup,
         "chord_length": setup.arrangement.length if setup.arrangement else 0.0,
         "trigger_distance": trigger.distance if trigger else 0.0,
@@ -183,22 +181,11 @@ def _scalars(setup: Setup) -> dict[str, float]:
         "trigger_longest": trigger.longest if trigger else 0.0,
         "shaped": setup.shaped,
         "perfect": all(channel.is_perfect for channel in setup.sensing.channels),
-        "side_by_side": _side_by_side(setup),
+        "alike": not (setup.phases or setup.failures or setup.trigger or setup.outside),
         "nearest_within": setup.nearest_within,
         "sensing_robots": setup.sensing.robots,
         "sensing_obstacles": setup.sensing.obstacles,
     }
-
-
-def _side_by_side(setup: Setup) -> bool:
-    """Whether the robots' outer loops can be run side by side: nothing tells one from another."""
-    told = setup.phases or setup.failures or setup.trigger or setup.outside
-    alike = not told and isinstance(setup.outer, Nsb)
-    return (
-        alike
-        and setup.axes <= AXES
-        and not any(isinstance(each, Repulsion | Behavior) for each in setup.behaviors)
-    )
 
 
 def _functions(setup: Setup) -> dict[str, Array]:
@@ -232,34 +219,34 @@ def _functions(setup: Setup) -> dict[str, Array]:
     }
 
 
-def _own(setup: Setup, behaviors: Sequence[BehaviorParameters]) -> tuple[Array, list[int]]:
-    """Parameters of the plugins' law and behaviors, and where each behavior's begin."""
-    blocks, places, end = [np.zeros(0)], [], 0
-    for each in (setup.law, *behaviors):
+def _parameters(setup: Setup, behaviors: Sequence[Behavior]) -> tuple[Array, list[int]]:
+    """Return the parameters of law and behaviors as kernels read them, and where each behavior's begin."""
+    blocks, places, end = [], [], 0
+    everything: list[Law | Behavior] = [setup.law, *behaviors]
+    for each in everything:
+        ships = type(each) in (*LAWS, *BEHAVIORS)
         places.append(end)
-        if isinstance(each, Law | Behavior):
+        if ships:
+            layout = shipped_layout(type(each))
+            blocks.append(layout.pack({"p": setup.axes}, each.packed(setup)))
+        else:
             blocks.append(block_of(each, setup.axes))
-            end += len(blocks[-1])
+        end += len(blocks[-1])
     return np.concatenate(blocks), places[1:]
 
 
-def _level(setup: Setup, behavior: BehaviorParameters, place: int) -> list[float]:
-    """One row of the ladder; a plugin's behavior has its parameters at a place of their own."""
-    column = float(setup.kinds.index(behavior.behavior))
-    if isinstance(behavior, AvoidObstacles):
-        return [
-            AVOID_OBSTACLES,
-            behavior.safe_distance,
-            setup.teammate_distance(behavior),
-            behavior.gain_margin,
-            behavior.measure == "surface",
-            behavior.gain == "printed",
-            behavior.sidestep,
-            column,
-        ]
-    if isinstance(behavior, Behavior):
-        return [OWN, 0.0, place, 0.0, 0.0, 0.0, 0.0, column]
-    return [KINDS[type(behavior)], behavior.gain, 0.0, 0.0, 0.0, 0.0, 0.0, column]
+def _number(member: Component, known: Sequence[type[Component]]) -> int:
+    """Return the place of a component's class among those that ship; one past them for a plugin's."""
+    return known.index(type(member)) if type(member) in known else len(known)
+
+
+def _level(setup: Setup, behavior: Behavior, place: int) -> list[float]:
+    """Return one row of the ladder."""
+    row = [0.0] * LEVEL_SIZE
+    row[KIND], row[PLACE] = _number(behavior, BEHAVIORS), place
+    row[COLUMN] = setup.kinds.index(behavior.behavior)
+    row[GAIN], row[IN_WORLD] = behavior.rate, behavior.frame == "world"
+    return row
 
 
 def _failures(setup: Setup) -> Array:

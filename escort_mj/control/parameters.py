@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
+UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
+
 
 class Parameters(BaseModel):
     """Base of every table of parameters that a scenario can set."""

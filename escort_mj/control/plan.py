@@ -12,10 +12,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import Chords, Repulsion, Surface, Vertices
 from escort_mj.control.cells import CELL_ROWS
 from escort_mj.control.failure import FAILURE_SIZE
-from escort_mj.control.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.program import INSTRUCTION_SIZE, PIECE_SIZE, STACK_DEPTH
 from escort_mj.control.sensing import SENSOR_SIZE
@@ -27,26 +25,15 @@ from escort_mj.signals import CAUSES, EPISODE
 Array = NDArray[np.float64]
 
 MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
-LEVEL_SIZE = 8
-SIDESTEP, COLUMN = 6, 7  # places in a row of the ladder
+LEVEL_SIZE = 5
+KIND, PLACE, COLUMN, GAIN, IN_WORLD = range(LEVEL_SIZE)
+"""Columns of the ladder: which behavior, where its parameters are, its column in the record, its gain [1/s],
+and whether it asks for a velocity in the world's frame, not in the target's."""
 PHASE_SIZE = 9
 DRIVE_SIZE = 4
-AVOID_OBSTACLES, CHORDS, SURFACE, VERTICES, REPULSION = 0.0, 1.0, 2.0, 3.0, 4.0
-KINDS = {Chords: CHORDS, Surface: SURFACE, Vertices: VERTICES, Repulsion: REPULSION}
-SLIDING, PD, COMPUTED_TORQUE, SUPER_TWISTING = 0, 1, 2, 3
 NSB, POTENTIAL_FIELD, BARRIER_FILTER = 0, 1, 2
-OWN = 9  # law or behavior of a plugin, see `own`
 OUTSIDE = -1  # law or outer loop: what it would compute is written from outside, between steps
 LOOP_KINDS = {Nsb: NSB, PotentialField: POTENTIAL_FIELD, BarrierFilter: BARRIER_FILTER}
-LAW_KINDS = {
-    ApdSmc: SLIDING,
-    Asmc: SLIDING,
-    PdSmc: SLIDING,
-    Pd: PD,
-    ComputedTorque: COMPUTED_TORQUE,
-    SuperTwisting: SUPER_TWISTING,
-}
-MAX_CYCLES = 2
 PAIRS_PER_BODY = 8  # so many can touch at once, and end between two samples; more are counted, not logged
 CELLS_PER_PAIR = 2  # of the table that finds a pair
 MAX_LEVELS = 8
@@ -70,14 +57,14 @@ class Plan(NamedTuple):
     outer: int  # one of LOOP_KINDS, or OUTSIDE
     outer_gain: float  # of the repulsion [m^4/s], or rate of the filter [1/s]
     outer_distance: float  # below which repulsion grows no further [m]
-    law: int  # one of LAW_KINDS, or OWN, or OUTSIDE
+    law: int  # place in LAWS, their number for one of a plugin, or OUTSIDE
     acceleration_filter: float
-    kp: float
+    estimate_at_start: float
+    slope: float
+    kp: float  # these six of the Lyapunov function, see `world/lyapunov`
     kd: float
     k: float
     mu: float
-    rho_hat_0: float
-    slope: float
     boundary_layer: float
     smoothing: int
     anti_windup: bool
@@ -91,13 +78,13 @@ class Plan(NamedTuple):
     shaped: bool  # whether some obstacle is no sphere
     nearest_within: float  # from here on the box around a shape will do for its nearest point [m]
     perfect: bool  # whether what is measured is the truth
-    side_by_side: bool  # whether all robots run one ladder at every step, see `side_by_side`
+    alike: bool  # whether all robots run one ladder at every step
     sensing_robots: float  # how far robots see each other, surface to surface [m]
     sensing_obstacles: float
-    own: Annotated[Array, "own"]  # parameters of plugins, the law's first: see `own/numbers`
+    parameters: Annotated[Array, "parameters"]  # of the law, then of the behaviors: see `component`
     sensors: Annotated[Array, 4, SENSOR_SIZE]  # see `sensing`
     bias: Annotated[Array, "biased", "p"]
-    ladder: Annotated[Array, "levels", LEVEL_SIZE]  # kind, then the behavior's own numbers
+    ladder: Annotated[Array, "levels", LEVEL_SIZE]  # see the columns above
     phases: Annotated[Array, "phases", PHASE_SIZE]  # see `supervisor`
     predecessors: Annotated[Array, "cycles", "n"]
     vertices: Annotated[Array, "vertices", "p"]  # unit vectors; (0, p) where no behavior asks for them
@@ -193,10 +180,8 @@ class State(NamedTuple):
     latched: Annotated[Array, "n", "phases"]  # 1 while a phase's condition holds
     held: Annotated[Array, "n", "held"]  # at the last run of the outer loop, see `trigger`
     fresh: Annotated[Array, "n"]  # 1 where the outer loop runs now
-    tasks: Annotated[Array, (2 + MAX_CYCLES) * MAX_LEVELS, "p"]  # scratch of `conflicts`
     past: Annotated[Array, "past", "p"]  # see `measure`
     clock: Annotated[Array, CLOCK_SIZE]  # see the constants below
-    switching: Annotated[Array, "n*p"]  # scratch, the smoothed sign of s
     stack: Annotated[Array, 2 * STACK_DEPTH]  # scratch of `program.evaluate`
     model_mass: Annotated[Array, "told", "p*p"]  # mass matrix of each robot, where the law is told
     model_bias: Annotated[Array, "told", "p"]  # bias force, and (0, p) likewise
@@ -204,6 +189,10 @@ class State(NamedTuple):
     v_d_rate: Annotated[Array, "differentiating", "p"]  # its derivative
     law_memory: Annotated[Array, "memories", "n", "p"]  # of a plugin's law
     law_memory_rate: Annotated[Array, "memories", "n", "p"]
+    wished_direction: Annotated[Array, "n", "p"]  # what behaviors asked robot by robot say: scratch
+    wished_velocity: Annotated[Array, "n", "p"]
+    wished_error: Annotated[Array, "n"]
+    wished_rank: Annotated[Array, "n"]
     wish_direction: Annotated[Array, "p"]  # what a plugin's behavior says of one robot
     wish_velocity: Annotated[Array, "p"]
     wish_error: Annotated[Array, 1]

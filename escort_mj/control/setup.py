@@ -9,10 +9,10 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
+from escort_mj.control.behaviors import AvoidObstacles, Behavior
 from escort_mj.control.failure import Failure
 from escort_mj.control.formation import Arrangement
-from escort_mj.control.laws import LawParameters
+from escort_mj.control.laws import Law
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, OuterLoop
 from escort_mj.control.reform import Reforming
 from escort_mj.control.sensing import Sensors
@@ -96,8 +96,8 @@ class Setup:
 
     timestep: float
     seed: int
-    behaviors: tuple[BehaviorParameters, ...]
-    law: LawParameters
+    behaviors: tuple[Behavior, ...]
+    law: Law
     radius: float
     target_feedforward: bool
     max_speed: float

@@ -8,7 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import BehaviorParameters
+from escort_mj.control.behaviors import Behavior
 from escort_mj.control.movers import obstacles_seen
 from escort_mj.control.parameters import Parameters
 from escort_mj.control.plan import Plan, State
@@ -65,7 +65,7 @@ class Phase(NamedTuple):
     """
 
     name: str
-    behaviors: tuple[BehaviorParameters, ...]
+    behaviors: tuple[Behavior, ...]
     after: float = 0.0
     before: float = math.inf
     when: Condition | None = None

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.control.outer import intrusion
+from escort_mj.control.behaviors.wish import MAX_DIRECTIONS
+from escort_mj.control.nsb import wish
 from escort_mj.control.parameters import Parameters
-from escort_mj.control.plan import AVOID_OBSTACLES, Plan, State
+from escort_mj.control.plan import GAIN, IN_WORLD, Plan, State
 from escort_mj.control.supervisor import FIRST, LEVELS
 from escort_mj.kernels import inlined, merged
+from escort_mj.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
 from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
@@ -68,6 +70,7 @@ def _refresh_some(plan: Plan, state: State) -> bool:
     losses = 0.0
     for i in range(n):
         losses += state.lost[i]
+    _note_intrusions(plan, state)
     for i in range(n):
         fires = state.lost[i] != 0.0 or state.held[i, p + UPDATED_WITH] != losses or _fires(i, plan, state)
         state.fresh[i] = 1.0 if fires else 0.0
@@ -82,20 +85,36 @@ def _refresh_some(plan: Plan, state: State) -> bool:
 
 
 @merged
+def _note_intrusions(plan: Plan, state: State) -> None:
+    """Sets `fresh` to 1 for robots into whose safe sphere something intrudes, to 0 for the others."""
+    n, p = state.q.shape
+    x, velocity = stack_rows(MAX_DIRECTIONS * p), stack_rows(p)
+    for i in range(0, n, WIDTH):
+        found = everywhere(0.0)
+        for f in range(plan.phases.shape[0]):
+            mine = abs(load(state.phase, i) - float(f)) < 0.5
+            first = int(plan.phases[f, FIRST])
+            for level in range(first, first + int(plan.phases[f, LEVELS])):
+                if plan.ladder[level, IN_WORLD] != 0.0 and any_of(mine):
+                    task = wish(i, plan.ladder[level], plan, state, x, velocity, 0)
+                    found = where(mine & (task.active > 0.5), 1.0, found)
+        store(state.fresh, i, found)
+
+
+@merged
 def _fires(i: int, plan: Plan, state: State) -> bool:
     """Whether robot i has reason to compute its reference velocity anew."""
     p = state.q.shape[1]
     held = state.held[i]
     if held[p + UPDATED_IN] != state.phase[i] + 1.0 or state.avoidance_active[i] != 0.0:
         return True
+    if state.fresh[i] != 0.0:  # something intrudes
+        return True
     phase = plan.phases[int(state.phase[i])]
     gain = 0.0
     for level in range(int(phase[FIRST]), int(phase[FIRST] + phase[LEVELS])):
-        row = plan.ladder[level]
-        if row[0] == AVOID_OBSTACLES and intrusion(i, row, plan, state) > 0.0:
-            return True
-        if gain == 0.0 and row[0] != AVOID_OBSTACLES:
-            gain = row[1]
+        if gain == 0.0:
+            gain = plan.ladder[level, GAIN]
     waited = state.time[0] - held[p + UPDATED_AT] + 0.5 * plan.timestep
     if waited < plan.trigger_dwell:
         return False

@@ -1,97 +1,115 @@
-"""The reference velocity of a robot: the paper's outer loop, or one of the baselines in its place."""
+"""The reference velocities of eight robots: the paper's outer loop, or one of the baselines in its place."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
+from escort_mj.control.behaviors.wish import MAX_DIRECTIONS
 from escort_mj.control.movers import obstacles_seen
-from escort_mj.control.nsb import UNLIMITED
-from escort_mj.control.outer import outer_loop, wish
+from escort_mj.control.nsb import (
+    AVOID_OBSTACLES,
+    compose,
+    parameters_at,
+    read_avoidance,
+    ruled,
+    set_velocities,
+    wish,
+)
 from escort_mj.control.outer_loops.barrier_filter import filter_velocity
 from escort_mj.control.outer_loops.potential_field import repulsion
-from escort_mj.control.plan import (
-    AVOID_OBSTACLES,
-    BARRIER_FILTER,
-    MAX_CYCLES,
-    OUTSIDE,
-    POTENTIAL_FIELD,
-    Plan,
-    State,
-)
-from escort_mj.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
+from escort_mj.control.parameters import UNLIMITED
+from escort_mj.control.plan import BARRIER_FILTER, IN_WORLD, KIND, OUTSIDE, POTENTIAL_FIELD
+from escort_mj.control.supervisor import FIRST, LEVELS
+from escort_mj.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.lanes import WIDTH, any_of, everywhere, load, row_of, set_row, stack_rows, store, where
 from escort_mj.on_demand import on_demand
 
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
-@merged
-def reference_velocity(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
-    """Computes one robot's reference velocity in the way that the mission says.
+
+@inlined
+def reference_velocities(i: int, plan: Plan, state: State, moved: bool) -> None:
+    """Computes the reference velocities of those robots that run their outer loop now.
 
     Args:
-        i: Which robot, from 0.
-        first: Row of the ladder where its behaviors begin.
-        levels: How many they are.
-        plan: What the controller is told.
-        state: Its state; `v_d` and `avoidance_active` are written.
+        i: First robot, from 0: i to i + 7, as far as there are so many.
+        plan: What the controller knows.
+        state: Its state; `v_d`, `avoidance_active` and `outer_updates` are written.
+        moved: Whether this is the first evaluation at the present time.
     """
-    if plan.outer == OUTSIDE:
-        return
-    if plan.outer == POTENTIAL_FIELD:
-        _add_up(i, first, levels, plan, state)
-    else:
-        outer_loop(i, first, levels, plan, state)  # without its avoidance task if a filter follows
-    if plan.outer == BARRIER_FILTER:
-        _filter(i, first, levels, plan, state)
+    for phase in range(plan.phases.shape[0]):
+        if not any_of(ruled(i, phase, plan, state)):
+            continue
+        if plan.outer == POTENTIAL_FIELD:
+            _add_up(i, phase, plan, state)
+        elif plan.outer != OUTSIDE:
+            compose(i, phase, plan, state)
+        if plan.outer == BARRIER_FILTER:
+            _filter(i, phase, plan, state)
+        if moved:
+            runs = ruled(i, phase, plan, state) & (load(state.lost, i) < 0.5)
+            store(state.outer_updates, i, load(state.outer_updates, i) + where(runs, 1.0, everywhere(0.0)))
 
 
 @on_demand
-def _add_up(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
+def _add_up(i: int, phase: int, plan: Plan, state: State) -> None:
     """Potential fields: the sum of all wishes and repulsions, slowed down where it is too fast."""
-    p = state.q.shape[1]
-    state.avoidance_active[i] = 0.0
+    n, p = state.q.shape
+    first, levels = int(plan.phases[phase, FIRST]), int(plan.phases[phase, LEVELS])
+    x, part, total = stack_rows(MAX_DIRECTIONS * p), stack_rows(p), stack_rows(p)
     for k in range(p):
-        state.v_d[i, k] = 0.0
-    if state.lost[i] != 0.0:
-        return
-    memory = stack_memory()
-    directions = matrix_at(memory, MAX_CYCLES, p)
-    weights = vector_at(memory + DOUBLE * MAX_CYCLES * p, MAX_CYCLES)
-    speeds = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 1), MAX_CYCLES)
-    part = vector_at(memory + DOUBLE * MAX_CYCLES * (p + 2), p)
-    total = state.v_d[i]
-    for k in range(p):
-        total[k] = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
+        set_row(total, k, everywhere(state.target_velocity_measured[k] if plan.target_feedforward else 0.0))
     for level in range(first, first + levels):
-        row = plan.ladder[level]
-        if row[0] == AVOID_OBSTACLES:
-            repelled = repulsion(
-                i, state.q_measured, state.lost, obstacles_seen(i, plan, state), plan.obstacle_radius,
-                plan.robot_radius, row, plan.outer_gain, plan.outer_distance, directions[0], total,
-            )  # fmt: skip
-            state.avoidance_active[i] = 1.0 if repelled else 0.0
-        else:
-            wish(i, row, plan, state, directions, weights, speeds, part)
+        if plan.ladder[level, IN_WORLD] == 0.0:
+            wish(i, plan.ladder[level], plan, state, x, part, 0)
             for k in range(p):
-                total[k] += part[k]
-    _slow_down(i, plan, state)
+                set_row(total, k, row_of(total, k) + row_of(part, k))
+    set_velocities(i, phase, total, everywhere(0.0), plan, state)
+    for robot in range(i, min(i + WIDTH, n)):
+        if not _runs(robot, phase, plan, state):
+            continue
+        for level in range(first, first + levels):
+            if plan.ladder[level, KIND] == AVOID_OBSTACLES:
+                avoid = read_avoidance(parameters_at(plan, plan.ladder[level]), 0)
+                repelled = repulsion(
+                    robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
+                    plan.obstacle_radius, plan.robot_radius, avoid, plan.outer_gain, plan.outer_distance,
+                    vector_at(stack_memory(), p), state.v_d[robot],
+                )  # fmt: skip
+                state.avoidance_active[robot] = 1.0 if repelled else 0.0
+        _slow_down(robot, plan, state)
 
 
 @on_demand
-def _filter(i: int, first: int, levels: int, plan: Plan, state: State) -> None:
+def _filter(i: int, phase: int, plan: Plan, state: State) -> None:
     """Barrier filter: changes the velocity of the escort behaviors by as little as safety takes.
 
     Slowing down the result breaks no constraint unless a distance is too small already: rest keeps them.
     """
-    moved = False
-    for level in range(first, first + levels):
-        row = plan.ladder[level]
-        if row[0] == AVOID_OBSTACLES and state.lost[i] == 0.0:
-            moved = filter_velocity(
-                i, state.q_measured, state.lost, obstacles_seen(i, plan, state), plan.obstacle_radius,
-                plan.robot_radius, row, plan.sensing_robots, plan.sensing_obstacles, plan.outer_gain,
-                state.v_d[i],
-            )  # fmt: skip
-    state.avoidance_active[i] = 1.0 if moved else 0.0
-    _slow_down(i, plan, state)
+    first, levels = int(plan.phases[phase, FIRST]), int(plan.phases[phase, LEVELS])
+    for robot in range(i, min(i + WIDTH, state.q.shape[0])):
+        if not _runs(robot, phase, plan, state):
+            continue
+        moved = False
+        for level in range(first, first + levels):
+            if plan.ladder[level, KIND] == AVOID_OBSTACLES:
+                avoid = read_avoidance(parameters_at(plan, plan.ladder[level]), 0)
+                moved = filter_velocity(
+                    robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
+                    plan.obstacle_radius, plan.robot_radius, avoid, plan.sensing_robots,
+                    plan.sensing_obstacles, plan.outer_gain, state.v_d[robot],
+                )  # fmt: skip
+        state.avoidance_active[robot] = 1.0 if moved else 0.0
+        _slow_down(robot, plan, state)
+
+
+@merged
+def _runs(robot: int, phase: int, plan: Plan, state: State) -> bool:
+    """Whether a robot is left and runs its outer loop now, by the ladder of a phase."""
+    now = plan.alike or (int(state.phase[robot]) == phase and state.fresh[robot] != 0.0)
+    return now and state.lost[robot] == 0.0
 
 
 @merged

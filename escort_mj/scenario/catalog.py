@@ -15,8 +15,9 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import BaseModel, Field, create_model
 
 from escort_mj.control.behaviors import BEHAVIORS
+from escort_mj.control.behaviors.behavior import Behavior
 from escort_mj.control.laws import LAWS
-from escort_mj.control.own.forms import Behavior, Law
+from escort_mj.control.laws.law import Law
 from escort_mj.control.plan import MAX_LEVELS
 from escort_mj.errors import PluginError
 from escort_mj.scenario.expectations import KINDS as EXPECTATIONS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Chords, Repulsion, Vertices
+from escort_mj.control.behaviors import AvoidObstacles, Behavior, Chords, Repulsion, Vertices
 from escort_mj.control.formation import chords_exist, widest_spacing
 from escort_mj.control.supervisor import Condition
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -14,14 +14,14 @@ from escort_mj.scenario.placement import robot_count
 from escort_mj.scenario.schema import Scenario
 
 
-def _ladders(scenario: Scenario) -> Iterator[tuple[Path, tuple[BehaviorParameters, ...]]]:
+def _ladders(scenario: Scenario) -> Iterator[tuple[Path, tuple[Behavior, ...]]]:
     """The mission's own behaviors and those of each phase, with their places in the file."""
     yield ("mission", "behaviors"), scenario.mission.behaviors
     for index, phase in enumerate(scenario.mission.supervisor):
         yield ("mission", "supervisor", index, "behaviors"), phase.behaviors
 
 
-def behaviors_of(scenario: Scenario) -> Iterator[tuple[Path, BehaviorParameters]]:
+def behaviors_of(scenario: Scenario) -> Iterator[tuple[Path, Behavior]]:
     """Every behavior with its place in the file."""
     for path, ladder in _ladders(scenario):
         yield from (((*path, index), behavior) for index, behavior in enumerate(ladder))

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
 from pydantic import BaseModel, BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from escort_mj.control.behaviors import BEHAVIORS, BehaviorParameters
-from escort_mj.control.laws import LAWS, LawParameters
+from escort_mj.control.behaviors import BEHAVIORS
+from escort_mj.control.behaviors import Behavior as AnyBehavior
+from escort_mj.control.laws import LAWS
+from escort_mj.control.laws import Law as AnyLaw
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
 from escort_mj.control.plan import MAX_LEVELS
@@ -88,8 +90,8 @@ def one_of(models: Sequence[type[BaseModel]], key: str, default: str | None = No
 
 
 if TYPE_CHECKING:
-    Behavior: TypeAlias = BehaviorParameters
-    Law: TypeAlias = LawParameters
+    Behavior: TypeAlias = AnyBehavior
+    Law: TypeAlias = AnyLaw
     OuterLoop: TypeAlias = OuterLoopParameters
 else:
     Behavior = one_of(BEHAVIORS, "behavior")

@@ -9,7 +9,9 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic_core import PydanticUndefined
 
-from escort_mj.control.own.forms import COMPILED, Behavior, Law, Own
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.component import COMPILED, Component
+from escort_mj.control.laws.law import Law
 from escort_mj.errors import PluginError
 from escort_mj.scenario.expectations import OwnExpectation
 from escort_mj.scenario.findings import listed, nearest
@@ -31,7 +33,7 @@ def check_shape(model: type[Any], source: str) -> None:
         PluginError: If it lacks something, or something is not as it must be.
     """
     place = f"{source}: {model.__name__}"
-    if issubclass(model, Own):
+    if issubclass(model, Component):
         check_name(model, "law" if issubclass(model, Law) else "behavior", place)
         _check_forms(model, place)
         try:
@@ -102,7 +104,7 @@ def check_defaults(model: type[Any], place: str) -> None:
             raise PluginError(f"{place}: the parameter {name} has no default")
 
 
-def _check_forms(model: type[Own], place: str) -> None:
+def _check_forms(model: type[Component], place: str) -> None:
     """A form is there, and takes what it is called with."""
     forms, method = model.forms(), model.method
     if forms.python is None and forms.kernel is None:
@@ -115,7 +117,7 @@ def _check_forms(model: type[Own], place: str) -> None:
             _check_signature(function, _wanted(model), place)
 
 
-def _wanted(model: type[Own]) -> list[str]:
+def _wanted(model: type[Component]) -> list[str]:
     return next(names for base, names in PARAMETERS.items() if issubclass(model, base))
 
 

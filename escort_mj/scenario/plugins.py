@@ -23,7 +23,9 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationError
 
-from escort_mj.control.own.forms import Behavior, Law, Own
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.component import Component
+from escort_mj.control.laws.law import Law
 from escort_mj.control.parameters import Parameters
 from escort_mj.errors import PluginError
 from escort_mj.scenario.expectations import OwnExpectation
@@ -205,7 +207,7 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
 
 
 def _keep(key: tuple[str, str], plugin: Plugin) -> Plugin:
-    for member in plugin.of(Own):
+    for member in plugin.of(Component):
         member.digest = plugin.source.sha256
     _loaded[key] = plugin
     return plugin

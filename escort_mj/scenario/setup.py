@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from escort_mj.control.behaviors import BehaviorParameters, Chords, Vertices
+from escort_mj.control.behaviors import Behavior, Chords, Vertices
 from escort_mj.control.formation import Arrangement, arrange
 from escort_mj.control.reform import Reforming, reforming
 from escort_mj.control.setup import Mover, Setup
@@ -91,7 +91,7 @@ def _phases(scenario: Scenario) -> tuple[Phase, ...]:
     )
 
 
-def all_behaviors(scenario: Scenario) -> list[BehaviorParameters]:
+def all_behaviors(scenario: Scenario) -> list[Behavior]:
     """Every behavior of every phase."""
     mission = scenario.mission
     return [*mission.behaviors, *(behavior for phase in mission.supervisor for behavior in phase.behaviors)]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from escort_mj.control.laws import LawParameters
+from escort_mj.control.laws import Law
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.catalog import catalog_of
 
 
-def controller_of(base: Scenario, law: str) -> LawParameters:
+def controller_of(base: Scenario, law: str) -> Law:
     """A law with the gains of the scenario's own law, where both have them and mean the same by them.
 
     Args:

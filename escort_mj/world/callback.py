@@ -18,7 +18,7 @@ from typing import Any
 import mujoco
 
 from escort_mj import machine_code
-from escort_mj.control.conflicts import weigh_side_by_side, weigh_tasks
+from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.controller import follow_time
 from escort_mj.control.measure import measure
 from escort_mj.machine_code import Piece
@@ -65,7 +65,6 @@ def class_pieces(axes: int | None) -> list[Piece]:
     Args:
         axes: Number of axes; None for any more.
     """
-    weigh = weigh_tasks if axes is None else weigh_side_by_side
     functions = (control_callback, sensor_callback, measure, weigh, follow_time)
     return [_piece(function, axes) for function in functions]
 

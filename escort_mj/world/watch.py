@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.movers import obstacles_seen
+from escort_mj.control.movers import obstacle_places, obstacles_seen
 from escort_mj.control.neighbors import (
     COUNT,
     FIRST,
@@ -16,7 +16,6 @@ from escort_mj.control.neighbors import (
     number_of_candidates,
 )
 from escort_mj.control.plan import SAMPLED, STEP, WATCHED_SAMPLED, WATCHED_STEP, Plan, State
-from escort_mj.control.side_by_side import obstacle_places
 from escort_mj.kernels import inlined, merged
 from escort_mj.lanes import (
     WIDTH,

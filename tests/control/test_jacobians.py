@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from escort_mj.control.reference.tasks import Task, distance, half_squared_distance, resolve
+from escort_mj.control.behaviors.task import Function, distance, half_squared_distance, resolve
 
 STEP = 1e-6
 TASKS = (half_squared_distance, distance)
@@ -74,6 +74,6 @@ def test_robot_on_its_anchor() -> None:
     np.testing.assert_array_equal(velocity[:3], 0.0)
     np.testing.assert_array_equal(projector[:3, :3], np.eye(3))
 
-    flee: Task = distance(q, anchors)
+    flee: Function = distance(q, anchors)
     np.testing.assert_array_equal(flee.value, [0.0, 1.0])
     np.testing.assert_array_equal(flee.jacobian, [[1, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, -1]])

@@ -12,7 +12,6 @@ from pydantic import ValidationError
 from escort_mj.control.behaviors import Surface
 from escort_mj.control.laws import LAWS, ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.control.reference import ReferenceController
-from escort_mj.control.reference.laws import switching
 from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
 
@@ -83,15 +82,16 @@ def simulate(setup: Setup, seconds: float, mass: float = 1.0) -> tuple[np.ndarra
 
 
 def test_gains_are_the_papers() -> None:
-    assert ApdSmc().gains() == (30.0, 50.0, 1.0, 20.0, 0.1)
-    assert Asmc().gains() == (0.0, 0.0, 80.0, 20.0, 0.1)
-    assert PdSmc().gains() == (30.0, 50.0, 1.0, 0.0, 0.0)
+    assert ApdSmc().gains() == (30.0, 50.0, 1.0, 20.0)
+    assert Asmc().gains() == (0.0, 0.0, 80.0, 20.0)
+    assert PdSmc().gains() == (30.0, 50.0, 1.0, 0.0)
+    assert [law().estimate_at_start for law in (ApdSmc, Asmc, PdSmc)] == [0.1, 0.1, 0.0]
     assert {law().slope for law in PAPER} == {20.0}
 
 
 def test_every_law_has_its_own_name() -> None:
     names = [law().law for law in LAWS]
-    assert names == ["apd_smc", "asmc", "pd_smc", "pd", "computed_torque", "super_twisting"]
+    assert names == ["apd_smc", "asmc", "computed_torque", "pd", "pd_smc", "super_twisting"]
     assert [law.needs_model for law in LAWS] == [name in ("pd", "computed_torque") for name in names]
 
 
@@ -122,10 +122,10 @@ def test_impossible_parameters_are_refused(law, wrong: dict) -> None:
 @given(st.floats(-100.0, 100.0, allow_subnormal=False), st.floats(0.01, 10.0))
 def test_switching_terms(s: float, width: float) -> None:
     for smoothing in SMOOTHINGS:
-        value = float(switching(np.array(s), smoothing, width))
+        value = float(ApdSmc(smoothing=smoothing, boundary_layer=width).switching(np.array(s)))
         assert abs(value) <= 1.0
         assert value * s >= 0.0
-        assert float(switching(np.array(-s), smoothing, width)) == -value
+        assert float(ApdSmc(smoothing=smoothing, boundary_layer=width).switching(np.array(-s))) == -value
         if abs(s) > 20.0 * width:
             assert value == pytest.approx(math.copysign(1.0, s), abs=1e-15)
 
@@ -133,9 +133,9 @@ def test_switching_terms(s: float, width: float) -> None:
 def test_switching_at_the_surface() -> None:
     zero = np.zeros(1)
     for smoothing in SMOOTHINGS:
-        assert switching(zero, smoothing, 1.0)[0] == 0.0
-    assert switching(np.array([0.5]), "saturation", 2.0)[0] == 0.25
-    assert switching(np.array([1e-300]), "sign", 1.0)[0] == 1.0
+        assert ApdSmc(smoothing=smoothing, boundary_layer=1.0).switching(zero)[0] == 0.0
+    assert ApdSmc(smoothing="saturation", boundary_layer=2.0).switching(np.array([0.5]))[0] == 0.25
+    assert ApdSmc(smoothing="sign", boundary_layer=1.0).switching(np.array([1e-300]))[0] == 1.0
 
 
 @pytest.mark.parametrize("law", PAPER)
@@ -145,7 +145,8 @@ def test_force_is_eq_9(law, smoothing: str) -> None:
     controller = ReferenceController(replace(SETUP, law=chosen))
     controller.reset(START)
     signals = controller.evaluate(0.0, START + [[0.1, -0.03]], np.array([[0.2, 0.4]]))
-    kp, kd, k, _, rho = chosen.gains()
+    kp, kd, k, _ = chosen.gains()
+    rho = chosen.estimate_at_start
     np.testing.assert_allclose(signals.e, [[-0.1, 0.03]])
     np.testing.assert_allclose(signals.e_dot, signals.v_d - signals.v_measured)
     np.testing.assert_allclose(signals.s, signals.e_dot + 7.0 * signals.e)
@@ -262,7 +263,7 @@ def test_super_twisting_is_its_equation(smoothing: str) -> None:
     controller = ReferenceController(replace(SETUP, law=law))
     controller.reset(START)
     found = controller.evaluate(0.0, *OFF_PLACE)
-    sw = switching(found.s, smoothing, 0.5)
+    sw = ApdSmc(smoothing=smoothing, boundary_layer=0.5).switching(found.s)
     np.testing.assert_allclose(found.tau, 3.0 * np.sqrt(np.abs(found.s)) * sw, rtol=1e-15)
     assert np.all(found.rho_hat == 0.0)
     after = controller.evaluate(SETUP.timestep, *OFF_PLACE)

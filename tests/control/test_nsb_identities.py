@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.control.behaviors.task import Situation, distance, half_squared_distance, resolve
 from escort_mj.control.formation import arrange
 from escort_mj.control.laws import ApdSmc
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
-from escort_mj.control.reference.behaviors import avoidance, escape_gain, intrusion
+from escort_mj.control.reference.failure import Team
 from escort_mj.control.reference.outer import spend
-from escort_mj.control.reference.tasks import distance, half_squared_distance, resolve
 from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
 
@@ -79,7 +79,7 @@ def test_projectors(axes: int, seed: int) -> None:
     setup, q, v = crowded(axes, seed)
     jacobians = [half_squared_distance(q, q[row]).jacobian for row in setup.arrangement.predecessors]
     jacobians.append(half_squared_distance(q, np.zeros(axes)).jacobian)
-    depth, intruder = intrusion(AVOID, q, setup)
+    depth, intruder = AVOID.intrusion(q, setup)
     jacobians.append(np.where(depth[:, None] > 0.0, distance(q, intruder).jacobian, 0.0))
     for jacobian in jacobians:
         _, projector = resolve(jacobian, np.zeros(len(q)))
@@ -97,7 +97,7 @@ def test_the_highest_task_is_carried_out_exactly(axes: int, seed: int, share: fl
     setup, q, v = crowded(axes, seed)
     setup = replace(setup, behaviors=(AVOID.model_copy(update={"sidestep": share}), CHORDS, SURFACE))
     signals = evaluate(setup, q, v)
-    depth, intruder = intrusion(AVOID, q, setup)
+    depth, intruder = AVOID.intrusion(q, setup)
     active = depth > 0.0
     assert 0 < active.sum() < len(q) or seed % 4 != 0  # seed 0 has both kinds of robots
     np.testing.assert_array_equal(signals.avoidance_active, active)
@@ -116,7 +116,7 @@ def test_sidestep_fills_up_what_is_left_along_the_sphere(axes: int, seed: int) -
     stepped = replace(setup, behaviors=(AVOID.model_copy(update={"sidestep": 3.0}), CHORDS, SURFACE))
     added = evaluate(stepped, q, v).v_d - plain
     escort = evaluate(replace(setup, behaviors=(CHORDS, SURFACE)), q, v).v_d
-    depth, intruder = intrusion(AVOID, q, setup)
+    depth, intruder = AVOID.intrusion(q, setup)
     for i in range(len(q)):
         r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
         left = np.linalg.norm(escort[i] - (escort[i] @ r) * r)
@@ -135,7 +135,7 @@ def test_avoidance_leaves_the_tangent_to_the_escort(axes: int, seed: int) -> Non
     setup, q, v = crowded(axes, seed)
     v_d = evaluate(setup, q, v).v_d
     escort = evaluate(replace(setup, behaviors=(CHORDS, SURFACE)), q, v).v_d
-    depth, intruder = intrusion(AVOID, q, setup)
+    depth, intruder = AVOID.intrusion(q, setup)
     for i in range(len(q)):
         if depth[i] <= 0.0:
             np.testing.assert_allclose(v_d[i], escort[i], rtol=1e-12)
@@ -193,7 +193,7 @@ def test_gain_solves_eq_23(depth: float, speed: float, error: float) -> None:
     """x = lambda* sigma~ makes |e_dot|^2 = gamma^2 |e|^2 + 2 gamma |e| |e_dot|, taken in norms."""
     slope = 20.0
     avoid = AvoidObstacles(gain_margin=0.0)
-    x = float(escape_gain(avoid, *(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
+    x = float(avoid.escape_gain(*(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
     g = slope * error
     assert x == pytest.approx(speed + (math.sqrt(2.0) - 1.0) * g, rel=1e-10)
     scale = (speed + g) ** 2 + 1e-300
@@ -205,7 +205,7 @@ def test_printed_gain_never_draws_a_robot_in(depth: float, speed: float, error: 
     """The printed root solves its own quadratic where that is real, and never is negative."""
     slope, g = 20.0, 20.0 * error
     avoid = AvoidObstacles(gain="printed", gain_margin=0.0)
-    x = float(escape_gain(avoid, *(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
+    x = float(avoid.escape_gain(*(np.array([value]) for value in (depth, speed, error)), slope)[0]) * depth
     half, c = speed - 2.0 * g, g**2 + 2.0 * g * speed - speed**2
     scale = (speed + g) ** 2 + 1e-300
     assert x >= -1e-12 * (speed + g)
@@ -218,9 +218,9 @@ def test_printed_gain_never_draws_a_robot_in(depth: float, speed: float, error: 
 def test_gain_margin_adds_to_the_gain() -> None:
     one = np.ones(1)
     without, plus = AvoidObstacles(gain_margin=0.0), AvoidObstacles(gain_margin=0.4)
-    assert escape_gain(plus, one, one, one, 20.0) - escape_gain(
-        without, one, one, one, 20.0
-    ) == pytest.approx(0.4)
+    assert plus.escape_gain(one, one, one, 20.0) - without.escape_gain(one, one, one, 20.0) == pytest.approx(
+        0.4
+    )
 
 
 @st.composite
@@ -261,9 +261,10 @@ def test_avoidance_takes_its_speed_first(axes: int, seed: int) -> None:
     limit = 2.5
     signals = evaluate(replace(setup, max_speed=limit), q, v)
     assert np.all(np.linalg.norm(signals.v_d, axis=1) <= limit * (1.0 + 1e-12))
-    v1, _, active = avoidance(AVOID, q, v, signals.e, setup)
-    v1 = v1.reshape(q.shape)
-    depth, intruder = intrusion(AVOID, q, setup)
+    here = setup.target.position(0.7)
+    now = Situation(setup, Team.whole(setup), np.eye(axes), q, v, signals.e, here, 0.0 * here)
+    v1, active = AVOID.velocity(now), AVOID.active(now)
+    depth, intruder = AVOID.intrusion(q, setup)
     for i in np.flatnonzero(active):
         r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
         assert signals.v_d[i] @ r == pytest.approx(min(np.linalg.norm(v1[i]), limit), rel=1e-10)

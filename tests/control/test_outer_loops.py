@@ -1,6 +1,7 @@
 """The baselines of the outer loop: the filter's quadratic program, and the fields' repulsion."""
 
 import math
+from collections import namedtuple
 from dataclasses import replace
 
 import numpy as np
@@ -58,30 +59,32 @@ def crowd(axes: int, seed: int) -> tuple[Setup, AvoidObstacles, np.ndarray, np.n
     return setup, avoid, q, v, rng.random(n) < 0.2
 
 
-def row_of(setup: Setup, avoid: AvoidObstacles) -> np.ndarray:
-    return np.array(
-        [0.0, avoid.safe_distance, setup.teammate_distance(avoid), 0.1, avoid.measure == "surface", 0.0]
-    )
+Numbers = namedtuple("Numbers", AvoidObstacles.numbers())
+
+
+def numbers_of(setup: Setup, avoid: AvoidObstacles) -> Numbers:
+    """The behavior's parameters as kernels see them."""
+    return Numbers(**avoid.packed(setup))
 
 
 @jitted
-def filter_all(q, lost, position, radius, robot_radius, row, rate, v, moved):
+def filter_all(q, lost, position, radius, robot_radius, avoid, rate, v, moved):
     if q.shape[1] == 2 or q.shape[1] == 3:
         for i in range(q.shape[0]):
             moved[i] = filter_velocity(
-                i, q, lost, position, radius, robot_radius, row, np.inf, np.inf, rate, v[i]
+                i, q, lost, position, radius, robot_radius, avoid, np.inf, np.inf, rate, v[i]
             )
 
 
 @jitted
-def repel_all(q, lost, position, radius, robot_radius, row, gain, least, direction, v, moved):
+def repel_all(q, lost, position, radius, robot_radius, avoid, gain, least, direction, v, moved):
     for i in range(q.shape[0]):
-        moved[i] = repulsion(i, q, lost, position, radius, robot_radius, row, gain, least, direction, v[i])
+        moved[i] = repulsion(i, q, lost, position, radius, robot_radius, avoid, gain, least, direction, v[i])
 
 
 def by_kernel(loop, setup, avoid, nominal, q, lost):
     v, moved = nominal.copy(), np.zeros(len(q))
-    bodies = (setup.obstacle_position, setup.obstacle_radius, setup.robot_radius, row_of(setup, avoid))
+    bodies = (setup.obstacle_position, setup.obstacle_radius, setup.robot_radius, numbers_of(setup, avoid))
     if isinstance(loop, BarrierFilter):
         filter_all(q, lost.astype(float), *bodies, loop.rate, v, moved)
     else:

@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from escort_mj.control.own.forms import Law
+from escort_mj.control.laws.law import Law
 from escort_mj.errors import PluginError, ScenarioError
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_scenario, parse_scenario
 from escort_mj.scenario.catalog import catalog_of, scenario_type_with

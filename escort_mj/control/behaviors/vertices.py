@@ -8,13 +8,16 @@ is the paper's condition for tasks without conflict (eq. 19).
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.control.parameters import Parameters
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.behaviors.task import Situation, Task, directions, tangential
+from escort_mj.control.behaviors.wish import Wish, across, look_at_point, square_of
+from escort_mj.control.elementary import root
 from escort_mj.kernels import DOUBLE, inlined, matrix_at, stack_memory
 from escort_mj.lanes import (
     WIDTH,
@@ -29,15 +32,49 @@ from escort_mj.lanes import (
     where,
 )
 
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
+
 Array = NDArray[np.float64]
 
 
-class Vertices(Parameters):
+class Vertices(Behavior):
     """Spreads any number of robots evenly: the vertices of the figure of least Coulomb energy."""
 
     behavior: Literal["vertices"] = "vertices"
     gain: PositiveFloat = 0.8
     """Gain of the tangential distance to the vertex [1/s]."""
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
+        x = now.q - now.c
+        across = tangential(x)
+        wanted = self.gain * (now.setup.radius * now.team.vertices @ now.rotation.T - x)
+        return (Task(across, across @ wanted.ravel()),)
+
+    def error(self, now: Situation) -> Array:
+        """Return the way to the vertex along the sphere."""
+        return np.asarray(np.linalg.norm(self.velocity(now), axis=1) / self.gain)
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        p = state.q.shape[1]
+        vertices, inward = stack_rows(p), everywhere(0.0)
+        look_at_point(i, state.q_measured, state.target_position_measured, x)
+        load_rows(state.vertices, i, vertices)
+        square = square_of(x, 0, p)
+        weight = where(square > 0.0, 1.0 / square, 0.0)
+        for k in range(p):
+            vertex = everywhere(0.0)
+            for c in range(p):
+                vertex = vertex + state.rotation[k, c] * row_of(vertices, c)
+            wanted = self.gain * (plan.radius * vertex - row_of(x, k))
+            set_row(wish, at + k, wanted)
+            inward = inward + wanted * row_of(x, k)
+        inward = inward * weight
+        for k in range(p):
+            set_row(wish, at + k, row_of(wish, at + k) - inward * row_of(x, k))
+        return across(weight, root(square_of(wish, at, p)) / self.gain)
 
 
 @inlined
@@ -124,41 +161,14 @@ def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) 
             h[a, b] = total(row_of(sums, a * p + b))
 
 
-@inlined
-def to_vertex(
-    robot: int, q: Array, center: Array, radius: float, gain: float, vertices: Array, rotation: Array,
-    direction: Array, part: Array,
-) -> float:  # fmt: skip
-    """Velocity toward the robot's vertex, along the sphere.
+def turned(rotation: Array, q: Array, c: Array, vertices: Array) -> Array:
+    """One step of the rotation that fits the even figure to the robots, shape (p, p).
 
-    Args:
-        robot: Which robot, from 0.
-        q: Measured positions, shape (n, p) [m].
-        center: Position of the target, shape (p,) [m].
-        radius: Distance to keep from the target [m].
-        gain: Gain [1/s].
-        vertices: Unit vectors in the figure's own frame, shape (n, p).
-        rotation: The figure's rotation, shape (p, p).
-        direction: Result, shape (p,): x = q_i - c, which the task leaves to lower priorities.
-        part: Result, shape (p,): the tangential velocity [m/s].
-
-    Returns:
-        1 / |x|^2 [1/m^2]; 0 where x is 0.
+    A skew step to where the correlation of robots and turned vertices is symmetric, then one Newton-Schulz
+    step back to the rotations.
     """
-    p = q.shape[1]
-    square = 0.0
-    for k in range(p):
-        direction[k] = q[robot, k] - center[k]
-        square += direction[k] * direction[k]
-    weight = 1.0 / square if square > 0.0 else 0.0
-    along = 0.0
-    for k in range(p):
-        vertex = 0.0
-        for c in range(p):
-            vertex += rotation[k, c] * vertices[robot, c]
-        part[k] = gain * (radius * vertex - direction[k])
-        along += part[k] * direction[k]
-    along *= weight
-    for k in range(p):
-        part[k] -= along * direction[k]
-    return weight
+    m = directions(q - c).T @ vertices @ rotation.T
+    if np.trace(m) <= 0.0:
+        return rotation
+    rotation = rotation + (m - m.T) / np.trace(m) @ rotation
+    return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))

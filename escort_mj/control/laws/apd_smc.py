@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.control.laws.sliding import SlidingModeLaw
-from escort_mj.control.laws.tracking import Gains
+from escort_mj.control.laws.sliding import SlidingModeLaw, switching
+from escort_mj.control.own.views import LawView
+from escort_mj.lanes import Lanes, load
+
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
 
 class ApdSmc(SlidingModeLaw):
@@ -26,12 +30,15 @@ class ApdSmc(SlidingModeLaw):
     initial_estimate: float = 0.1
     """Estimate of the reference torque at the start, every axis [N] (paper: rho_hat_0)."""
 
-    def gains(self) -> Gains:
-        """Eq. 9 as it stands."""
-        return Gains(
-            self.proportional_gain,
-            self.derivative_gain,
-            self.switching_gain,
-            self.adaptation_rate,
-            self.initial_estimate,
-        )
+    def force(self, robots: LawView) -> None:
+        """Write eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s), and eq. 10, d rho_hat/dt = mu s."""
+        pd = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
+        robots.tau[:] = robots.rho_hat + pd + self.switching_gain * self.switching(robots.s)
+        robots.rho_hat_rate[:] = self.adaptation_rate * robots.s
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        s = load(state.s, at)
+        tau = load(state.rho_hat, at) + self.proportional_gain * load(state.e, at)
+        tau = tau + self.derivative_gain * load(state.e_dot, at)
+        return tau + self.switching_gain * switching(self, s), self.adaptation_rate * s

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.control.laws.sliding import SlidingModeLaw
-from escort_mj.control.laws.tracking import Gains
+from escort_mj.control.laws.sliding import SlidingModeLaw, switching
+from escort_mj.control.own.views import LawView
+from escort_mj.lanes import Lanes, load
+
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
 
 class Asmc(SlidingModeLaw):
@@ -24,6 +28,12 @@ class Asmc(SlidingModeLaw):
     initial_estimate: float = 0.1
     """Estimate of the reference torque at the start, every axis [N] (paper: rho_hat_0)."""
 
-    def gains(self) -> Gains:
-        """Eq. 9 without its PD part."""
-        return Gains(0.0, 0.0, self.switching_gain, self.adaptation_rate, self.initial_estimate)
+    def force(self, robots: LawView) -> None:
+        """Write tau = rho_hat + k_a sgn(s), d rho_hat/dt = mu s: eq. 9 without its PD part."""
+        robots.tau[:] = robots.rho_hat + self.switching_gain * self.switching(robots.s)
+        robots.rho_hat_rate[:] = self.adaptation_rate * robots.s
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        s = load(state.s, at)
+        return load(state.rho_hat, at) + self.switching_gain * switching(self, s), self.adaptation_rate * s

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.control.laws.tracking import Gains, TrackingLaw
+from escort_mj.control.laws.law import Law
+from escort_mj.control.own.views import LawView
+from escort_mj.lanes import Lanes, everywhere, load
+
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
 
-class Pd(TrackingLaw):
+class Pd(Law):
     """PD and the model's bias force: tau = k_p e + k_d e_dot + g (Takegaki and Arimoto 1981).
 
     The bias force is MuJoCo's own, exact: gravity and what velocities add (Coriolis, centrifugal). Nothing
@@ -24,6 +29,12 @@ class Pd(TrackingLaw):
     derivative_gain: NonNegativeFloat = 50.0
     """Gain of the velocity error [N s/m]."""
 
-    def gains(self) -> Gains:
-        """k_p and k_d."""
-        return Gains(self.proportional_gain, self.derivative_gain, 0.0, 0.0, 0.0)
+    def force(self, robots: LawView) -> None:
+        """Write tau = k_p e + k_d e_dot + bias."""
+        robots.tau[:] = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
+        robots.tau[:] += robots.model_bias
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        pd = self.proportional_gain * load(state.e, at) + self.derivative_gain * load(state.e_dot, at)
+        return pd + load(state.model_bias, at), everywhere(0.0)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.control.laws.sliding import SlidingModeLaw
-from escort_mj.control.laws.tracking import Gains
+from escort_mj.control.laws.sliding import SlidingModeLaw, switching
+from escort_mj.control.own.views import LawView
+from escort_mj.lanes import Lanes, everywhere, load
+
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
 
 class PdSmc(SlidingModeLaw):
@@ -22,6 +26,12 @@ class PdSmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 1.0
     """Gain of the switching term [N] (paper: k)."""
 
-    def gains(self) -> Gains:
-        """Eq. 9 with the estimate held at zero."""
-        return Gains(self.proportional_gain, self.derivative_gain, self.switching_gain, 0.0, 0.0)
+    def force(self, robots: LawView) -> None:
+        """Write tau = k_p e + k_d e_dot + k sgn(s): eq. 9 with the estimate held at 0."""
+        pd = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
+        robots.tau[:] = pd + self.switching_gain * self.switching(robots.s)
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        pd = self.proportional_gain * load(state.e, at) + self.derivative_gain * load(state.e_dot, at)
+        return pd + self.switching_gain * switching(self, load(state.s, at)), everywhere(0.0)

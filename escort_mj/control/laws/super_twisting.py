@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-import math
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
+import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.control.laws.sliding import SlidingModeLaw
-from escort_mj.control.laws.tracking import Gains
-from escort_mj.kernels import inlined
+from escort_mj.control.elementary import root
+from escort_mj.control.laws.sliding import SlidingModeLaw, switching
+from escort_mj.control.own.views import LawView
+from escort_mj.lanes import Lanes, load
+
+if TYPE_CHECKING:
+    from escort_mj.control.plan import Plan, State
 
 
 class SuperTwisting(SlidingModeLaw):
@@ -32,12 +36,14 @@ class SuperTwisting(SlidingModeLaw):
     integral_gain: NonNegativeFloat = 4.0
     """Rate of the integral term [N/s] (k_2)."""
 
-    def gains(self) -> Gains:
-        """k_1 stands for the switching gain, k_2 for the rate of the estimate."""
-        return Gains(0.0, 0.0, self.root_gain, self.integral_gain, 0.0)
+    def force(self, robots: LawView) -> None:
+        """Write tau = k_1 |s|^(1/2) sgn(s) + w and w' = k_2 sgn(s), with w in `rho_hat`."""
+        sign = self.switching(robots.s)
+        robots.tau[:] = self.root_gain * np.sqrt(np.abs(robots.s)) * sign + robots.rho_hat
+        robots.rho_hat_rate[:] = self.integral_gain * sign
 
-
-@inlined
-def twist(s: float, switched: float, k1: float) -> float:
-    """The continuous term k_1 |s|^(1/2) sgn(s), given what stands for sgn(s) [N]."""
-    return k1 * math.sqrt(abs(s)) * switched
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        s = load(state.s, at)
+        sign = switching(self, s)
+        return load(state.rho_hat, at) + self.root_gain * root(abs(s)) * sign, self.integral_gain * sign

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ def filter_velocity(
     obstacle_position: Array,
     obstacle_radius: Array,
     robot_radius: Array,
-    row: Array,
+    avoid: Any,
     sensing_robots: float,
     sensing_obstacles: float,
     rate: float,
@@ -62,7 +62,7 @@ def filter_velocity(
         obstacle_position: Centers, shape (m, p) [m].
         obstacle_radius: Shape (m,) [m].
         robot_radius: Shape (n,) [m].
-        row: The row of avoid_obstacles in the ladder.
+        avoid: Parameters of avoid_obstacles.
         sensing_robots: How far robots see each other, surface to surface [m].
         sensing_obstacles: How far robots see obstacles, likewise [m].
         rate: See `BarrierFilter` [1/s].
@@ -86,7 +86,7 @@ def filter_velocity(
     moved = False
     for _ in range(MOST_STEPS):
         cost, violated = _cost(
-            robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row,
+            robot, q, lost, obstacle_position, obstacle_radius, robot_radius, avoid,
             sensing_robots, sensing_obstacles, rate,
             nominal, v, direction, gradient, hessian, True,
         )  # fmt: skip
@@ -106,7 +106,7 @@ def filter_velocity(
             for k in range(p):
                 trial[k] = v[k] - share * step[k]
             better, violated = _cost(
-                robot, q, lost, obstacle_position, obstacle_radius, robot_radius, row,
+                robot, q, lost, obstacle_position, obstacle_radius, robot_radius, avoid,
             sensing_robots, sensing_obstacles, rate,
                 nominal, trial, direction, gradient, hessian, False,
             )  # fmt: skip
@@ -126,7 +126,7 @@ def _cost(
     obstacle_position: Array,
     obstacle_radius: Array,
     robot_radius: Array,
-    row: Array,
+    avoid: Any,
     sensing_robots: float,
     sensing_obstacles: float,
     rate: float,
@@ -148,7 +148,7 @@ def _cost(
                 hessian[k, column] = 1.0 if k == column else 0.0
     obstacles = obstacle_radius.shape[0]
     for other in range(obstacles + robot_radius.shape[0]):
-        reach, _ = reach_of(robot, other, lost, obstacle_radius, robot_radius, row)
+        reach, _ = reach_of(robot, other, lost, obstacle_radius, robot_radius, avoid)
         if reach == 0.0:
             continue
         shared = other >= obstacles and lost[other - obstacles] == 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ Array = NDArray[np.float64]
 
 @inlined
 def reach_of(
-    robot: int, other: int, lost: Array, obstacle_radius: Array, robot_radius: Array, row: Array
+    robot: int, other: int, lost: Array, obstacle_radius: Array, robot_radius: Array, avoid: Any
 ) -> tuple[float, float]:
     """How near another body may come to a robot, and what part of it is bodies.
 
@@ -24,7 +25,7 @@ def reach_of(
         lost: 1 for robots that have failed, which are obstacles (remark 2), shape (n,).
         obstacle_radius: Shape (m,) [m].
         robot_radius: Shape (n,) [m].
-        row: The row of avoid_obstacles in the ladder: see `packing.pack`.
+        avoid: Parameters of avoid_obstacles.
 
     Returns:
         Least distance of the centers, 0 for what is not avoided, and the part of it that does not count as
@@ -32,15 +33,17 @@ def reach_of(
     """
     obstacles = obstacle_radius.shape[0]
     mate = other - obstacles
-    safe, radius = row[1], 0.0
+    safe, radius = avoid.safe_distance, 0.0
     if mate < 0:
         radius = obstacle_radius[other]
     else:
         radius = robot_radius[mate]
-        safe = max(row[1], row[2]) if lost[mate] != 0.0 else row[2]
+        safe = avoid.teammate_distance
+        if lost[mate] != 0.0:
+            safe = max(safe, avoid.safe_distance)
         if mate == robot:
             safe = 0.0
-    bodies = row[4] * (robot_radius[robot] + radius)
+    bodies = float(avoid.measure) * (robot_radius[robot] + radius)
     return (safe + bodies if safe > 0.0 else 0.0), bodies
 
 

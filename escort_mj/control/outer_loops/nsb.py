@@ -1,4 +1,4 @@
-"""Null-space-based composition, the paper's outer loop; its kernels are `control/outer.py` and `nsb.py`."""
+"""Null-space-based composition, the paper's outer loop; its kernel is `control/nsb.py`."""
 
 from __future__ import annotations
 

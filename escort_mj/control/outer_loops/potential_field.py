@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ def repulsion(
     obstacle_position: Array,
     obstacle_radius: Array,
     robot_radius: Array,
-    row: Array,
+    avoid: Any,
     gain: float,
     least_distance: float,
     direction: Array,
@@ -53,7 +53,7 @@ def repulsion(
         obstacle_position: Centers, shape (m, p) [m].
         obstacle_radius: Shape (m,) [m].
         robot_radius: Shape (n,) [m].
-        row: The row of avoid_obstacles in the ladder.
+        avoid: Parameters of avoid_obstacles.
         gain: Of the repulsion [m^4/s].
         least_distance: Below which it grows no further [m].
         direction: Scratch, shape (p,).
@@ -64,7 +64,7 @@ def repulsion(
     """
     repelled = False
     for other in range(obstacle_radius.shape[0] + robot_radius.shape[0]):
-        reach, bodies = reach_of(robot, other, lost, obstacle_radius, robot_radius, row)
+        reach, bodies = reach_of(robot, other, lost, obstacle_radius, robot_radius, avoid)
         if reach == 0.0:
             continue
         apart = bearing(robot, other, q, obstacle_position, direction)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.nsb import INACTIVE
+from escort_mj.control.behaviors.wish import Wish, square_of
 from escort_mj.control.own.native import NO_NUMBER, NONE, note_failure, table_address
 from escort_mj.control.plan import REMEMBERED, Plan, State
 from escort_mj.kernels import (
@@ -15,10 +15,12 @@ from escort_mj.kernels import (
     call_function,
     data_address,
     double_at,
+    inlined,
     merged,
     pointer_at,
     view_addresses,
 )
+from escort_mj.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, where
 from escort_mj.on_demand import on_demand
 
 Array = NDArray[np.float64]
@@ -50,7 +52,7 @@ def own_law(plan: Plan, state: State) -> None:
         for k in range(p):
             state.tau[i, k] = 0.0
             state.rho_hat_rate[i, k] = 0.0
-    block = data_address(plan.own)
+    block = data_address(plan.parameters)
     plan_at, state_at = view_addresses(state)
     function, status = _function(block), 1
     if function != 0:
@@ -76,52 +78,57 @@ def _finite(state: State, p: int) -> bool:
     return math.isfinite(total)
 
 
-@on_demand
-def own_wish(
-    i: int,
-    offset: int,
-    plan: Plan,
-    state: State,
-    direction: Array,
-    weights: Array,
-    speeds: Array,
-    part: Array,
-) -> int:
-    """What a plugin's behavior wants of one robot: as `outer.wish`, which calls it.
+@inlined
+def own_wishes(block: int, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    """What a plugin's behavior wants of robots i to i + 7.
 
     Args:
-        i: Which robot, from 0.
-        offset: Where its parameters begin among those of all plugins.
-        plan: What the controller is told.
-        state: Its state.
-        direction: Result: the task's direction, shape (p,).
-        weights: Result: 1 / |direction|^2 comes first.
-        speeds: Result: how far the task is from done comes second [m].
-        part: Result: the wanted velocity, shape (p,) [m/s].
-
-    Returns:
-        The task's rank, as `outer.wish`.
+        block: Address of its parameters.
+        i: First robot, from 0.
+        plan: What the controller knows.
+        state: Its state; the rows `wished_...` of these robots are scratch.
+        x: Result: the task's direction, in p rows of lanes.
+        wish: Result: the wished velocity [m/s].
+        at: Its first row.
     """
-    p = part.shape[0]
+    _ask_plugin(block, i, plan, state)
+    p = state.q.shape[1]
+    rows = stack_rows(p)
+    load_rows(state.wished_direction, i, rows)
     for k in range(p):
-        state.wish_direction[k] = 0.0
-        state.wish_velocity[k] = 0.0
-    state.wish_error[0] = 0.0
-    block = data_address(plan.own) + DOUBLE * offset
+        set_row(x, k, row_of(rows, k))
+    load_rows(state.wished_velocity, i, rows)
+    for k in range(p):
+        set_row(wish, at + k, row_of(rows, k))
+    rank, square = load(state.wished_rank, i), square_of(x, 0, p)
+    active, crosswise = where(abs(rank) > 0.5, 1.0, everywhere(0.0)), where(rank < -0.5, 1.0, everywhere(0.0))
+    weight = where(square > 0.0, active / square, 0.0)
+    return Wish(1, weight, everywhere(0.0), crosswise, active, load(state.wished_error, i))
+
+
+@on_demand
+def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
+    """Calls a plugin's behavior for each of robots i to i + 7, and writes the rows `wished_...`."""
+    n, p = state.q.shape
     plan_at, state_at = view_addresses(state)
-    function, status, rank = _function(block), 1, 0
-    if function != 0:
-        status, rank = call_function(function, (block, block, plan_at, state_at, i))
-    failed = status != 0 and status != NONE
-    if failed:
-        note_failure(block, plan_at, state_at, i)
-    square = 0.0
-    if not (failed or rank == INACTIVE or _finite(state, p)):
-        note_failure(block, plan_at, state_at, NO_NUMBER - i)
-    for k in range(p):
-        direction[k] = state.wish_direction[k]
-        part[k] = math.nan if failed else state.wish_velocity[k] if rank != INACTIVE else 0.0
-        square += direction[k] * direction[k]
-    weights[0] = 1.0 / square if square > 0.0 else 0.0
-    speeds[1] = state.wish_error[0]
-    return 1 if failed else rank
+    function = _function(block)
+    for robot in range(i, min(i + WIDTH, n)):
+        for k in range(p):
+            state.wish_direction[k] = 0.0
+            state.wish_velocity[k] = 0.0
+        state.wish_error[0] = 0.0
+        status, rank = 1, 0
+        if function != 0:
+            status, rank = call_function(function, (block, block, plan_at, state_at, robot))
+        failed = status != 0 and status != NONE
+        if failed:
+            note_failure(block, plan_at, state_at, robot)
+            rank = 1
+        elif rank != 0 and not _finite(state, p):
+            note_failure(block, plan_at, state_at, NO_NUMBER - robot)
+        for k in range(p):
+            state.wished_direction[robot, k] = state.wish_direction[k] if rank != 0 else 0.0
+            wished = state.wish_velocity[k] if rank != 0 else 0.0
+            state.wished_velocity[robot, k] = math.nan if failed else wished
+        state.wished_error[robot] = state.wish_error[0] if rank != 0 else 0.0
+        state.wished_rank[robot] = rank

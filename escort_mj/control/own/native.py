@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.control.own.forms import Behavior, Law, Own
+from escort_mj.control.behaviors.behavior import Behavior
+from escort_mj.control.component import Component, layout_of
+from escort_mj.control.laws.law import Law
 from escort_mj.control.own.place import place_of
 from escort_mj.control.plan import LAYOUT, Array
 from escort_mj.errors import PluginError
@@ -43,7 +45,7 @@ class Slot(NamedTuple):
         address: Of the machine code.
     """
 
-    model: type[Own]
+    model: type[Component]
     layout: Layout
     function: Callable[..., Any]
     keep: Any
@@ -78,7 +80,7 @@ def block_of(own: Law | Behavior, axes: int) -> Array:
     return block
 
 
-def ready(model: type[Own], axes: int) -> int:
+def ready(model: type[Component], axes: int) -> int:
     """Makes a law or behavior callable for missions of so many axes.
 
     Returns:
@@ -94,9 +96,7 @@ def ready(model: type[Own], axes: int) -> int:
     number = int.from_bytes(hashlib.sha256(text.encode()).digest()[:6])
     with _lock:
         if number not in _slots:
-            fields = [*model.numbers().items()]
-            numbers = NamedTuple(f"{model.__name__}Numbers", fields)  # type: ignore[misc]
-            layout = Layout(float(number), numbers)
+            layout = layout_of(model, number)
             if compiled:
                 slot = _compiled(model, forms.kernel, layout, text, known)
             else:
@@ -111,7 +111,7 @@ def ready(model: type[Own], axes: int) -> int:
     return number
 
 
-def _compiled(model: type[Own], function: Any, layout: Layout, text: str, known: int | None) -> Slot:
+def _compiled(model: type[Component], function: Any, layout: Layout, text: str, known: int | None) -> Slot:
     """Machine code of a kernel."""
     from escort_mj.compiler.plugged import NotCompiledError, compile_function
 
@@ -124,7 +124,7 @@ def _compiled(model: type[Own], function: Any, layout: Layout, text: str, known:
     return Slot(model, layout, function, keep, address)
 
 
-def _called_back(model: type[Own], function: Callable[..., Any], layout: Layout) -> Slot:
+def _called_back(model: type[Component], function: Callable[..., Any], layout: Layout) -> Slot:
     """A C function that calls Python."""
 
     def call(result: int, error: int, own: int, _: int, plan: int, state: int, *robot: int) -> int:
@@ -147,7 +147,7 @@ def _called_back(model: type[Own], function: Callable[..., Any], layout: Layout)
     return Slot(model, layout, function, callback, ctypes.cast(callback, ctypes.c_void_p).value or 0)
 
 
-def _views(model: type[Own], layout: Layout, own: int, plan: int, state: int) -> tuple[Any, Any]:
+def _views(model: type[Component], layout: Layout, own: int, plan: int, state: int) -> tuple[Any, Any]:
     """Parameters and views of a mission, made once; what is not to be written cannot be."""
     known = _seen.get(state)
     if known is not None and known[0] == own:

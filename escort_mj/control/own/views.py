@@ -30,6 +30,7 @@ class LawView(NamedTuple):
     force_limit: Annotated[Array, "n"]  # of the motors [N]; 1e300 for none
     model_mass: Annotated[Array, "told", "p*p"]  # mass matrices, row by row [kg]; of laws that need the model
     model_bias: Annotated[Array, "told", "p"]  # bias forces [N]; likewise
+    v_d_rate: Annotated[Array, "differentiating", "p"]  # derivative of v_d; if the law asks [m/s^2]
     rho_hat: Annotated[Array, "n", "p"]  # the estimate: the integral of its rate [N]
     law_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
     tau: Annotated[Array, "n", "p"]  # written: the force demanded [N]

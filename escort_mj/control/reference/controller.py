@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.laws import ComputedTorque
-from escort_mj.control.reference.behaviors import turned
+from escort_mj.control.behaviors.task import Situation
+from escort_mj.control.behaviors.vertices import turned
+from escort_mj.control.own.views import LawView
 from escort_mj.control.reference.conflicts import Tasks, weigh
 from escort_mj.control.reference.failure import Team, motors
-from escort_mj.control.reference.laws import demand
 from escort_mj.control.reference.measure import Instruments
 from escort_mj.control.reference.outer_loops import reference_velocity
 from escort_mj.control.reference.supervisor import Holder, Supervisor
@@ -67,7 +67,7 @@ class ReferenceController:
     def reset(self, q0: Array) -> None:
         """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
         self.q_d = np.array(q0, dtype=np.float64)
-        self.rho_hat = np.full_like(self.q_d, self.setup.law.gains().rho_hat_0)
+        self.rho_hat = np.full_like(self.q_d, self.setup.law.estimate_at_start)
         self._time: float | None = None
         self._instruments = Instruments(self.setup)
         self._team = Team.whole(self.setup)
@@ -81,6 +81,8 @@ class ReferenceController:
         by_behavior = np.zeros((self.setup.count, len(self.setup.kinds)))
         self._tasks = Tasks(self._updates, *[by_behavior] * 4)
         self._v_d_before, self._a_d = self._v_d, np.zeros_like(self.q_d)
+        self._law_memory = np.zeros((self.setup.law.memories, *self.q_d.shape))
+        self._law_memory_rate = np.zeros_like(self._law_memory)
 
     def evaluate(
         self,
@@ -131,19 +133,28 @@ class ReferenceController:
         fresh = self._holder.fires(t, q_m, target, held, phase, self._avoiding, self._supervisor, lost)
         if moved and fresh.any() and setup.figure is not None:
             self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
-        tasks = self._compose(team, phase, fresh, q_m, v_m, e, target, target_velocity)
+        now = Situation(setup, team, self._rotation, q_m, v_m, e, target, target_velocity, t)
+        tasks = self._compose(now, phase, fresh)
         self._updates = self._updates + (fresh & moved & ~lost)
         v_d, active = self._v_d, self._avoiding
         if moved:
             self._v_d_before, self._a_d_before = v_d if first else before, self._a_d
-        if isinstance(law, ComputedTorque):
-            lag = law.acceleration_filter
+        if law.differentiates:
+            lag = setup.law.acceleration_filter  # type: ignore[attr-defined]
             self._a_d = (v_d - self._v_d_before + lag * self._a_d_before) / (lag + setup.timestep)
         e_dot = v_d - v_m
         s = e_dot + law.slope * e
         mass = np.broadcast_to(np.eye(setup.axes), (*q.shape, setup.axes)) if mass is None else mass
         bias = np.zeros(q.shape) if bias is None else bias
-        tau, rate = demand(law, e, e_dot, self.rho_hat, self._a_d, mass, bias)
+        if moved:
+            self._law_memory = self._law_memory + setup.timestep * self._law_memory_rate
+        robots = LawView(
+            setup.timestep, law.slope, np.array([t]), q_m, v_m, self.q_d, v_d, e, e_dot, s, setup.force_limit,
+            mass.reshape(len(q), -1), bias, self._a_d, self.rho_hat, self._law_memory, np.zeros_like(e),
+            np.zeros_like(e), np.zeros_like(self._law_memory),
+        )  # fmt: skip
+        law.force(robots)  # type: ignore[attr-defined]
+        tau, rate, self._law_memory_rate = robots.tau, robots.rho_hat_rate, robots.law_memory_rate
 
         outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & law.anti_windup
         tau[lost] = 0.0
@@ -156,30 +167,20 @@ class ReferenceController:
             target_velocity, active, lost, command, phase.astype(float), *tasks, self._updates,
         )  # fmt: skip
 
-    def _compose(
-        self,
-        team: Team,
-        phase: NDArray[np.int64],
-        fresh: Mask,
-        q: Array,
-        v: Array,
-        e: Array,
-        c: Array,
-        c_dot: Array,
-    ) -> Tasks:
+    def _compose(self, now: Situation, phase: NDArray[np.int64], fresh: Mask) -> Tasks:
         """Runs the outer loop of each phase, for the robots that it rules; returns the task signals."""
-        setup = self.setup
+        setup, team = now.setup, now.team
         step = round((self._time or 0.0) / setup.timestep)
         sampled = step % self.stride == 0 or step in self.extra
         chosen: dict[int, Tasks] = {}
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
         for number in np.unique(phase):
             ladder = self._supervisor.ladder(int(number))
-            wanted, active = reference_velocity(setup, team, ladder, self._rotation, q, v, e, c, c_dot)
+            wanted, active = reference_velocity(ladder, now)
             mine = (phase == number) & fresh
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]
             if sampled:
-                chosen[int(number)] = weigh(setup, team, ladder, self._rotation, q, v, e, c)
+                chosen[int(number)] = weigh(ladder, now)
         v_d[team.lost], avoiding[team.lost] = 0.0, False
         self._v_d, self._avoiding = v_d, avoiding
         if not sampled:

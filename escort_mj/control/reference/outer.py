@@ -7,61 +7,39 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Repulsion, Vertices
-from escort_mj.control.reference.behaviors import avoidance, escort, sidestep, spread
-from escort_mj.control.reference.failure import Team
-from escort_mj.control.setup import Setup
+from escort_mj.control.behaviors import Behavior
+from escort_mj.control.behaviors.task import Situation, resolve_all
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-def outer_loop(
-    setup: Setup,
-    team: Team,
-    behaviors: tuple[BehaviorParameters, ...],
-    rotation: Array,
-    q: Array,
-    v: Array,
-    e: Array,
-    c: Array,
-    c_dot: Array,
-) -> tuple[Array, Mask]:
+def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
     """Composes the behaviors from the lowest priority to the highest (eq. 2); v_d and who avoids.
 
     Avoidance works in the world's frame: w -> v1 + N1 w. Escort behaviors work in the target's,
     where the behaviors below move at w - c_dot: w -> c_dot + sum_c [v2_c + N2_c (w - c_dot)].
 
     Args:
-        setup: What the controller is told.
-        team: Who is left, and in which formation.
         behaviors: By priority, the most important first.
-        rotation: Of the even figure, shape (p, p).
-        q: Measured positions.
-        v: Measured velocities.
-        e: Tracking errors.
-        c: Position of the target, shape (p,) [m].
-        c_dot: Velocity of the target, shape (p,) [m/s].
+        now: The situation.
 
     Returns:
         v_d, shape (n, p) [m/s], and who avoids, shape (n,).
     """
-    c_dot = np.tile(c_dot, len(q)) * setup.target_feedforward
+    q, setup = now.q, now.setup
+    c_dot = np.tile(now.c_dot, len(q)) * setup.target_feedforward
     carried = c_dot  # what the projections leave of c_dot
     parts: list[Array] = []
     place = 0  # of c_dot among the parts: right before the highest escort behavior
     avoiding = np.zeros(len(q), dtype=bool)
     for behavior in reversed(behaviors):
-        if isinstance(behavior, AvoidObstacles):
-            velocity, projector, active = avoidance(behavior, q, v, e, setup, team.lost)
+        velocity, projector = resolve_all(behavior.team_tasks(now))
+        if behavior.frame == "world":
             below = (carried + np.sum(parts, axis=0)).reshape(q.shape)
-            velocity = velocity + sidestep(behavior, q, below, setup, team.lost).ravel()
-            carried, place, avoiding = projector @ carried, place + 1, avoiding | active
+            velocity = velocity + behavior.beside(now, below).ravel()
+            carried, place, avoiding = projector @ carried, place + 1, avoiding | behavior.active(now)
         else:
-            if isinstance(behavior, Vertices | Repulsion):
-                velocity, projector = spread(behavior, q, c, team, rotation, setup)
-            else:
-                velocity, projector = escort(behavior, q, c, team, setup)
             carried, place = c_dot + projector @ (carried - c_dot), 0
         parts = [velocity, *(projector @ part for part in parts)]
     parts.insert(place, carried)

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters, Repulsion, Vertices
+from escort_mj.control.behaviors import AvoidObstacles, Behavior
+from escort_mj.control.behaviors.task import Situation
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import STIFFNESS
-from escort_mj.control.reference.behaviors import escort, spread
-from escort_mj.control.reference.failure import Team
 from escort_mj.control.reference.measure import in_range
 from escort_mj.control.reference.outer import outer_loop
 from escort_mj.control.setup import Setup
@@ -19,39 +18,26 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-def reference_velocity(
-    setup: Setup,
-    team: Team,
-    behaviors: tuple[BehaviorParameters, ...],
-    rotation: Array,
-    q: Array,
-    v: Array,
-    e: Array,
-    c: Array,
-    c_dot: Array,
-) -> tuple[Array, Mask]:
+def reference_velocity(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
     """The outer loop that the mission asks for; arguments and results as of `outer.outer_loop`."""
+    setup, q, lost = now.setup, now.q, now.team.lost
     loop = setup.outer
-    escorting = tuple(b for b in behaviors if not isinstance(b, AvoidObstacles))
+    escorting = tuple(b for b in behaviors if b.frame == "target")
     avoiding = [b for b in behaviors if isinstance(b, AvoidObstacles)]
     active = np.zeros(len(q), dtype=bool)
     if isinstance(loop, BarrierFilter):
-        velocity, _ = outer_loop(setup, team, escorting, rotation, q, v, e, c, c_dot)
+        velocity, _ = outer_loop(escorting, now)
         for avoid in avoiding:
-            velocity, active = filtered(loop, avoid, velocity, q, setup, team.lost)
+            velocity, active = filtered(loop, avoid, velocity, q, setup, lost)
     elif isinstance(loop, PotentialField):
-        velocity = np.tile(c_dot * setup.target_feedforward, (len(q), 1))
+        velocity = np.tile(now.c_dot * setup.target_feedforward, (len(q), 1))
         for behavior in escorting:
-            if isinstance(behavior, Vertices | Repulsion):
-                wish, _ = spread(behavior, q, c, team, rotation, setup)
-            else:
-                wish, _ = escort(behavior, q, c, team, setup)
-            velocity = velocity + wish.reshape(q.shape)
+            velocity = velocity + behavior.velocity(now)
         for avoid in avoiding:
-            push, active = repulsions(loop, avoid, q, setup, team.lost)
+            push, active = repulsions(loop, avoid, q, setup, lost)
             velocity = velocity + push
     else:
-        return outer_loop(setup, team, behaviors, rotation, q, v, e, c, c_dot)
+        return outer_loop(behaviors, now)
     speed = np.linalg.norm(velocity, axis=1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(speed > setup.max_speed, setup.max_speed / speed, 1.0)

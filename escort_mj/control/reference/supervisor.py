@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, BehaviorParameters
-from escort_mj.control.reference.behaviors import intrusion
+from escort_mj.control.behaviors import AvoidObstacles, Behavior
 from escort_mj.control.reference.measure import in_range
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Condition
@@ -62,7 +61,7 @@ class Supervisor:
             phase[self.latched[number]] = number + 1
         return phase
 
-    def ladder(self, phase: int) -> tuple[BehaviorParameters, ...]:
+    def ladder(self, phase: int) -> tuple[Behavior, ...]:
         """Behaviors of a phase."""
         return self.setup.phases[phase - 1].behaviors if phase else self.setup.behaviors
 
@@ -96,10 +95,10 @@ class Holder:
         self.lost = int(lost.sum())
         for i, number in enumerate(phase):
             ladder = supervisor.ladder(int(number))
-            gain = next((b.gain for b in ladder if not isinstance(b, AvoidObstacles)), np.inf)
+            gain = next((b.rate for b in ladder if b.frame == "target" and b.rate > 0.0), np.inf)
             for behavior in ladder:
                 if isinstance(behavior, AvoidObstacles):
-                    fired[i] |= intrusion(behavior, q, self.setup, lost)[0][i] > 0.0
+                    fired[i] |= behavior.intrusion(q, self.setup, lost)[0][i] > 0.0
             bound = trigger.distance + trigger.share * float(np.linalg.norm(w[i])) / gain
             waited = t - self.since[i] + 0.5 * self.setup.timestep
             moved = float(np.linalg.norm(q[i] - c - self.place[i]))

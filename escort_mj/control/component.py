@@ -1,15 +1,19 @@
-"""Base classes of the laws and behaviors that plugins bring, and the two forms in which they are written."""
+"""What every law and behavior is made of, of the package or of a plugin: parameters, forms of its method."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, Literal, NamedTuple, get_args, get_origin
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import ConfigDict
 
-from escort_mj.control.laws.tracking import Gains, TrackingLaw
-from escort_mj.control.own.views import BEHAVIOR_OUTPUTS, LAW_OUTPUTS, BehaviorView, LawView
 from escort_mj.control.parameters import Parameters
+from escort_mj.kernels import reachable
+from escort_mj.memory import Layout, viewer
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
 
 COMPILED = "_kernel"  # ends the name of the compiled form
 
@@ -26,7 +30,7 @@ class Compiled(metaclass=_ByNumba):
 
 
 class Forms(NamedTuple):
-    """The two ways to write one method; at least one is there.
+    """The ways to write one method; a plugin's component has at least one of the first two.
 
     Attributes:
         python: In plain Python and NumPy, called at every step through the interpreter.
@@ -37,8 +41,8 @@ class Forms(NamedTuple):
     kernel: Callable[..., Any] | None
 
 
-class Own(Parameters):
-    """What laws and behaviors of plugins share; parameters are numbers, true or false, or choices."""
+class Component(Parameters):
+    """Base of laws and behaviors; kernels read parameters that are numbers, true or false, or choices."""
 
     model_config = ConfigDict(ignored_types=(Compiled,))
 
@@ -51,11 +55,13 @@ class Own(Parameters):
     prefer_kernel: ClassVar[bool] = True
     """Whether the compiled form runs, where there is one."""
     digest: ClassVar[str] = ""
-    """Tells the plugin's content; set by whoever loads it."""
+    """Identifies the plugin's content; set by what loads it."""
+    python_only: ClassVar[frozenset[str]] = frozenset({"law", "behavior"})
+    """Keys that kernels do not read."""
 
     @classmethod
     def forms(cls) -> Forms:
-        """Its forms, as written: `force` with @njit counts as compiled."""
+        """Return its forms, as written: `force` with @njit counts as compiled."""
         written = getattr(cls, cls.method, None)
         fast = getattr(cls, cls.method + COMPILED, None)
         if isinstance(written, Compiled):
@@ -64,14 +70,14 @@ class Own(Parameters):
 
     @classmethod
     def numbers(cls) -> dict[str, type]:
-        """Its parameters as kernels see them: name and type, of a choice the place of what is chosen.
+        """Return its parameters as kernels see them: name and type, of a choice the place of what is chosen.
 
         Raises:
             TypeError: If a parameter is something else.
         """
         found: dict[str, type] = {}
         for name, field in cls.model_fields.items():
-            if name in ("law", "behavior"):
+            if name in cls.python_only:
                 continue
             kind: Any = field.annotation
             if get_origin(kind) is Literal:
@@ -84,8 +90,12 @@ class Own(Parameters):
             found[name] = kind
         return found
 
-    def packed(self) -> dict[str, float]:
-        """Its parameters as numbers."""
+    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+        """Return its parameters as numbers.
+
+        Args:
+            setup: The mission, for parameters that depend on it.
+        """
         values: dict[str, float] = {}
         for name in self.numbers():
             value = getattr(self, name)
@@ -95,7 +105,7 @@ class Own(Parameters):
 
     @classmethod
     def unpacked(cls, values: dict[str, Any]) -> Any:
-        """Its parameters from numbers."""
+        """Return its parameters from numbers."""
         named = dict(values)
         for name, value in values.items():
             if choices := choices_of(cls, name):
@@ -103,42 +113,39 @@ class Own(Parameters):
         return cls.model_construct(**named)
 
 
-def choices_of(model: type[Own], name: str) -> tuple[Any, ...]:
-    """What a parameter may be chosen from; nothing for a number."""
+def choices_of(model: type[Component], name: str) -> tuple[Any, ...]:
+    """Return what a parameter may be chosen from; nothing for a number."""
     kind = model.model_fields[name].annotation
     return get_args(kind) if get_origin(kind) is Literal else ()
 
 
-class Law(TrackingLaw, Own):
-    """Base of a plugin's law: what force each robot is to have, so that it follows its reference.
+def layout_of(model: type[Component], number: int) -> Layout:
+    """Return how a component's parameters lie in memory.
 
-    A subclass has a key `law` with its name, parameters, and `force` or `force_kernel` or both, called with
-    itself (in the compiled form: with its parameters' numbers) and a `LawView`.
+    Args:
+        model: The component.
+        number: Begins the block, and says which component it belongs to.
     """
-
-    method: ClassVar[str] = "force"
-    view: ClassVar[type] = LawView
-    outputs: ClassVar[tuple[str, ...]] = LAW_OUTPUTS
-    memories: ClassVar[int] = 0
-    """How many numbers of its own are integrated for every robot and axis: `law_memory`."""
-
-    law: str
-
-    def gains(self) -> Gains:
-        """What the loop integrates begins at `initial_estimate`, where the law has such a parameter."""
-        return Gains(0.0, 0.0, 0.0, 0.0, float(getattr(self, "initial_estimate", 0.0)))
+    numbers = NamedTuple(f"{model.__name__}Numbers", [*model.numbers().items()])  # type: ignore[misc]
+    return Layout(float(number), numbers)
 
 
-class Behavior(Own):
-    """Base of a plugin's behavior: what velocity one robot is to have, and which directions that takes.
+@cache
+def reader(model: type[Component]) -> Callable[[int, int], Any]:
+    """Return a function that reads a shipped component's parameters at an address, in kernels and in Python.
 
-    A subclass has a key `behavior` with its name, parameters, and `wish` or `wish_kernel` or both, called
-    with itself (in the compiled form: with its parameters' numbers), a `BehaviorView`, and which robot it is,
-    from 0. It returns `ALONG`, `ACROSS` or `NOTHING`.
+    Its second argument says nothing; views of all kinds are made with one.
     """
+    layout = shipped_layout(model)
 
-    method: ClassVar[str] = "wish"
-    view: ClassVar[type] = BehaviorView
-    outputs: ClassVar[tuple[str, ...]] = BEHAVIOR_OUTPUTS
+    def read(address: int, axes: int) -> Any:
+        return layout.read(layout.plan, address, address)
 
-    behavior: str
+    viewer(layout, layout.plan, reachable(read, f"parameters_of_{model.__name__}"))
+    return read
+
+
+@cache
+def shipped_layout(model: type[Component]) -> Layout:
+    """Return how the parameters of a component that ships lie in memory."""
+    return layout_of(model, 0)
