@@ -57,7 +57,6 @@ def check_metric(metric: Metric, kind: type[Scenario]) -> Iterator[Row]:
     yield Row("unit", said, metric.unit if said else f"found {metric.unit!r}; expected SI, 1 for none")
     values, silent = [], 0
     for name, trace in recordings().items():
-        before = _bits(trace)
         for after, until in WINDOWS:
             found = measure(metric, trace, after, until)
             again = measure(metric, trace, after, until)
@@ -79,11 +78,8 @@ def check_metric(metric: Metric, kind: type[Scenario]) -> Iterator[Row]:
                 yield Row("within bounds", False, f"{place}: found {found.value:g}; it declares {limits}")
                 return
             values.append(found.value)
-        if _bits(trace) != before:
-            yield Row("leaves the trace", False, f"{name}: it changes what was recorded")
-            return
     yield Row("runs", True, f"{len(values)} values, {silent} times nothing to say, in {len(BESIDE)} runs")
-    yield Row("deterministic", True, "same value again, and the trace is as it was")
+    yield Row("deterministic", True, "same value again")
     yield Row("within bounds", bool(values), _range(values))
     if metric.grows:
         yield _grows(metric)
@@ -111,7 +107,6 @@ def check_expectation(member: type[OwnExpectation], kind: type[Scenario]) -> Ite
     demand = member.model_validate(_table(member))
     held = 0
     for name, trace in recordings().items():
-        before = _bits(trace)
         try:
             found, again = demand.judge(trace), demand.judge(trace)
         except Exception as error:

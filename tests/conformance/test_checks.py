@@ -113,7 +113,7 @@ class TestRecords:
             (("return float", "return -float"), "within bounds"),
             (("return float", "return 1 / 0 + float"), "runs"),
             (("return float", "COUNT.append(1)\n    return len(COUNT) + float"), "deterministic"),
-            (("return float", 'trace["tau"].values[:] += 1.0\n    return float'), "leaves the trace"),
+            (("return float", 'trace["tau"].values[:] += 1.0\n    return float'), "runs"),
             (("far.max()", "far[-1].max()"), "grows"),
             (('unit="m"', 'unit=""'), "unit"),
         ],
