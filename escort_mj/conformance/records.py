@@ -107,6 +107,7 @@ def check_expectation(member: type[OwnExpectation], kind: type[Scenario]) -> Ite
     demand = member.model_validate(_table(member))
     held = 0
     for name, trace in recordings().items():
+        before = _bits(trace)
         try:
             found, again = demand.judge(trace), demand.judge(trace)
         except Exception as error:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from escort_mj.control.component import reader
 from escort_mj.control.dispatch import one_of
-from escort_mj.control.laws import LAWS, Law
+from escort_mj.control.laws import LAWS, ApdSmc, Law
 from escort_mj.control.own.calls import own_law
 from escort_mj.control.plan import DIFFERENTIATING, OUTSIDE
 from escort_mj.kernels import data_address, inlined, reachable
@@ -83,4 +83,7 @@ def _force_of_plugin(plan: Plan, state: State) -> None:
         _demand(plan, state, at, load(state.tau, at), load(state.rho_hat_rate, at))
 
 
-_force_of = one_of([*map(_loop_of, LAWS), _force_of_plugin])
+_LOOPS = [_loop_of(law) for law in LAWS]
+_force_of = one_of([*_LOOPS, _force_of_plugin])
+DEFAULT_FORCE = _LOOPS[LAWS.index(ApdSmc)]
+"""The law of most missions: compiled with the callbacks."""
