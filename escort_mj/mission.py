@@ -335,6 +335,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     return {
         "bodies": world.bodies.names,
         "body_groups": world.bodies.groups,
+        "body_motions": world.bodies.motions,
         "body_thickness": world.thickness.tolist(),
         "groups": world.bodies.watched,
         "obstacles": obstacle_names(scenario),

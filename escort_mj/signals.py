@@ -108,7 +108,7 @@ SIGNALS: tuple[Signal, ...] = (
         "obstacle_distance",
         ("robot", "obstacle"),
         "m",
-        "true distance to each obstacle's center, or to its nearest point if it is no sphere",
+        "true distance to each obstacle's center, or to the surface if it is no sphere (negative inside)",
     ),
     Signal(
         "robot_distance_min", ("robot",), "m", "true distance to the nearest other robot, center to center"
@@ -117,7 +117,8 @@ SIGNALS: tuple[Signal, ...] = (
         "clearance",
         ("robot", "group"),
         "m",
-        "least surface-to-surface distance to any body of the group since the previous sample, inf for none",
+        "least surface-to-surface distance to any body of the group since the previous sample; "
+        "negative by how deep they overlap, inf for none",
     ),
     Signal(
         "clearance_body",
@@ -133,6 +134,13 @@ SIGNALS: tuple[Signal, ...] = (
     ),
     Signal("target_clearance_body", ("group",), "1", "the body that was so near to the target; -1 for none"),
     Signal("speed_max", ("robot",), "m/s", "largest speed since the previous sample"),
+    Signal(
+        "target_speed_max",
+        (),
+        "m/s",
+        "the target's largest displacement in a physics step since the previous sample, over the timestep",
+    ),
+    Signal("obstacle_speed_max", ("obstacle",), "m/s", "the same of each obstacle"),
     Signal(
         "kinetic_energy", (), "J", "largest kinetic energy of all that moves freely since the previous sample"
     ),

@@ -6,6 +6,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from escort_mj.control.behaviors.vertices import turn_figure
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
@@ -20,9 +23,11 @@ from escort_mj.control.program import value_of
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
-from escort_mj.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.kernels import DOUBLE, inlined, merged, stack_memory, vector_at
 from escort_mj.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
 from escort_mj.on_demand import on_demand
+
+Array = NDArray[np.float64]
 
 
 @inlined
@@ -128,7 +133,7 @@ def follow_time(plan: Plan, state: State) -> None:
     """Target and disturbance at the present time."""
     n, p = state.q.shape
     time, push, pushes = state.time[0], vector_at(stack_memory(), p), stack_rows(p)
-    follow(plan, state, push)
+    follow(plan, time, state.target_position, state.target_velocity, push)
     for k in range(p):
         if plan.target[k, 1] > 0.0:
             state.target_position[k], state.target_velocity[k] = evaluate_program(
@@ -140,3 +145,22 @@ def follow_time(plan: Plan, state: State) -> None:
         set_row(pushes, k, everywhere(push[k]))
     for i in range(0, n, WIDTH):
         store_rows(state.disturbance, i, pushes)
+
+
+@on_demand
+def target_at(plan: Plan, state: State, time: float, position: Array) -> None:
+    """Writes where the target is at a time: the place that `follow_time` finds then.
+
+    Args:
+        plan: Gives its trajectory.
+        state: Gives scratch memory.
+        time: At which [s].
+        position: Result, shape (p,) [m].
+    """
+    p, memory = state.q.shape[1], stack_memory()
+    follow(plan, time, position, vector_at(memory, p), vector_at(memory + DOUBLE * p, p))
+    for k in range(p):
+        if plan.target[k, 1] > 0.0:
+            position[k] = value_of(
+                plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
+            )

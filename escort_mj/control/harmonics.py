@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.elementary import sine_and_cosine
-from escort_mj.control.plan import Plan, State
+from escort_mj.control.plan import Plan
 from escort_mj.control.program import Op
 from escort_mj.kernels import flat, inlined
 from escort_mj.lanes import WIDTH, everywhere, load, room_for, set_row, stack_rows, store
@@ -115,15 +115,17 @@ def tabulate(sums: Sequence[Sum | None]) -> dict[str, Array]:
 
 
 @inlined
-def follow(plan: Plan, state: State, push: Array) -> None:
+def follow(plan: Plan, time: float, position: Array, velocity: Array, push: Array) -> None:
     """Writes how far target and disturbance are straight lines plus sinusoids: 0 where they are not.
 
     Args:
         plan: Gives the tables.
-        state: Gives the time; the target's position and velocity are written.
+        time: At which [s].
+        position: Result: the target's, shape (p,) [m].
+        velocity: Result: the target's, shape (p,) [m/s].
         push: Result: the disturbance, shape (p,) [N].
     """
-    p, count, time = state.q.shape[1], plan.tones.shape[1], state.time[0]
+    p, count = plan.target.shape[0], plan.tones.shape[1]
     followed = plan.lines.shape[1]
     turns, found = stack_rows(2), stack_rows(followed // WIDTH)
     for at in range(0, followed, WIDTH):
@@ -143,6 +145,6 @@ def follow(plan: Plan, state: State, push: Array) -> None:
             store(found, at, (a + b) + (c + d))
     values = flat(found)
     for k in range(p):
-        state.target_position[k] = values[k]
-        state.target_velocity[k] = values[p + k]
+        position[k] = values[k]
+        velocity[k] = values[p + k]
         push[k] = values[2 * p + k]

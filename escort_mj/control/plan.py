@@ -148,6 +148,8 @@ class State(NamedTuple):
     target_clearance: Annotated[Array, "watched"]
     target_clearance_body: Annotated[Array, "watched"]
     speed_max: Annotated[Array, "n"]
+    target_speed_max: Annotated[Array, 1]
+    obstacle_speed_max: Annotated[Array, "m"]
     kinetic_energy: Annotated[Array, 1]
     contacts_untold: Annotated[Array, 1]
     saturated_time: Annotated[Array, "n"]
@@ -172,6 +174,8 @@ class State(NamedTuple):
     q_d_rate: Annotated[Array, "n", "p"]
     rho_hat_rate: Annotated[Array, "n", "p"]
     force_before: Annotated[Array, "n", "p"]  # force of the step before, for its variation
+    target_before: Annotated[Array, "p"]  # places in the step before, for their displacements
+    mover_before: Annotated[Array, "movers", "p"]
     rotation: Annotated[Array, "p", "p"]  # of the even figure
     touches: Annotated[Array, 2, "pairs", TOUCH_SIZE]  # under way: of the step before and of this, by turns
     places: Annotated[Array, 2, "cells", PLACE_SIZE]  # tables that find a pair's row in `touches`
@@ -197,6 +201,7 @@ class State(NamedTuple):
     wish_velocity: Annotated[Array, "p"]
     wish_error: Annotated[Array, 1]
     obstacle_point: Annotated[Array, "seen*m", "p"]  # what robots and target see of each; see `movers`
+    obstacle_gap: Annotated[Array, "seen*m"]  # from their centers to its surface, negative inside it [m]
     mover_position: Annotated[Array, "movers", "p"]
     mover_velocity: Annotated[Array, "movers", "p"]
     mover_force: Annotated[Array, "movers", "p"]

@@ -10,12 +10,12 @@ import numpy as np
 
 from escort_mj.control.own.place import place_of
 from escort_mj.expect.sanity import sanity
-from escort_mj.record.episodes import pair
-from escort_mj.record.measures import Bodies, Measure, contacts_untold, in_words, radius_error
+from escort_mj.record.episodes import by_geometry, pair
+from escort_mj.record.measures import FORCELESS, Bodies, Measure, contacts_untold, in_words, radius_error
 from escort_mj.record.metrics import measure, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import sealed
-from escort_mj.record.touches import least_clearance, touches
+from escort_mj.record.touches import least_clearance, touches, unseen_by_mujoco
 from escort_mj.scenario.expectations import (
     ClearanceExpectation,
     ContactExpectation,
@@ -261,13 +261,17 @@ def _contacts(expectation: ContactExpectation, trace: Recorded) -> Found:
         return worst
     if untold := contacts_untold(part).value:
         return replace(worst, held=False, words=f"the contact log had no room for {untold:g} contacts")
-    near = "" if met.sizes["episode"] else _barely_missed(expectation.pair, part)
-    return replace(worst, words=worst.words + near, near_miss=worst.near_miss or bool(near))
+    if met.sizes["episode"]:
+        return worst
+    near = _barely_missed(expectation.pair, part)
+    words = worst.words + (", by geometry" if unseen_by_mujoco(trace, expectation.pair) else "") + near
+    return replace(worst, words=words, near_miss=worst.near_miss or bool(near))
 
 
 def _room(found: Found) -> float:
-    """A margin as a share of its bound."""
-    assert found.margin is not None and found.value is not None
+    """A margin as a share of its bound; least of all where nothing is known."""
+    if found.margin is None or found.value is None:
+        return -math.inf
     bound = abs(found.value + found.margin)
     return found.margin / bound if bound else found.margin
 
@@ -281,6 +285,8 @@ def _touch(subject: str, key: str, bound: Bound, met: Recorded) -> Found:
     if not count:
         margin = bound.margin(0.0)
         return Found(subject, demanded, margin >= 0.0, "none", 0.0, unit, margin=margin)
+    if unit in ("N", "N s") and by_geometry(met).any():
+        return Found(subject, demanded, False, FORCELESS, unit=unit)
     worst = int(np.argmax(met[name].values)) if name else 0
     value = float(met[name].values[worst]) if name else float(count)
     at = "episode_peak_time" if key in ("peak_force", "penetration") else "episode_start"
@@ -294,17 +300,24 @@ def _touch(subject: str, key: str, bound: Bound, met: Recorded) -> Found:
 
 def _story(met: Recorded, episode: int) -> str:
     """A touch in words."""
+    forceless = by_geometry(met)[episode]
     time, force, impulse, depth = (
         float(met[f"episode_{name}"].values[episode])
         for name in ("touch_time", "peak_force", "impulse", "depth")
     )
     lasts = f"{1e3 * time:.3g} ms" if time < 1.0 else f"{time:.3g} s"
+    if forceless:
+        return f"{lasts}, {1e3 * depth:.3g} mm deep, by geometry, which knows no force"
     return f"{lasts}, up to {force:.3g} N, {impulse:.3g} N s, {1e3 * depth:.3g} mm deep"
 
 
 def _barely_missed(sides: tuple[str, str] | None, part: Recorded) -> str:
-    """Who nearly touched in a window; empty where nobody did, or where no clearance is recorded."""
+    """Who nearly touched in a window; empty where nobody did, or where no clearance is recorded.
+
+    What is deeper than nothing touched, if only before the window and since the sample before it.
+    """
     found = least_clearance(part, sides)
-    if found.value is None or found.value >= NEAR * float(part["robot_radius"].values.min()):
+    nearest = NEAR * float(part["robot_radius"].values.min())
+    if found.value is None or not 0.0 <= found.value < nearest:
         return ""
     return f", a near miss: {1e3 * found.value:.2g} mm{_circumstances(found)}"

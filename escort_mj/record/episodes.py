@@ -56,6 +56,31 @@ def apart_from(trace: Recorded, *groups: str) -> NDArray[np.bool_]:
     return apart
 
 
+def without_forces(trace: Recorded) -> bool:
+    """Whether MuJoCo has no contacts at all in a mission, because it has more than three axes."""
+    return str(trace.attrs.get("contact_forces", "")).startswith("none")
+
+
+def moving_as(trace: Recorded, motion: str) -> NDArray[np.bool_]:
+    """Whether each body moves in a way, see `scenario.bodies`, shape (body,); traces of old do not say."""
+    names = "body_motion" if "body_motion" in trace else "body"
+    found: NDArray[np.bool_] = trace[names].values == motion
+    return found
+
+
+def by_geometry(trace: Recorded) -> NDArray[np.bool_]:
+    """Whether each episode was found by geometry alone, without forces, shape (episode,).
+
+    So are those of a target that is led with what stands, and all beyond three axes.
+    """
+    first, second = (trace[name].values for name in WHOLE)
+    if without_forces(trace):
+        return np.ones(len(first), dtype=bool)
+    led, still = moving_as(trace, "led"), moving_as(trace, "still")
+    found: NDArray[np.bool_] = (led[first] & still[second]) | (still[first] & led[second])
+    return found
+
+
 def pair(trace: Recorded, episode: int) -> tuple[str, str]:
     """Names of the two bodies of an episode."""
     first, second = (str(trace["body"].values[int(trace[name][episode])]) for name in WHOLE)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from escort_mj.record.episodes import apart_from, during, pair
+from escort_mj.record.episodes import apart_from, by_geometry, during, pair
 from escort_mj.record.evenness import energy_ratios, lost
 from escort_mj.record.means import mean
 from escort_mj.signals import CAUSES
@@ -30,6 +30,7 @@ UNOBSTRUCTED = "there are no obstacles"
 SHAPELESS = "the mission has no formation"
 BROKEN = "a robot was lost before, and the others stand in another formation"
 UNKNOWN = "the least energy of so many robots was not looked for"
+FORCELESS = "touches were found by geometry, which knows no force"
 UNTOLD = "the truth was not recorded (recording.truth)"
 NO_LYAPUNOV = "the Lyapunov function belongs to the sliding-mode laws"
 
@@ -293,6 +294,8 @@ def contacts(trace: Recorded) -> Measure:
 def contact_force_max(trace: Recorded) -> Measure:
     """Largest normal force of the touches in the window."""
     found = _touches(trace)
+    if by_geometry(found).any():
+        return Measure(None, reason=FORCELESS)
     forces = found["episode_peak_force"].values
     if not forces.any():
         return Measure(0.0)
@@ -309,24 +312,16 @@ def contacts_untold(trace: Recorded) -> Measure:
 def tunneling(trace: Recorded) -> Measure:
     """Most that two bodies can close in a step, over the thickness of the thinnest body.
 
-    At most the sum of the two largest speeds among robots, target and obstacles (these from sample to
-    sample). It is of the fastest and the thinnest.
+    At most the sum of the two largest displacements in a physics step among robots, target and obstacles. It
+    is of the fastest and the thinnest, so that it bounds what any two bodies can do.
     """
-    target = np.linalg.norm(trace["target_velocity"].values, axis=1)
-    speeds = np.column_stack([trace["speed_max"].values, target, _obstacle_speeds(trace)])
+    moving = ("speed_max", "target_speed_max", "obstacle_speed_max")
+    speeds = np.column_stack([trace[name].values for name in moving])
     steps = np.sort(speeds, axis=1)[:, -2:].sum(axis=1, keepdims=True) * trace.attrs["timestep"]
     thickness, names = trace["body_thickness"].values, trace["body"].values
     fastest = int(np.argmax(speeds[int(np.argmax(steps))]))
     bodies = str(names[fastest]), str(names[int(np.argmin(thickness))])
     return _largest(trace, steps / float(thickness.min()), lambda index: bodies)
-
-
-def _obstacle_speeds(trace: Recorded) -> np.ndarray:
-    """Mean speed of each obstacle since the previous sample, shape (time, obstacle) [m/s]."""
-    moved = np.diff(trace["obstacle_position"].values, axis=0)
-    lasts = np.diff(trace["time"].values)[:, None]
-    speed = np.linalg.norm(moved, axis=2) / lasts
-    return np.vstack([np.zeros((1, speed.shape[1])), speed])
 
 
 def kinetic_energy_max(trace: Recorded) -> Measure:

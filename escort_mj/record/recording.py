@@ -162,8 +162,9 @@ def record(
         sizes: Size of each dimension and channel, see `signals.record_size`.
         labels: `obstacles` and `behaviors` (names), `robot_mass`, `robot_radius` and `force_limit` (n,),
             `obstacle_radius` (m,), `obstacle_outline` (m, points, p), `neighbors` (edges, 2) as robots,
-            `spacing` (edges,), `bodies` and `body_groups` (names), `body_thickness` (bodies,), `groups`
-            (watched groups of bodies), and `attributes` of the run (texts and numbers; None is left out).
+            `spacing` (edges,), `bodies`, `body_groups` and `body_motions` (names), `body_thickness`
+            (bodies,), `groups` (watched groups of bodies), and `attributes` of the run (texts and numbers;
+            None is left out).
         episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
 
     Returns:
@@ -263,6 +264,9 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
         "body": names("body", "bodies", "name of the body"),
         "group": names("group", "groups", "group of bodies, or a single body"),
         "body_group": names("body", "body_groups", "group of the body"),
+        "body_motion": names(
+            "body", "body_motions", "free by its forces, driven by one, led (put where it is to be), or still"
+        ),
         "behavior": names("behavior", "behaviors", "name of the behavior"),
     }
     if sizes.get(TRUTH):

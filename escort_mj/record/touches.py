@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.episodes import during
+from escort_mj.record.episodes import during, moving_as, without_forces
 from escort_mj.record.measures import Measure
 
 if TYPE_CHECKING:
@@ -50,6 +50,22 @@ def touches(
     start, end, lasts = (found[f"episode_{name}"].values for name in ("start", "end", "touch_time"))
     inside = np.minimum(end, until) - np.maximum(start, after)
     return found.assign(episode_touch_time=("episode", np.minimum(lasts, inside)))
+
+
+def unseen_by_mujoco(trace: Recorded, sides: Sides | None) -> bool:
+    """Whether MuJoCo sees no touch at all between two sides, so that geometry alone tells.
+
+    Args:
+        trace: A trace.
+        sides: Groups or bodies; None for any two bodies.
+    """
+    if without_forces(trace):
+        return True
+    if sides is None:
+        return False
+    led, still = moving_as(trace, "led"), moving_as(trace, "still")
+    members = [_members(trace, side) for side in sides]
+    return any(bool(led[one].all() and still[other].all()) for one, other in (members, members[::-1]))
 
 
 def least_clearance(trace: Recorded, sides: Sides | None) -> Measure:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from escort_mj.scenario.expectations import ClearanceExpectation
 from escort_mj.scenario.obstacles import obstacles_of
@@ -15,6 +15,10 @@ GROUPS = (ROBOTS, TARGET, OBSTACLES, WALLS)
 """Groups whose clearances are watched; `floor` is one for contacts only."""
 
 
+BodyMotion = Literal["free", "driven", "led", "still"]
+"""Free by its own forces, driven along a motion by a force, led (put where it is to be), or still."""
+
+
 class Bodies(NamedTuple):
     """Every body that can touch another: robots, target, obstacles and walls, floor, in this order.
 
@@ -22,11 +26,13 @@ class Bodies(NamedTuple):
         names: Name of each body, shape (bodies,).
         groups: Group of each body, shape (bodies,).
         watched: Groups whose clearances are watched: `GROUPS`, then single bodies by name.
+        motions: How each body moves, shape (bodies,).
     """
 
     names: tuple[str, ...]
     groups: tuple[str, ...]
     watched: tuple[str, ...]
+    motions: tuple[BodyMotion, ...]
 
     @property
     def columns(self) -> list[tuple[int, int]]:
@@ -47,10 +53,14 @@ def obstacle_names(scenario: Scenario) -> list[str]:
 def bodies_of(scenario: Scenario) -> Bodies:
     """The bodies of a scenario."""
     robots, obstacles = robot_count(scenario), obstacles_of(scenario)
+    motions: list[BodyMotion] = ["free"] * robots
+    motions.append("led" if scenario.target.body is None else "driven")
+    motions += ["still" if body.drive is None else "driven" for body in obstacles]
     return Bodies(
         (*(f"robot_{i}" for i in range(1, robots + 1)), TARGET, *(body.name for body in obstacles), FLOOR),
         (*[ROBOTS] * robots, TARGET, *(body.group for body in obstacles), FLOOR),
         (*GROUPS, *_expected(scenario)),
+        (*motions, "still"),
     )
 
 

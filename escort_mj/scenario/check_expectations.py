@@ -102,6 +102,7 @@ def check_sides(scenario: Scenario) -> Iterator[Finding]:
     known = dict(zip(bodies.names, bodies.groups, strict=True))
     if scenario.axes != 2:
         del known[FLOOR]
+    led = scenario.target.body is None
     for index, expectation in enumerate(scenario.expect):
         sides = _sides(expectation)
         if sides is None:
@@ -109,7 +110,7 @@ def check_sides(scenario: Scenario) -> Iterator[Finding]:
         path: Path = ("expect", index, expectation.kind)
         wrong = {place: message for place, side in enumerate(sides) if (message := _side(side, known))}
         yield from (Finding((*path, place), message) for place, message in wrong.items())
-        if not wrong and (message := _impossible(expectation.kind, sides, known)):
+        if not wrong and (message := _impossible(expectation.kind, sides, known, led)):
             yield Finding(path, message)
 
 
@@ -142,13 +143,15 @@ def _side(side: str, known: dict[str, str]) -> str:
     )
 
 
-def _impossible(kind: str, sides: tuple[str, str], known: dict[str, str]) -> str:
+def _impossible(kind: str, sides: tuple[str, str], known: dict[str, str], led: bool) -> str:
     """Why two sides cannot meet; empty if they can."""
     bodies = {name for side in sides for name in _members(side, known)}
     if len(bodies) < 2:
         return f"found nothing but {bodies.pop()}, which cannot meet itself"
     if kind == ClearanceExpectation.kind and FLOOR in sides:
         return f"found the floor; clearances are measured between {', '.join(GROUPS)} and bodies of these"
+    if led and set(sides) == {TARGET, FLOOR}:
+        return "found the target and the floor; a target that is led (without target.body) never meets it"
     if not any(known[name] in (ROBOTS, TARGET) for name in bodies):
         return f"found {sides[0]} and {sides[1]}; expected robots or the target on one side at least"
     return ""

@@ -32,7 +32,7 @@ from escort_mj.world.robots import add_robots, add_start
 from escort_mj.world.sampling import room_for
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
 from escort_mj.world.surroundings import add_obstacles, add_target, set_floor, set_medium
-from escort_mj.world.wiring import thickness, wire, wiring_size
+from escort_mj.world.wiring import faces_of, thickness, wire, wiring_size
 
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
@@ -132,8 +132,8 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
         _set_contacts(tree, contact_physics(scenario), len(robots.mass))
     set_medium(tree, scenario.environment)
     _add_numbers(tree, "escort_plan", _normal(plan))
-    movers = len(setup.movers)
-    model = _wired(tree, robots, gravity_of(scenario), stages, bodies.names, movers)
+    movers, faces = len(setup.movers), faces_of(obstacles)
+    model = _wired(tree, robots, gravity_of(scenario), stages, bodies.names, movers, faces)
     return World(
         model,
         tree,
@@ -195,6 +195,7 @@ def _wired(
     stages: Sequence[Stage],
     names: Sequence[str],
     movers: int,
+    faces: NDArray[np.float64],
 ) -> mujoco.MjModel:
     """The model of a tree with its wiring, which tells where the compiler has put what.
 
@@ -208,16 +209,17 @@ def _wired(
         stages: Where the axes of the mission are.
         names: Of the bodies that can touch.
         movers: How many of these move by themselves.
+        faces: Of those that are meshes, see `faces_of`.
 
     Raises:
         PluginError: If MuJoCo refuses a body that a plugin brings.
     """
     geoms = sum(1 for _ in section(tree, "worldbody").iter("geom"))
     axes = sum(len(stage.directions) for stage in stages)
-    room = np.zeros(wiring_size(robots, axes, names, movers, geoms))
+    room = np.zeros(wiring_size(robots, axes, names, movers, geoms, len(faces)))
     elements = _add_numbers(tree, "escort_wiring", room)
     model = _first_compiled(tree, robots)
-    wiring = _normal(wire(model, robots, gravity, stages, names))
+    wiring = _normal(wire(model, robots, gravity, stages, names, faces))
     for element in elements:
         section(tree, "custom").remove(element)
     _add_numbers(tree, "escort_wiring", wiring)

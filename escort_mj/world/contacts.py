@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.movers import OBSTACLE, obstacles_seen
 from escort_mj.control.plan import Plan, State
 from escort_mj.kernels import inlined, kernel
 from escort_mj.on_demand import on_demand
@@ -140,7 +141,8 @@ def settle(state: State, time: float, timestep: float) -> None:
 def touch_overlaps(plan: Plan, state: State, target_radius: float) -> None:
     """Notes the pairs of bodies that overlap in all axes: contacts without force, where MuJoCo can find none.
 
-    In more than three axes a body's parts may lie on another's while the two are far apart.
+    In more than three axes a body's parts may lie on another's while the two are far apart. Obstacles stand
+    there.
 
     Args:
         plan: Gives obstacles and radii.
@@ -149,25 +151,23 @@ def touch_overlaps(plan: Plan, state: State, target_radius: float) -> None:
     """
     n, m = state.q.shape[0], plan.obstacle_radius.shape[0]
     begin(state)
-    for i in range(n):
-        for j in range(i + m + 1):  # robots before this one, the target, obstacles
-            other = j if j < i else j - i + n
-            radius = plan.robot_radius[i]
-            if j < i:
-                radius += plan.robot_radius[j]
-            elif j == i:
-                radius += target_radius
+    for i in range(n + 1):  # the target last
+        for other in range(n + 1 + m):
+            if i <= other <= n:
+                continue  # pairs of robots and the target count once
+            radius = plan.robot_radius[i] if i < n else target_radius
+            if other < n:
+                radius += plan.robot_radius[other]
             else:
-                radius += plan.obstacle_radius[j - i - 1]
+                radius += plan.obstacle_radius[other - n - 1]
             square, approach = 0.0, 0.0
             for k in range(state.q.shape[1]):
-                x, v = state.q[i, k], state.v[i, k]
-                if j < i:
-                    x, v = x - state.q[j, k], v - state.v[j, k]
-                elif j == i:
-                    x, v = x - state.target_position[k], v - state.target_velocity[k]
+                x = state.q[i, k] if i < n else state.target_position[k]
+                v = state.v[i, k] if i < n else state.target_velocity[k]
+                if other < n:
+                    x, v = x - state.q[other, k], v - state.v[other, k]
                 else:
-                    x -= plan.obstacle_position[j - i - 1, k]
+                    x -= state.obstacle_position[other - n - 1, k]
                 square += x * x
                 approach -= x * v
             if square < radius * radius:
@@ -175,3 +175,35 @@ def touch_overlaps(plan: Plan, state: State, target_radius: float) -> None:
                 speed = approach / distance if distance > 0.0 else 0.0
                 touch(state, state.time[0], other, i, 0.0, radius - distance, speed)
     settle(state, state.time[0], plan.timestep)
+
+
+@on_demand
+def touch_what_stands(plan: Plan, state: State, target_radius: float) -> None:
+    """Notes the obstacles at rest that a led target overlaps: MuJoCo never lets a mocap body meet these.
+
+    Contacts without force, between `begin` and `settle`.
+
+    Args:
+        plan: Gives obstacles and drives.
+        state: The target and what it sees of obstacles are read, the log of touches is written.
+        target_radius: [m].
+    """
+    n, m = state.q.shape[0], plan.obstacle_radius.shape[0]
+    seen = obstacles_seen(n, plan, state)
+    for j in range(m):
+        driven = False
+        for b in range(plan.drives.shape[0]):
+            driven = driven or plan.drives[b, OBSTACLE] == float(j)
+        if driven:
+            continue
+        square, approach, fast = 0.0, 0.0, 0.0
+        for k in range(state.q.shape[1]):
+            x, v = state.target_position[k] - seen[j, k], state.target_velocity[k]
+            square += x * x
+            approach -= x * v
+            fast += v * v
+        distance = math.sqrt(square)
+        gap = state.obstacle_gap[n * m + j] if plan.shaped else distance - plan.obstacle_radius[j]
+        if gap < target_radius:  # a center inside a shape is itself what it sees: nothing tells the normal
+            speed = approach / distance if distance > 0.0 else math.sqrt(fast)
+            touch(state, state.time[0], n, n + 1 + j, 0.0, target_radius - gap, speed)

@@ -49,7 +49,7 @@ DATA_ARRAYS = (
     "qfrc_bias",
     "qacc",
 )
-MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind", "geom_aabb")
+MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind", "geom_aabb", "geom_size", "geom_type")
 
 
 @cache

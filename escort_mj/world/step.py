@@ -12,7 +12,7 @@ from ctypes import c_int
 
 import mujoco
 
-from escort_mj.control.controller import evaluate
+from escort_mj.control.controller import evaluate, target_at
 from escort_mj.control.plan import MAGIC, Plan, State, axes_of, unpack_plan, unpack_state
 from escort_mj.kernels import (
     DOUBLE,
@@ -23,11 +23,12 @@ from escort_mj.kernels import (
     merged,
     place,
     pointer_at,
+    stack_memory,
     vector_at,
 )
 from escort_mj.lanes import copy_in, copy_numbers
 from escort_mj.on_demand import on_demand
-from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps
+from escort_mj.world.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps, touch_what_stands
 from escort_mj.world.layout import offset, size
 from escort_mj.world.mass import INT, kinetic_energy, mass_block
 from escort_mj.world.motors import command_motors
@@ -83,6 +84,12 @@ def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
             state.model_bias[i, k] = bias[k] - wiring.lift[i, k]
 
 
+@inlined
+def is_led(wiring: Wiring) -> bool:
+    """Whether the target is put where it is to be: MuJoCo lets it touch nothing that stands."""
+    return wiring.target_address[0] >= 0.0
+
+
 @merged
 def control(m: int, d: int, axes: int) -> None:
     """Evaluates the law for the present state and applies its forces."""
@@ -128,11 +135,12 @@ def control(m: int, d: int, axes: int) -> None:
         for i in range(n):
             for k in range(p):
                 applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
-    mocap = pointer_at(d + DATA_MOCAP)
-    for k in range(p if wiring.target_address[0] >= 0.0 else 0):  # where it will be when MuJoCo next looks
-        target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
-        ahead = state.target_position[k] + plan.timestep * state.target_velocity[k]
-        target[0] = wiring.target_offset[k] + ahead
+    if is_led(wiring):
+        mocap, ahead = pointer_at(d + DATA_MOCAP), vector_at(stack_memory(), p)
+        target_at(plan, state, state.time[0] + plan.timestep, ahead)  # when MuJoCo next looks
+        for k in range(p):
+            target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
+            target[0] = wiring.target_offset[k] + ahead[k]
 
 
 @merged
@@ -164,29 +172,29 @@ def look(m: int, d: int, axes: int) -> None:
         )
     if again(state):
         return
-    if axes > IN_SPACE:
-        touch_overlaps(plan, state, wiring.target_radius)
-    elif int_at(d + DATA_NCON) > 0 or state.tally[UNDER_WAY] > 0.0:
-        look_at_contacts(m, d, plan, state, wiring)
     energy = kinetic_energy(
         pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
         pointer_at(m + MODEL_COLUMNS), pointer_at(d + DATA_QVEL), int_at(m + MODEL_FREEDOMS),
         int_at(m + MODEL_ENTRIES),
     )  # fmt: skip
-    watch(plan, state, wiring.target_radius, energy)
+    overlaps = watch(plan, state, wiring.target_radius, energy)
+    if axes > IN_SPACE:
+        touch_overlaps(plan, state, wiring.target_radius)
+    elif int_at(d + DATA_NCON) > 0 or state.tally[UNDER_WAY] > 0.0 or (overlaps and is_led(wiring)):
+        look_at_contacts(m, d, plan, state, wiring)
     keep(pointer_at(d + DATA_USERDATA), plan, state)
 
 
 @on_demand
 def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> None:
-    """Notes MuJoCo's contacts of the solved step, each with its pair of bodies.
+    """Notes MuJoCo's contacts of the solved step, each with its pair of bodies, and what it cannot see.
 
     The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
     its normal velocity (their mean: in a pyramid's rows what is tangential cancels). A target that is
-    led moves without a velocity of MuJoCo's: its own is added.
+    led moves without a velocity of MuJoCo's: its own is added. What stands it meets by geometry.
     """
     target, p = state.q.shape[0], state.q.shape[1]
-    led = wiring.target_address[0] >= 0.0
+    led = is_led(wiring)
     body = wiring.geom_body
     first = pointer_at(d + DATA_CONTACT)
     forces, velocities = pointer_at(d + DATA_EFC_FORCE), pointer_at(d + DATA_EFC_VELOCITY)
@@ -212,6 +220,8 @@ def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -
                 moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL + DOUBLE * k)
                 opening += moved if body2 == target else -moved
         touch(state, state.time[0], body1, body2, force, -distance, -opening)
+    if led:
+        touch_what_stands(plan, state, wiring.target_radius)
     settle(state, state.time[0], plan.timestep)
 
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.movers import obstacle_places, obstacles_seen
 from escort_mj.control.neighbors import (
     COUNT,
     FIRST,
@@ -21,10 +20,8 @@ from escort_mj.lanes import (
     WIDTH,
     Lanes,
     any_of,
-    copy_lanes,
     everywhere,
     gather,
-    greatest,
     lane_numbers,
     load,
     load_rows,
@@ -39,6 +36,7 @@ from escort_mj.lanes import (
 from escort_mj.lanes import least as lesser
 from escort_mj.on_demand import on_demand
 from escort_mj.scenario.bodies import GROUPS
+from escort_mj.world.motion import watch_displacements, watch_motion
 
 Array = NDArray[np.float64]
 
@@ -54,7 +52,7 @@ def again(state: State) -> bool:
 
 
 @inlined
-def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float) -> None:
+def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float) -> bool:
     """Adds one solved physics step, one that was not watched before, to the record.
 
     Args:
@@ -62,6 +60,9 @@ def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float)
         state: `q`, `v`, `tau` and `force` are read; the record's worst and totals are written.
         target_radius: [m].
         kinetic_energy: Of all that moves freely [J].
+
+    Returns:
+        Whether the target overlaps an obstacle.
     """
     step = int(state.clock[STEP])
     first = state.clock[WATCHED_STEP] == 0.0
@@ -71,14 +72,16 @@ def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float)
     state.clock[WATCHED_SAMPLED] = state.clock[SAMPLED]
     state.kinetic_energy[0] = max(state.kinetic_energy[0], kinetic_energy)
     sampled = state.clock[SAMPLED] != 0.0
-    _watch_motion(plan, state, first)
-    _watch_obstacles(plan, state, target_radius, sampled)
+    watch_motion(plan, state, first)
+    watch_displacements(plan, state, first)
+    overlaps = _watch_obstacles(plan, state, target_radius, sampled)
     if state.neighbors.shape[0] > 0:
         _watch_crowd(plan, state, sampled)
     else:
         _watch_robots(plan, state, sampled)
     if state.target_clearance.shape[0] > MANY:
         _watch_single_bodies(plan, state, target_radius)
+    return overlaps
 
 
 @merged
@@ -91,39 +94,9 @@ def _forget(state: State) -> None:
             state.clearance[i, g], state.clearance_body[i, g] = math.inf, NOBODY
     for i in range(state.q.shape[0]):
         state.speed_max[i] = 0.0
-
-
-@merged
-def _watch_motion(plan: Plan, state: State, first: bool) -> None:
-    """The largest speeds, and running totals of what the motors did; eight robots at once."""
-    n, p = state.q.shape
-    dt = plan.timestep
-    velocity, forces, before, demand = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
-    for i in range(0, n, WIDTH):
-        square, effort, power = everywhere(0.0), everywhere(0.0), everywhere(0.0)
-        variation, wanted = everywhere(0.0), everywhere(0.0)
-        load_rows(state.v, i, velocity)
-        load_rows(state.force, i, forces)
-        load_rows(state.force_before, i, before)
-        load_rows(state.tau, i, demand)
-        for k in range(p):
-            v, force = row_of(velocity, k), row_of(forces, k)
-            square = square + v * v
-            effort = effort + force * force
-            power = power + force * v
-            variation = variation + abs(force - row_of(before, k))
-            wanted = greatest(wanted, abs(row_of(demand, k)))
-        fastest = load(state.speed_max, i)
-        faster = square > fastest * fastest
-        if any_of(faster):
-            store(state.speed_max, i, where(faster, math.sqrt(square), fastest))
-        store(state.effort, i, load(state.effort, i) + dt * effort)
-        store(state.work, i, load(state.work, i) + dt * abs(power))
-        if not first:
-            store(state.force_variation, i, load(state.force_variation, i) + variation)
-        saturated = where(wanted > load(plan.force_limit, i), dt, 0.0)
-        store(state.saturated_time, i, load(state.saturated_time, i) + saturated)
-    copy_lanes(state.force, state.force_before, n * p)
+    state.target_speed_max[0] = 0.0
+    for j in range(state.obstacle_speed_max.shape[0]):
+        state.obstacle_speed_max[j] = 0.0
 
 
 @inlined
@@ -148,6 +121,13 @@ def _note(least: Array, nearest: Array, g: int, square: float, bodies: float, bo
 
 
 @inlined
+def _note_clearance(least: Array, nearest: Array, g: int, clearance: float, body: int) -> None:
+    """As `_note`, for a clearance that is known."""
+    if clearance < least[g]:
+        least[g], nearest[g] = clearance, body
+
+
+@inlined
 def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, state: State) -> None:
     """As `_note`, for robots i to i + 7 and one body."""
     groups, left = state.clearance.shape[1], state.q.shape[0] - i
@@ -161,8 +141,12 @@ def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, stat
 
 
 @merged
-def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bool) -> None:
-    """Clearances to target and obstacles; in a step that is sampled also distances center to center."""
+def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bool) -> bool:
+    """Clearances to target and obstacles; in a step that is sampled also distances center to center.
+
+    Returns:
+        Whether the target overlaps an obstacle.
+    """
     q, radius = state.q, plan.robot_radius
     n, p = q.shape
     m = plan.obstacle_radius.shape[0]
@@ -188,9 +172,17 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
                 g = int(plan.columns[body, GROUP])
                 least = gather(state.clearance, i * groups + g, groups)
                 who = gather(state.clearance_body, i * groups + g, groups)
+            if plan.shaped:
+                rows = lesser(lane_numbers() + float(i), float(n - 1))
+                gap = pick(state.obstacle_gap, rows * float(m) + float(j))
+                nearer = (gap - own < least) & there(left)
+                least, who = where(nearer, gap - own, least), where(nearer, float(body), who)
+                if sampled:
+                    scatter(state.obstacle_distance, i * m + j, m, gap + plan.obstacle_radius[j])
+                continue
             square = everywhere(0.0)
             for k in range(p):
-                x = row_of(here, k) - obstacle_places(i, j, k, plan, state)
+                x = row_of(here, k) - state.obstacle_position[j, k]
                 square = square + x * x
             reach = least + (own + plan.obstacle_radius[j])
             if any_of((square < reach * reach) & there(left)):
@@ -202,16 +194,21 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
         if g >= 0:
             scatter(state.clearance, i * groups + g, groups, least)
             scatter(state.clearance_body, i * groups + g, groups, who)
-    seen = obstacles_seen(n, plan, state)
+    overlaps = False
     for j in range(m):
         body = n + 1 + j
-        square_of_target = 0.0
+        g = int(plan.columns[body, GROUP])
+        if plan.shaped:
+            clearance_of_target = state.obstacle_gap[n * m + j] - target_radius
+            overlaps = overlaps or clearance_of_target < 0.0
+            _note_clearance(state.target_clearance, state.target_clearance_body, g, clearance_of_target, body)
+            continue
+        square_of_target, bodies = 0.0, plan.obstacle_radius[j] + target_radius
         for k in range(p):
-            square_of_target += (state.target_position[k] - seen[j, k]) ** 2
-        _note(
-            state.target_clearance, state.target_clearance_body, int(plan.columns[body, GROUP]),
-            square_of_target, plan.obstacle_radius[j] + target_radius, body,
-        )  # fmt: skip
+            square_of_target += (state.target_position[k] - state.obstacle_position[j, k]) ** 2
+        overlaps = overlaps or square_of_target < bodies * bodies
+        _note(state.target_clearance, state.target_clearance_body, g, square_of_target, bodies, body)
+    return overlaps
 
 
 @inlined
@@ -239,7 +236,14 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
             if i == body:
                 continue
             square, bodies = 0.0, plan.robot_radius[i] if i < n else target_radius
-            seen = obstacles_seen(i, plan, state)
+            if body > n and plan.shaped:
+                m = plan.obstacle_radius.shape[0]
+                clearance = state.obstacle_gap[i * m + body - n - 1] - bodies
+                if i < n:
+                    _note_clearance(state.clearance[i], state.clearance_body[i], g, clearance, body)
+                else:
+                    _note_clearance(state.target_clearance, state.target_clearance_body, g, clearance, body)
+                continue
             if body > n:
                 bodies += plan.obstacle_radius[body - n - 1]
             else:
@@ -247,7 +251,7 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
             for k in range(p):
                 x = state.q[i, k] if i < n else state.target_position[k]
                 if body > n:
-                    x -= seen[body - n - 1, k]
+                    x -= state.obstacle_position[body - n - 1, k]
                 else:
                     x -= state.q[body, k] if body < n else state.target_position[k]
                 square += x * x

@@ -13,7 +13,9 @@ from escort_mj.control.attitude import Craft
 from escort_mj.control.plan import MAGIC, size_of
 from escort_mj.kernels import DOUBLE, inlined
 from escort_mj.memory import Layout, viewer
+from escort_mj.scenario.geometry import hull, rotation
 from escort_mj.scenario.kinds import ROTORS, Quadrotor
+from escort_mj.scenario.obstacle_body import Body
 from escort_mj.scenario.placement import Team
 from escort_mj.world.stages import Stage
 
@@ -42,6 +44,7 @@ class Wiring(NamedTuple):
     geom_body: Annotated[Array, "geoms"]  # which of the mission's bodies each geom belongs to, -1 for none
     robot_geom: Annotated[Array, "seers"]  # geom of each robot, and last of the target
     obstacle_geom: Annotated[Array, "m"]  # geom of each obstacle
+    faces: Annotated[Array, "faces", 5]  # of meshes: obstacle, outward normal and offset in the geom's axes
     mover_qpos: Annotated[Array, "movers"]  # first position coordinate of what moves by itself
     mover_dof: Annotated[Array, "movers"]  # and its first velocity coordinate
 
@@ -49,7 +52,7 @@ class Wiring(NamedTuple):
 LAYOUT = Layout(MAGIC, Wiring)
 
 
-def wiring_size(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int) -> int:
+def wiring_size(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int) -> int:
     """Length of a wiring.
 
     Args:
@@ -58,11 +61,14 @@ def wiring_size(team: Team, axes: int, names: Sequence[str], movers: int, geoms:
         names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
         movers: How many of these move by themselves.
         geoms: Of the model.
+        faces: Of all meshes together.
     """
-    return LAYOUT.plan_size(_sizes(team, axes, names, movers, geoms))
+    return LAYOUT.plan_size(_sizes(team, axes, names, movers, geoms, faces))
 
 
-def _sizes(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int) -> dict[str, int]:
+def _sizes(
+    team: Team, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
+) -> dict[str, int]:
     robots = len(team.mass)
     return {
         "n": robots,
@@ -72,6 +78,7 @@ def _sizes(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int)
         "movers": movers,
         "flying": sum(isinstance(kind, Quadrotor) for kind in team.kind),
         "geoms": geoms,
+        "faces": faces,
     }
 
 
@@ -81,6 +88,7 @@ def wire(
     gravity: Sequence[float],
     stages: Sequence[Stage],
     names: Sequence[str],
+    faces: Array,
 ) -> Array:
     """The wiring of a compiled model as one flat vector, found by names.
 
@@ -90,6 +98,7 @@ def wire(
         gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
         names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
+        faces: Of meshes, see `faces_of`.
     """
     robots = len(team.mass)
     joints = [model.body(f"robot_{i + 1}").jntadr[0] for i in range(robots)]
@@ -117,7 +126,7 @@ def wire(
     dead_zone = [actuators.dead_zone for actuators in team.actuators]
     in_row = all((each == len(places) * np.arange(robots)).all() for each in addresses)
     return LAYOUT.pack(
-        _sizes(team, len(places), names, len(slides), model.ngeom),
+        _sizes(team, len(places), names, len(slides), model.ngeom, len(faces)),
         {
             "qpos_address": model.jnt_qposadr[joints],
             "dof_address": dofs,
@@ -136,10 +145,38 @@ def wire(
             "geom_body": geom_bodies(model, names),
             "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
             "obstacle_geom": [model.geom(f"{name}_body").id for name in obstacles],
+            "faces": _in_geoms(model, [model.geom(f"{name}_body").id for name in obstacles], faces),
             "mover_qpos": model.jnt_qposadr[slides],
             "mover_dof": model.jnt_dofadr[slides],
         },
     )
+
+
+def faces_of(bodies: Sequence[Body]) -> Array:
+    """The faces of obstacles that are meshes, as they stand in the mission.
+
+    Returns:
+        One row each: number of the obstacle from 0, outward unit normal in the world's axes, and minus the
+        distance from the obstacle's center along it [m], shape (faces, 5).
+    """
+    found = [np.zeros((0, 5))]
+    for number, body in enumerate(bodies):
+        if body.shape == "mesh":
+            planes = hull(tuple(map(tuple, body.vertices)))[1]
+            normals = planes[:, :3] @ rotation(body.orientation).T
+            found.append(np.column_stack([np.full(len(planes), number), normals, planes[:, 3]]))
+    return np.vstack(found)
+
+
+def _in_geoms(model: mujoco.MjModel, geoms: Sequence[int], faces: Array) -> Array:
+    """The same in the axes of their geoms: MuJoCo turns and moves meshes to their principal axes."""
+    found, turn = faces.copy(), np.empty(9)
+    for row in found:
+        geom = geoms[int(row[0])]
+        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+        row[4] += row[1:4] @ model.geom_pos[geom]
+        row[1:4] = row[1:4] @ turn.reshape(3, 3)
+    return found
 
 
 def geom_bodies(model: mujoco.MjModel, names: Sequence[str]) -> NDArray[np.int64]:

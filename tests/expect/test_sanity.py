@@ -108,30 +108,30 @@ class TestTunneling:
         assert found.margin == pytest.approx(1.0 - 0.01 * speed)
 
     def test_the_target_can_be_the_fastest(self):
-        trace = watched(target_velocity=[180.0, 0.0])
+        trace = watched(target_speed_max=180.0)
         assert sanity(trace, "tunneling").held
         assert sanity(trace, "tunneling").bodies == ("target", "robot_1")
-        assert not sanity(watched(target_velocity=[210.0, 0.0]), "tunneling").held
+        assert not sanity(watched(target_speed_max=210.0), "tunneling").held
 
     def test_a_fast_rock(self):
         trace = watched(rows=101)
-        trace["obstacle_position"][50:, 0, 0] = 9.0 + 0.1 * 190.0
+        trace["obstacle_speed_max"][50, 0] = 190.0
         assert sanity(trace, "tunneling").held
-        trace["obstacle_position"][50:, 0, 0] = 9.0 + 0.1 * 210.0
+        trace["obstacle_speed_max"][50, 0] = 210.0
         found = sanity(trace, "tunneling")
         assert (found.held, found.bodies, found.time) == (False, ("rock", "robot_1"), pytest.approx(5.0))
 
     def test_a_thin_rock(self):
-        trace = watched(target_velocity=[9.0, 0.0])
+        trace = watched(target_speed_max=9.0)
         trace["body_thickness"][3] = 0.02
         assert sanity(trace, "tunneling").held
-        trace["target_velocity"][:] = [11.0, 0.0]
+        trace["target_speed_max"][:] = 11.0
         found = sanity(trace, "tunneling")
         assert not found.held and found.bodies == ("target", "rock")
 
 
 def test_the_worst_of_several_checks_speaks():
-    found = sanity(watched(target_velocity=[210.0, 0.0]))
+    found = sanity(watched(target_speed_max=210.0))
     assert (found.held, found.value) == (False, pytest.approx(1.05))
     words = (
         "bodies come nearer by up to 1.05 of the thinnest's thickness a step (target and robot 1 at 0.00 s)"

@@ -67,6 +67,8 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
         "work": (("time", "robot"), np.zeros((rows, 2))),
         "lost": (("time", "robot"), np.zeros((rows, 2), int)),
         "speed_max": (("time", "robot"), np.zeros((rows, 2))),
+        "target_speed_max": ("time", np.zeros(rows)),
+        "obstacle_speed_max": (("time", "obstacle"), np.zeros((rows, 2))),
         "clearance": (("time", "robot", "group"), near),
         "clearance_body": (("time", "robot", "group"), body),
         "target_clearance": (("time", "group"), about_target),
@@ -92,6 +94,7 @@ def watched(*episodes, end=10.0, rows=11, clearance=(), target_clearance=(), **g
             "body": NAMES,
             "obstacle": ["rock", "wall_1"],
             "body_group": ("body", list(BODIES.values())),
+            "body_motion": ("body", ["free", "free", "led", "still", "still", "still"]),
         },
         attrs={"mission_radius": RADIUS, "timestep": 0.002, "gravity": 0.0, "wind": 0.0, "robots_mass": 3.0},
     )

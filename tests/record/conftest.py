@@ -52,6 +52,7 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "bodies": [*(f"robot_{i}" for i in range(1, n + 1)), "target"]
         + [*(f"rock {j}" for j in range(1, m + 1)), "floor"],
         "body_groups": [*["robots"] * n, "target", *["obstacles"] * m, "floor"],
+        "body_motions": [*["free"] * n, "led", *["still"] * m, "still"],
         "body_thickness": [0.4] * n + [0.6] + [1.0] * m + [None],
         "groups": ["robots", "target", "obstacles", "walls"],
         "behaviors": ["vertices", "surface"],

@@ -101,6 +101,7 @@ def make_run(tmp_path_factory):
             "bodies": [*(f"robot_{i + 1}" for i in range(count)), "target"]
             + [*(f"obstacle_{j + 1}" for j in range(obstacles)), "floor"],
             "body_groups": [*["robots"] * count, "target", *["obstacles"] * obstacles, "floor"],
+            "body_motions": [*["free"] * count, "led", *["still"] * obstacles, "still"],
             "body_thickness": [2 * ROBOT] * count + [2 * TARGET] + [1.0] * obstacles + [None],
             "groups": ["robots", "target", "obstacles", "walls"],
             "behaviors": ["avoid_obstacles", "surface"],
