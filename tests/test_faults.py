@@ -19,6 +19,8 @@ TOUCHES = {  # pair and time of first touch [s]: distance over speed, where that
     "run_over": [(TARGET, 5.5 / 3.0)],
     "too_hard": [(ROCK, 1.3 / 3.0)],
     "at_the_end": [(ROBOTS, 5.011)],
+    "through_a_rock": [(("target", "rock"), 3.1), (("target", "block"), 5.2)],
+    "in_a_block": [(("robot_1", "block"), 0.79 / 130.0)],
 }
 
 

@@ -189,17 +189,18 @@ def _on_cylinder(x: Array, solid: Solid) -> tuple[Array, Mask]:
 
 
 def _on_ellipsoid(x: Array, solid: Solid) -> tuple[Array, Mask]:
-    """Eberly's method: the nearest point is a_k^2 x_k / (t + a_k^2), for the root t of its equation."""
+    """Eberly's method: the nearest point is a_k^2 x_k / (s + a_k^2 - a_min^2), s the root of its equation."""
     square = np.array(solid.size) ** 2
     inside = np.asarray((x * x / square).sum(axis=1) < 1.0)
     y = np.where(x == 0.0, 1e-12 * np.sqrt(square), np.abs(x))  # on a plane of symmetry: a step off it
-    low = np.max(np.sqrt(square) * y - square, axis=1)  # one term alone is 1 there
-    high = np.linalg.norm(np.sqrt(square) * y, axis=1) - square.min()  # all terms are at most 1 in all
+    more = square - square.min()
+    low = np.max(np.sqrt(square) * y - more, axis=1)  # one term alone is 1 there
+    high = np.linalg.norm(np.sqrt(square) * y, axis=1)  # all terms are at most 1 in all
     for _ in range(BISECTIONS):
-        t = 0.5 * (low + high)
-        beyond = ((np.sqrt(square) * y / (t[:, None] + square)) ** 2).sum(axis=1) > 1.0
-        low, high = np.where(beyond, t, low), np.where(beyond, high, t)
-    surface = square * y / (0.5 * (low + high)[:, None] + square)
+        s = 0.5 * (low + high)
+        beyond = ((np.sqrt(square) * y / (s[:, None] + more)) ** 2).sum(axis=1) > 1.0
+        low, high = np.where(beyond, s, low), np.where(beyond, high, s)
+    surface = square * y / (0.5 * (low + high)[:, None] + more)
     return np.copysign(surface, x), inside
 
 

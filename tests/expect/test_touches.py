@@ -3,6 +3,7 @@
 import pytest
 
 from escort_mj.expect.verdicts import judge_one
+from escort_mj.record.metrics import measure
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.expectations import ClearanceExpectation, ContactExpectation
 from tests.expect.traces import episode, watched
@@ -174,6 +175,8 @@ class TestClearance:
         assert found.found == "none, a near miss: 4 mm (robot 2 and wall_1 at 4.00 s)"
         assert not contacts(("robots", "walls"), trace, after=5.0).near_miss
         assert contacts("none", trace).near_miss
+        deeper = watched(clearance=[(4, 1, "walls", -0.001, "wall_1")])  # touched before the window
+        assert contacts(("robots", "walls"), deeper).found == "none"
         assert not contacts(("robots", "obstacles"), trace).near_miss
 
 
@@ -194,3 +197,32 @@ class TestKnownToFail:
         found = contacts(("robots", "target"), xfail="the rock is in the way")
         assert (found.held, found.passed) == (True, False)
         assert found.message.endswith("; but it was to fail: the rock is in the way")
+
+
+class TestByGeometry:
+    """Touches of a target that is led with what stands: MuJoCo never sees them."""
+
+    trace = watched(episode("target", "rock", 3.0, long=0.1, force=0.0, depth=0.9))
+
+    @pytest.mark.parametrize("sides", ["none", ("target", "obstacles"), ("target", "rock")])
+    def test_they_count_and_the_verdict_says_how_they_were_found(self, sides):
+        found = contacts(sides, self.trace)
+        assert not found.held
+        assert found.found == (
+            "1 (target and rock at 3.000 s: 100 ms, 900 mm deep, by geometry, which knows no force)"
+        )
+
+    def test_where_nothing_was_found_the_verdict_says_by_what(self):
+        assert contacts(("target", "wall_1"), self.trace).found == "none, by geometry"
+        assert contacts(("robots", "rock"), self.trace).found == "none"
+
+    @pytest.mark.parametrize("bound", ["peak_force", "impulse"])
+    def test_a_bound_on_their_force_is_not_met(self, bound):
+        found = contacts(("target", "rock"), self.trace, **{bound: 1e9})
+        assert not found.held and found.value is None
+        assert found.found == "touches were found by geometry, which knows no force"
+        assert contacts(("target", "rock"), self.trace, penetration=1.0).held
+
+    def test_the_largest_force_is_not_known(self):
+        assert measure("contact_force_max", self.trace).value is None
+        assert measure("contacts", self.trace).value == 1.0

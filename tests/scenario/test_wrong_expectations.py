@@ -31,6 +31,7 @@ WRONG = [
     ("{contacts: [robots, gat]}", ".contacts[1]", 'did you mean "gate"?'),
     ("{contacts: [robot_9, gate]}", ".contacts[0]", "a body (robot_1 to robot_5, gate)"),
     ("{contacts: [robots, walls]}", ".contacts[1]", "found walls; this scenario has none"),
+    ("{contacts: [target, floor]}", ".contacts", "a target that is led (without target.body) never meets it"),
     ("{contacts: [target, target]}", ".contacts", "nothing but target, which cannot meet itself"),
     ("{contacts: [robot_1, robot_1]}", ".contacts", "nothing but robot_1"),
     ("{contacts: [gate, floor]}", ".contacts", "expected robots or the target on one side at least"),

@@ -265,7 +265,7 @@ def test_the_sampled_run_is_the_same_run(busy, make_world, record_steps) -> None
             who = record[f"{name}_body"][1:2491].reshape(blocks.shape)
             chosen = np.take_along_axis(who, blocks.argmin(axis=1)[:, None], axis=1)[:, 0]
             np.testing.assert_array_equal(sampled[f"{name}_body"][1:].reshape(249, -1), chosen)
-        elif name in ("speed_max", "kinetic_energy"):
+        elif name in ("speed_max", "target_speed_max", "obstacle_speed_max", "kinetic_energy"):
             blocks = record[name][1:2491].reshape(249, 10, -1).max(axis=1)
             np.testing.assert_array_equal(sampled[name][1:].reshape(249, -1), blocks, err_msg=name)
         elif not name.endswith("_body"):
