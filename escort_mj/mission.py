@@ -62,6 +62,7 @@ class Room:
 
 BLOCK = 256  # samples between two looks at the state's health
 LARGEST = 1e10  # control that MuJoCo takes (mjMAXVAL) [N]
+FORCES = "MuJoCo's, and 0 where geometry alone finds a touch: of a led target with what stands"
 NO_FORCES = "none: beyond three axes bodies go through one another, and forces of episodes are 0"
 DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
 
@@ -354,7 +355,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
             "contact_physics": str(contact_physics(scenario)),
-            "contact_forces": "MuJoCo's" if scenario.axes <= IN_SPACE else NO_FORCES,
+            "contact_forces": FORCES if scenario.axes <= IN_SPACE else NO_FORCES,
             **surroundings(world),
             "mission_radius": scenario.mission.radius,
             "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
