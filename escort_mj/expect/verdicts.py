@@ -131,9 +131,10 @@ def _unless_unseen(expectation: Expectation, found: Found, trace: Recorded, outc
         where = "inside" if first <= reached else "before"
         return _unseen(found, f"the run ended at {reached:g} s, {where} the window")
     if expectation.watched and not isinstance(expectation, ContactExpectation):
-        for moment in (first, last):
+        alone = [first - timestep] if first == last > 0.0 else []  # or the only sample knows nothing
+        for moment in (*alone, first, last):
             if np.abs(time - moment).min() > 0.5 * timestep:
-                words = f"the run has no sample at {moment:g} s, where the window begins or ends"
+                words = f"the run has no sample at {moment:g} s, at an end of the window"
                 return _unseen(found, f"{words}; expectations of the scenario itself get one there")
     return found
 

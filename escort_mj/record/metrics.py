@@ -23,11 +23,13 @@ __all__ = ["Measure", "measure", "summarize", "window"]
 
 TAIL = 0.2  # share of a run that counts as its steady state
 EMPTY = "the run has no sample in the window"
-NOTHING_YET: dict[str, Any] = {  # clearances, and whose, where nobody has looked since the previous sample
+NOTHING_YET: dict[str, Any] = {  # the worst, and whose, where nobody has looked since the previous sample
     "clearance": math.inf,
     "clearance_body": -1,
     "target_clearance": math.inf,
     "target_clearance_body": -1,
+    "target_speed_max": 0.0,
+    "obstacle_speed_max": 0.0,
 }
 
 FUNCTIONS: dict[str, Callable[[Any], Measure]] = {

@@ -13,8 +13,10 @@ from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import write_json
 from escort_mj.record.measures import Measure
 from escort_mj.record.outcome import Outcome
+from escort_mj.scenario.expectations import ClearanceExpectation
 from escort_mj.scenario.expectations import MetricExpectation as Expectation
 from escort_mj.signals import METRIC_NAMES
+from tests.expect.traces import watched
 
 RADIUS = 5.0
 
@@ -158,6 +160,17 @@ class TestRunsThatBreak:
         # Steps are 2 ms long: none is at 10.0005 s.
         assert verdict(escort([0.0] * 11), expect(at_most=1.0, before=10.0005), Outcome.DIVERGED).passed
         assert not verdict(escort([0.0] * 11), expect(at_most=1.0, before=10.002), Outcome.DIVERGED).passed
+
+    def test_what_is_watched_between_samples_is_not_known_of_any_window(self):
+        """A second between samples: a run that nobody asked to look there knows nothing of 4.5 s."""
+        near = ClearanceExpectation(clearance=("robots", "target"), at_least=0.1, after=4.0, before=5.0)
+        assert verdict(watched(), near).held
+        for window, missing in [((4.5, 6.0), 4.5), ((4.0, 5.5), 5.5), ((4.0, 4.001), 3.998)]:
+            after, before = window
+            found = verdict(watched(), near.model_copy(update={"after": after, "before": before}))
+            assert not found.held
+            assert f"the run has no sample at {missing:g} s, at an end of the window" in found.message
+        assert verdict(watched(), expect(at_most=1.0, after=4.5, before=5.5)).held
 
     def test_a_run_without_any_sample(self):
         found = verdict(escort(np.zeros((0, 2))), expect(at_most=1.0), Outcome.FAILED)

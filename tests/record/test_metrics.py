@@ -11,7 +11,7 @@ from escort_mj.record.means import mean
 from escort_mj.record.metrics import measure, measures_of, summarize, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable
-from escort_mj.signals import METRIC_NAMES, METRICS, Metric
+from escort_mj.signals import METRIC_NAMES, METRICS, SIGNALS, Metric
 from tests.record.motions import RADIUS, TIME, ring, steps
 
 
@@ -58,6 +58,16 @@ class TestWatchedBetweenSamples:
         fast = 9.0 if least == 0.1 else pytest.approx(0.1 * 2**0.5)
         assert first["speed_max"].values[0, 0] == fast and first["speed_max"].values[1, 0] == 9.0
         assert trace["clearance"].values[2, 0, 0] == 0.1
+
+    def test_every_signal_that_looks_back_is_cut(self, make_trace):
+        trace = make_trace([0.0, 2.0, 2.02], robots=2, obstacles=1)
+        part, whole = window(trace, 2.0), trace.isel(time=slice(1, None))
+        changed = {name for name in whole if part[name].values.tobytes() != whole[name].values.tobytes()}
+        looks_back = {one.name for one in SIGNALS if "since the previous sample" in one.meaning}
+        assert changed | {"speed_max", "kinetic_energy", "target_speed_max"} == looks_back | {
+            "clearance_body",
+            "target_clearance_body",
+        }
 
     @settings(max_examples=30, deadline=None)
     @given(extra=st.lists(st.integers(1, 4999), max_size=6, unique=True))
