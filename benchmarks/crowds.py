@@ -18,7 +18,7 @@ import numpy as np  # noqa: E402
 
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from benchmarks.paired import alternate, effort, paired  # noqa: E402
-from escort_mj import api  # noqa: E402
+from escort_mj import api, cache  # noqa: E402
 from escort_mj.control import thomson  # noqa: E402
 from escort_mj.record.folder import open_run  # noqa: E402
 from escort_mj.scenario.schema import Scenario  # noqa: E402
@@ -45,18 +45,18 @@ def crowd(count: int) -> dict[str, Any]:
 def building(count: int) -> list[str]:
     """Processor time of what comes before the first step [s]."""
     found: list[Any] = []
-    where = thomson.platformdirs.user_cache_path
+    where = cache.formations.folder
 
     def clocked(work: Callable[[], Any]) -> float:
         return effort(lambda: found.append(work()))
 
     read = clocked(lambda: api.load_scenario(MISSION, crowd(count)))
     with tempfile.TemporaryDirectory() as nothing:
-        thomson.platformdirs.user_cache_path = lambda name: Path(nothing)  # as on a new machine
+        cache.formations.folder = Path(nothing)  # as on a new machine
         try:
             figure = clocked(lambda: thomson.even_points(count, 3))
         finally:
-            thomson.platformdirs.user_cache_path = where
+            cache.formations.folder = where
     world = clocked(lambda: build(found[0]))
     megabytes = len(found[-1].xml) / 1e6
     return [str(count), *(f"{each:.2f}" for each in (read, figure, world)), f"{megabytes:.1f}"]

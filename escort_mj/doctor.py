@@ -98,10 +98,13 @@ def _kernels() -> Finding:
     """The compiled kernels, which a first run makes and later ones find."""
     from escort_mj import cache
 
-    folder = cache.folder()
+    folder = cache.kernels.folder
     if folder.name != cache.cache_key():
-        advice = f"unset {cache.FOLDER}" if cache.FOLDER in os.environ else "set XDG_CACHE_HOME"
-        return Finding("kernels", WARNING, f"are kept in {folder}", f"{advice} to keep them for the next run")
+        if (image := cache.kernels.read_only) is not None and any(image.glob("*.o")):
+            return Finding("kernels", GOOD, f"compiled kernels in {image}, which this user cannot write")
+        name = cache.FOLDER if cache.FOLDER in os.environ else "XDG_CACHE_HOME"
+        advice = f"set {name} to a folder that only you can write"
+        return Finding("kernels", WARNING, f"are kept in {folder}, which goes with this process", advice)
     kept = sum(1 for _ in folder.glob("*.o"))
     told = f"{kept} compiled kernels" if kept else "none compiled yet: the first run takes some seconds more"
     return Finding("kernels", GOOD, f"{told} in {folder}")

@@ -7,6 +7,7 @@ started for it, which import numba; this one waits.
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -47,12 +48,12 @@ class Piece(NamedTuple):
 
 def keep(piece: Piece, code: bytes) -> None:
     """Writes a piece to the cache."""
-    cache.write(f"{piece}.o", code)
+    cache.kernels.write(f"{piece}.o", code)
 
 
 def kept(piece: Piece) -> bytes | None:
     """A piece's machine code; None where it is not in the cache."""
-    return cache.read(f"{piece}.o")
+    return cache.kernels.read(f"{piece}.o")
 
 
 def have(pieces: Sequence[Piece]) -> None:
@@ -81,7 +82,7 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
 
     def serve() -> None:
         # -P: what lies in the user's folder by the name of a module is none of the compiler's.
-        command = [sys.executable, "-P", "-m", "escort_mj.compiler", str(cache.folder())]
+        command = [sys.executable, "-P", "-m", "escort_mj.compiler", str(cache.kernels.folder)]
         environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         try:
             with subprocess.Popen(
@@ -129,9 +130,53 @@ def address(piece: Piece) -> int:
             have([piece])
             code = kept(piece)
             if code is None:
-                raise RuntimeError(f"{piece}: the compiler left no machine code in {cache.folder()}")
+                raise RuntimeError(f"{piece}: the compiler left no machine code in {cache.kernels.folder}")
             _loaded[piece] = _load(str(piece), code)
         return _loaded[piece]
+
+
+class Plugged(NamedTuple):
+    """Machine code of a plugin's function.
+
+    Attributes:
+        symbol: What the function is called in it.
+        needs_numba: Whether it calls what only a process with numba has.
+        code: An object file.
+    """
+
+    symbol: str
+    needs_numba: bool
+    code: bytes
+
+
+PLUGGED, MOST_PLUGGED = "plugin.{}.o", 200  # files of plugins' functions in the cache, and how many are kept
+
+
+def keep_plugged(name: str, plugged: Plugged) -> None:
+    """Write the machine code of a plugin's function to the cache, by a name that tells its content."""
+    head = json.dumps([plugged.symbol, plugged.needs_numba]).encode()
+    cache.kernels.write(PLUGGED.format(name), head + b"\n" + plugged.code)
+    cache.kernels.trim(PLUGGED.format("*"), MOST_PLUGGED)
+
+
+def kept_plugged(name: str) -> Plugged | None:
+    """Return the machine code of a plugin's function; None where it is not in the cache."""
+    content = cache.kernels.read(PLUGGED.format(name))
+    if content is None:
+        return None
+    head, _, code = content.partition(b"\n")
+    symbol, needs_numba = json.loads(head)
+    return Plugged(symbol, needs_numba, code)
+
+
+def load_plugged(plugged: Plugged) -> int:
+    """Link a plugin's function into this process; its address."""
+    if plugged.needs_numba:
+        from importlib import import_module
+
+        import_module("escort_mj.compiler.plugged").give_names()
+    with _lock:
+        return _load(plugged.symbol, plugged.code)
 
 
 def _load(symbol: str, code: bytes) -> int:

@@ -54,7 +54,7 @@ def test_a_full_disk_and_a_locked_folder(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_kernels_that_are_compiled_again_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    monkeypatch.setattr(cache.kernels, "folder", tmp_path)
     assert found(tmp_path)["kernels"].state == WARNING
 
 

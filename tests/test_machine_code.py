@@ -17,7 +17,7 @@ from escort_mj import cache, machine_code
 import escort_mj.world.step
 sys.executable = sys.argv[1] or sys.executable
 address = machine_code.address(machine_code.Piece.named(sys.argv[2]))
-print(address != 0, "numba" in sys.modules, cache.folder())
+print(address != 0, "numba" in sys.modules, cache.kernels.folder)
 """
 
 
@@ -60,7 +60,7 @@ def test_where_no_process_can_be_started_this_one_compiles(tmp_path: Path) -> No
 def test_a_kernel_that_needs_numba_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from escort_mj.compiler.pieces import compile_piece
 
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path)
+    monkeypatch.setattr(cache.kernels, "folder", tmp_path)
     with pytest.raises(RuntimeError, match="which only numba has"):
         compile_piece(Piece(__name__, "that_prints", None))
 

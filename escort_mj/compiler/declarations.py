@@ -155,7 +155,7 @@ def _teach_call(function: Any, typed: Any, generate: Any) -> None:
 
 def jitted(function: F) -> F:
     """Compiles a function at its first call from Python: tests try kernels so."""
-    numba.config.CACHE_DIR = str(cache.folder())
+    numba.config.CACHE_DIR = str(cache.kernels.folder)
     teach()
     compiled: F = numba.njit(cache=True, **OPTIONS)(function)
     return compiled

@@ -10,9 +10,11 @@ from typing import Any
 import numba
 from numba import types
 from numba.core.errors import NumbaError
+from numba.core.registry import cpu_target
+from numba.core.runtime import rtsys
 
-from escort_mj import cache
 from escort_mj.compiler import declarations, views
+from escort_mj.machine_code import Plugged
 from escort_mj.memory import Layout
 
 View = tuple[str, Layout, type, int | None]
@@ -23,8 +25,8 @@ class NotCompiledError(Exception):
     """What a plugin brings cannot be compiled; says where and why in one line."""
 
 
-def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tuple[Any, int]:
-    """Compiles a function, or finds it compiled on disk.
+def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tuple[Any, int, Plugged | None]:
+    """Compile a function.
 
     Unlike the package's own kernels it may make arrays, and is compiled with numba's reference counting.
 
@@ -34,14 +36,15 @@ def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tupl
         robot: Whether there is a robot's number; then it returns a whole number.
 
     Returns:
-        What must be kept as long as it is called, and its address.
+        What must live as long as it is called; its address; and its machine code, for other processes, unless
+        it holds what only this process has.
 
     Raises:
         NotCompiledError: If numba cannot.
     """
-    numba.config.CACHE_DIR = str(cache.folder())
     declarations.teach()
-    dispatcher = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, **declarations.ALONE}
+    dispatcher = numba.njit(**options)(function)
     kinds = (*(views.name_view(*view) for view in told), *([types.intp] if robot else []))
     collecting = gc.isenabled()
     gc.disable()
@@ -59,7 +62,28 @@ def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tupl
             f"{_place(function)}: {function.__name__} returns {returned}; "
             "expected ALONG, ACROSS or NOTHING on every way out"
         )
-    return dispatcher, result.library.get_pointer_to_function(result.fndesc.llvm_func_name)
+    symbol = result.fndesc.llvm_func_name
+    return dispatcher, result.library.get_pointer_to_function(symbol), _plugged(result.library, symbol)
+
+
+# What is declared in LLVM's text, and the pointers to numba's environments, which hold Python's objects.
+_DECLARED = re.compile(r'^declare [^@]*@"?(?:numba|NRT_|Py|_Py)', re.MULTILINE)
+_ENVIRONMENT = re.compile(r"""@"?_ZN08NumbaEnv[^\s",=)]+""")
+
+
+def _plugged(library: Any, symbol: str) -> Plugged | None:
+    """The machine code of a library; None where it holds addresses or objects of this process."""
+    text = library.get_llvm_str()
+    environments = _ENVIRONMENT.findall(text)
+    if library.has_dynamic_globals or len(environments) > len(set(environments)):
+        return None
+    _, _, (code, _) = library.serialize_using_object_code()
+    return Plugged(symbol, _DECLARED.search(text) is not None, bytes(code))
+
+
+def give_names() -> None:
+    """Tell LLVM's linker where this process has numba's own functions, and prepare its memory of arrays."""
+    rtsys.initialize(cpu_target.target_context)
 
 
 def _place(function: Any) -> str:

@@ -6,14 +6,13 @@ The tests ask for the best known energies of 4, 5, 6, 8, 12, 20 and 32 points in
 from __future__ import annotations
 
 import math
-import os
 from functools import lru_cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import platformdirs
 from numpy.typing import NDArray
+
+from escort_mj import cache
 
 Array = NDArray[np.float64]
 
@@ -62,27 +61,13 @@ def even_points(count: int, axes: int) -> Array:
     if axes == 2:
         angle = 2.0 * math.pi * np.arange(count) / count
         return np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    path = platformdirs.user_cache_path("escort_mj") / "figures" / f"{axes}-{count}.npy"
-    try:
-        kept = np.load(path, allow_pickle=False)
-        if kept.shape == (count, axes):
-            return np.asarray(kept, dtype=float)
-    except (OSError, ValueError):
-        pass
+    name, size = f"{axes}-{count}.f64", 8 * count * axes
+    kept = cache.formations.read(name)
+    if kept is not None and len(kept) == size:
+        return np.frombuffer(kept, dtype="<f8").reshape(count, axes).astype(float)
     points = _solve(count, axes)
-    _keep(path, points)
+    cache.formations.write(name, points.astype("<f8").tobytes())
     return points
-
-
-def _keep(path: Path, points: Array) -> None:
-    """Writes a solution for next time, where the cache can be written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary = path.with_name(f".{os.getpid()}-{path.name}")
-        np.save(temporary, points)
-        os.replace(temporary, path)
-    except OSError:
-        pass
 
 
 def _solve(count: int, axes: int) -> Array:

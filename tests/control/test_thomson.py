@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from escort_mj import cache
 from escort_mj.control import thomson
 from escort_mj.control.formation import widest_spacing
 
@@ -74,14 +75,16 @@ def test_robots_that_stand_in_the_figure_already_keep_their_places() -> None:
 
 
 def test_a_solution_is_kept_and_a_broken_one_solved_again(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(thomson.platformdirs, "user_cache_path", lambda name: tmp_path)
+    monkeypatch.setattr(cache.formations, "folder", tmp_path)
     thomson.even_points.cache_clear()
     first = thomson.even_points(7, 3)
-    (kept,) = (tmp_path / "figures").glob("*.npy")
-    np.testing.assert_array_equal(np.load(kept), first)
-    kept.write_bytes(b"not an array")
-    thomson.even_points.cache_clear()
-    np.testing.assert_array_equal(thomson.even_points(7, 3), first)
+    (kept,) = tmp_path.iterdir()
+    whole = kept.read_bytes()
+    for content in (whole, b"not an array", whole[:-8], b""):
+        kept.write_bytes(content)
+        thomson.even_points.cache_clear()
+        np.testing.assert_array_equal(thomson.even_points(7, 3), first)
+        assert kept.read_bytes() == whole
     thomson.even_points.cache_clear()
 
 

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from escort_mj.errors import ScenarioError
 from escort_mj.recognize import scenarios_in
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_scenario, parse_scenario
-from escort_mj.scenario.document import read
+from escort_mj.scenario.document import SMALLEST, read
 from escort_mj.scenario.dump import flow
 from escort_mj.scenario.paths import TAGS
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 SHIPPED = list(scenarios_in(SCENARIOS))
 
-numbers = st.floats(-1e6, 1e6)
+numbers = st.floats(-1e6, 1e6).map(lambda number: 0.0 if abs(number) < SMALLEST else number)
 expressions = st.sampled_from(["t", "3 + 0.1*t", "sin(0.1*t)", "-t**2/1e6"])
 names = st.text(
     st.characters(exclude_characters="/\\\ufffe\uffff", exclude_categories=("Cs", "Cc", "Zs")),

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from escort_mj import machine_code
 from escort_mj.control.behaviors.behavior import Behavior
 from escort_mj.control.component import Component, layout_of
 from escort_mj.control.laws.law import Law
@@ -112,15 +113,21 @@ def ready(model: type[Component], axes: int) -> int:
 
 
 def _compiled(model: type[Component], function: Any, layout: Layout, text: str, known: int | None) -> Slot:
-    """Machine code of a kernel."""
+    """Machine code of a kernel, from the cache or compiled."""
+    name = hashlib.sha256(f"{text} {function.__qualname__}".encode()).hexdigest()
+    plugged = machine_code.kept_plugged(name) if model.digest else None
+    if plugged is not None:
+        return Slot(model, layout, function, plugged, machine_code.load_plugged(plugged))
     from escort_mj.compiler.plugged import NotCompiledError, compile_function
 
     views = (f"plugin {text}", layout, layout.plan, None), (model.view.__name__, LAYOUT, model.view, known)
     robot = issubclass(model, Behavior)
     try:
-        keep, address = compile_function(function, views, robot)
+        keep, address, plugged = compile_function(function, views, robot)
     except NotCompiledError as error:
         raise PluginError(str(error)) from None
+    if plugged is not None and model.digest:
+        machine_code.keep_plugged(name, plugged)
     return Slot(model, layout, function, keep, address)
 
 

@@ -1,0 +1,82 @@
+"""Kernels of plugins in the cache: found by later processes, mended when damaged, never read as pickles."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from escort_mj import cache
+from tests.plugged import KERNEL, LAW
+
+PLAIN = LAW + KERNEL
+# Arrays need numba's memory, norms its linear algebra, printing an object of Python's.
+VARIANTS = {
+    "arrays": "        gap = np.zeros(3) + robots.e[0, 0]\n        robots.tau[0, 0] += gap.sum()\n",
+    "algebra": "        robots.tau[0, 0] += np.linalg.norm(np.ascontiguousarray(robots.e[0]))\n",
+    "prints": "        if robots.time[0] < 0.001:\n            print('begins', robots.time[0])\n",
+}
+PROGRAM = """
+import hashlib, sys
+from escort_mj import api
+for law in sys.argv[2:]:
+    scenario = api.load_scenario(sys.argv[1], [f"controller={law}"])
+    tau = api.run(scenario).trace["tau"].values
+    print(law, hashlib.sha256(tau.tobytes()).hexdigest(), "escort_mj.compiler.plugged" in sys.modules)
+"""
+
+
+@pytest.fixture
+def folder(compiled: None, tmp_path: Path) -> Iterator[Path]:
+    """Scenario and plugin files with laws that no other test has; what they leave in the cache goes."""
+    before = set(kept())
+    (tmp_path / "pid.py").write_text(f"{PLAIN}\n# {tmp_path}")
+    for name, lines in VARIANTS.items():
+        text = PLAIN.replace('"pid"', f'"{name}"').replace("class Pid", f"class {name.title()}") + lines
+        (tmp_path / f"{name}.py").write_text(f"import numpy as np\n{text}\n# {tmp_path}")
+    files = ", ".join(f"{name}.py" for name in ("pid", *VARIANTS))
+    (tmp_path / "own.yaml").write_text(f"duration: 0.1\nplugins: [{files}]\ncontroller: pid\n")
+    yield tmp_path
+    for path in set(kept()) - before:
+        path.unlink()
+
+
+def kept() -> list[Path]:
+    return list(cache.kernels.folder.glob("plugin.*"))
+
+
+def flown(folder: Path, *laws: str) -> list[tuple[str, str, bool]]:
+    """What a fresh process finds: law, digest of its forces, and whether it compiled."""
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, folder / "own.yaml", *laws],
+        check=True, stdout=subprocess.PIPE, text=True, env={**os.environ, "NUMBA_DEBUG_CACHE": "0"},
+    )  # fmt: skip
+    lines = [line.split() for line in done.stdout.splitlines() if not line.startswith("begins")]
+    return [(law, digest, compiled == "True") for law, digest, compiled in lines]
+
+
+def test_a_kernel_is_found_by_the_next_process_and_mended_when_damaged(folder: Path) -> None:
+    before = set(kept())
+    ((_, first, compiles),) = flown(folder, "pid")
+    assert compiles
+    (file,) = set(kept()) - before
+    whole = file.read_bytes()
+    assert b"force_kernel" in whole and file.stat().st_mode & 0o777 == 0o600
+    assert flown(folder, "pid") == [("pid", first, False)], "the same bits, not compiled again"
+    for damaged in (b"", whole[:-1] + bytes([whole[-1] ^ 1])):
+        file.write_bytes(damaged)
+        assert flown(folder, "pid") == [("pid", first, True)]
+        assert len(file.read_bytes()) == len(whole)
+    assert not [path for path in cache.kernels.folder.rglob("*force_kernel*")], (
+        "numba's own cache has pickles"
+    )
+
+
+def test_kernels_with_arrays_and_algebra_are_kept_and_those_with_objects_are_not(folder: Path) -> None:
+    before = set(kept())
+    first = flown(folder, *VARIANTS)
+    assert len(set(kept()) - before) == 2, "all but the one that prints"
+    assert [each[:2] for each in flown(folder, *VARIANTS)] == [each[:2] for each in first]
+    assert len({digest for _, digest, _ in first}) == 3
