@@ -8,13 +8,13 @@ again, and a job that kills its worker time and again becomes a result of its ow
 from __future__ import annotations
 
 import logging
-import multiprocessing
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from typing import Any, TypeVar
 
 from escort_mj.batch import in_threads
 from escort_mj.errors import UsageError
+from escort_mj.study.cluster import cluster
 from escort_mj.study.parallel import AHEAD, Workers
 
 Job = TypeVar("Job")
@@ -23,7 +23,7 @@ Results = Generator[tuple[Job, Result | None], None, None]
 Backend = Callable[[Callable[[Job], Result], Iterable[Job]], Results[Job, Result]]
 """Called with a function of a module's top level and jobs; None stands for a job that killed its workers."""
 
-DASK_RESTARTS = 30  # seconds that a worker that died has to start anew before its cluster is closed
+CONNECTING = 20  # s that a scheduler has to answer
 
 
 def here(function: Callable[[Job], Result], jobs: Iterable[Job]) -> Results[Job, Result]:
@@ -78,15 +78,16 @@ def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]
             "--backend dask: Dask is not installed; pip install 'escort-mj[dask]' adds it"
         ) from None
 
-    if address is None:
-        with _cluster_here(workers) as client:
-            yield _jobs_for(client, workers)
-        return
-    try:
-        client = distributed.Client(address, timeout=20)
-    except OSError as error:
-        raise UsageError(f"--backend dask: no cluster answers at {address}: {error}") from None
-    with client:
+    with ExitStack() as stack:
+        if address is None:
+            where = stack.enter_context(cluster(workers))
+        else:
+            where = address
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        try:
+            client = stack.enter_context(distributed.Client(where, timeout=CONNECTING))
+        except OSError as error:
+            raise UsageError(f"--backend dask: no cluster answers at {where}: {error}") from None
         yield _jobs_for(client, workers)
 
 
@@ -97,48 +98,6 @@ def _jobs_for(client: Any, workers: int) -> Backend[Any, Any]:
         yield from _as_they_come(client, workers, function, jobs)
 
     return compute
-
-
-@contextmanager
-def _cluster_here(workers: int) -> Iterator[Any]:
-    """A cluster of this machine's own, and its client."""
-    from distributed import Client, LocalCluster
-
-    children = set(multiprocessing.active_children())
-    clusters = set(LocalCluster._instances)
-    try:
-        with (
-            LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                dashboard_address="127.0.0.1:0",  # None takes port 8787, and warns where another has it
-                silence_logs=logging.CRITICAL,
-            ) as cluster,
-            Client(cluster) as client,
-        ):
-            try:
-                yield client
-            except BaseException:
-                _end_workers(cluster, children)
-                raise
-            # Dask fails, or leaves processes behind, where it closes while it starts a worker anew.
-            with suppress(TimeoutError):
-                client.wait_for_workers(workers, timeout=DASK_RESTARTS)
-    except BaseException:  # also while it starts
-        for cluster in set(LocalCluster._instances) - clusters:
-            _end_workers(cluster, children)
-            with suppress(Exception):
-                cluster.close(timeout=1)
-        raise
-
-
-def _end_workers(cluster: Any, others: set[Any]) -> None:
-    """Ends the processes of a cluster whatever they do; asked politely they would finish their runs."""
-    for nanny in list(cluster.workers.values()):
-        nanny.auto_restart = False
-    for child in set(multiprocessing.active_children()) - others:
-        child.kill()
 
 
 def _as_they_come(
