@@ -135,6 +135,9 @@ def run(
 
     Returns:
         Outcome, trace, metrics and verdicts.
+
+    Raises:
+        KeyboardInterrupt: If it comes; a run folder then holds the run as far as it came.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)

@@ -7,13 +7,14 @@ the run that it hit is stored there; only the folder of that run says how far it
 from __future__ import annotations
 
 import _thread
+import atexit
 import os
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
@@ -168,7 +169,11 @@ def command(run: Callable[[], None]) -> None:
             raise
         kept = str(interrupt) if isinstance(interrupt, Interrupted) else "the same command begins again"
         print(f"escort-mj: interrupted; {kept}", file=sys.stderr)
-        sys.exit(EXIT_CODE)
+        atexit._run_exitfuncs()
+        for stream in (sys.stdout, sys.stderr):
+            with suppress(OSError, ValueError):
+                stream.flush()
+        os._exit(EXIT_CODE)  # where it passed an `exec` of text, Python itself would end by SIGINT instead
     finally:
         _command.ended = True
 

@@ -1,12 +1,14 @@
 """The user's way: commands, their exit codes, and what they print."""
 
 import json
+import signal
 import sys
 from pathlib import Path
 
 import pytest
 
 import escort_mj.cli as cli
+from escort_mj import stopping
 
 FIVE_LINES = """\
 name: five
@@ -20,8 +22,14 @@ expect: [{metric: contacts, at_most: 0}]
 def call(monkeypatch, capfd, *arguments: str) -> tuple[int, str, str]:
     """Exit code, standard output and standard error of a command, run in this process."""
     monkeypatch.setattr(sys, "argv", ["escort-mj", *arguments])
-    with pytest.raises(SystemExit) as stop:
-        cli.main()
+    monkeypatch.setattr(sys, "unraisablehook", sys.unraisablehook)  # a command takes it, as its process ends
+    before = {number: signal.getsignal(number) for number in stopping.SIGNALS}
+    try:
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
     out, err = capfd.readouterr()
     assert "Traceback" not in out + err
     return int(stop.value.code or 0), out, err

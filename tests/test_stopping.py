@@ -98,6 +98,8 @@ def run():
             signal.raise_signal(signal.SIGTERM)
         except KeyboardInterrupt as stop:  # as the command line's library does
             raise SystemExit(130) from stop
+    elif sys.argv[1] == "text":
+        exec("signal.raise_signal(signal.SIGTERM)")
     elif sys.argv[1] == "swallowed":
         try:
             signal.raise_signal(signal.SIGTERM)
@@ -120,7 +122,7 @@ stopping.command(run)
 """
 
 
-@pytest.mark.parametrize("how", ["fragile", "library", "swallowed", "plain"])
+@pytest.mark.parametrize("how", ["fragile", "library", "text", "swallowed", "plain"])
 def test_a_command_says_one_line_and_ends(how: str) -> None:
     done = subprocess.run([sys.executable, "-c", COMMAND, how], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (stopping.EXIT_CODE, "")

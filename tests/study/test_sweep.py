@@ -17,10 +17,11 @@ from escort_mj.errors import UsageError
 from escort_mj.mission import fly
 from escort_mj.record.folder import open_run
 from escort_mj.record.metrics import measures_of
+from escort_mj.stopping import Interrupted
 from escort_mj.study.backends import dask, here, local
 from escort_mj.study.definition import load_study
 from escort_mj.study.design import Design
-from escort_mj.study.store import FILE, Store
+from escort_mj.study.store import FILE, Row, Store
 from escort_mj.study.sweep import check_size, sweep
 from escort_mj.study.work import Job, perform
 
@@ -74,6 +75,32 @@ def test_a_changed_study_makes_only_what_is_new(tmp_path: Path) -> None:
     sweep(design(tmp_path), out, here, 1)
     more = design(tmp_path, STUDY.replace("seeds: 3", "seeds: 4").replace("[0.5, 2]", "[0.5, 2, 3]"))
     assert sweep(more, out, here, 1) == (24, 12, 0, 0)
+
+
+def test_what_is_interrupted_is_not_stored_and_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    laid_out, out = design(tmp_path), tmp_path / "out"
+    made: list[str] = []
+
+    def until_the_fifth(job: Job) -> Row:
+        if len(made) == 5:
+            signal.raise_signal(signal.SIGINT)
+        made.append(job.key)
+        return perform(job)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with monkeypatch.context() as patch, pytest.raises(Interrupted, match="5 of 12 runs are kept in"):
+            patch.setattr("escort_mj.study.sweep.perform", until_the_fifth)
+            sweep(laid_out, out, here, 1, confirmed=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with Store(out) as store:
+        assert store.known() == set(made)
+    assert sweep(laid_out, out, here, 1).made == 12 - 5
+    sweep(laid_out, tmp_path / "whole", here, 1)
+    assert (out / "runs.csv").read_bytes() == (tmp_path / "whole" / "runs.csv").read_bytes()
 
 
 def test_processes_give_the_same_bits(tmp_path: Path) -> None:
