@@ -13,7 +13,6 @@ from escort_mj.machine_code import Piece
 from escort_mj.world.callback import class_pieces
 
 TWINS = "tests.control.twins"
-OF_MANY = ("touch_overlaps",)  # on demand: what tests reach in four axes and more
 
 
 def pieces() -> Iterator[Piece]:
@@ -22,8 +21,7 @@ def pieces() -> Iterator[Piece]:
         yield from class_pieces(axes)
         yield Piece(TWINS, "evaluation", axes)
     for entry in on_demand.entries.values():
-        if entry.piece.axes or entry.piece.function in OF_MANY:
-            yield entry.piece
+        yield entry.piece
 
 
 def compile_if_missing(piece: Piece) -> None:

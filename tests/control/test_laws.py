@@ -161,11 +161,11 @@ def test_force_is_eq_9(law, smoothing: str) -> None:
 def test_adaptation_finds_the_disturbance() -> None:
     """Against a constant push the adaptive laws end with e = 0 and rho_hat = -push; PD-SMC keeps an error."""
     for law in (ApdSmc(adaptation_rate=100.0), Asmc(adaptation_rate=100.0)):
-        e, tau, rho_hat = simulate(replace(SETUP, law=law), 10.0)
+        e, tau, rho_hat = simulate(replace(SETUP, law=law, timestep=0.004), 10.0)
         assert np.abs(e[-1]).max() < 1e-4
         np.testing.assert_allclose(rho_hat[-1], [0.0, -0.5], atol=1e-3)
         np.testing.assert_allclose(tau[-1], [0.0, -0.5], atol=1e-3)
-    e, tau, rho_hat = simulate(replace(SETUP, law=PdSmc()), 8.0)
+    e, tau, rho_hat = simulate(replace(SETUP, law=PdSmc(), timestep=0.004), 8.0)
     assert np.all(rho_hat == 0.0)
     np.testing.assert_allclose(tau[-1], [0.0, -0.5], atol=2e-3)
     # At rest kp e + k tanh(slope e) carries the push, along the circle to first order.
@@ -325,12 +325,12 @@ class Swing(Constant):
 def test_super_twisting_reaches_the_surface_in_finite_time(push) -> None:
     """And stays: s is zero but for the steps, w becomes the push; PD-SMC keeps an s."""
     pushed = replace(SETUP, law=SuperTwisting(), disturbance=push, force_limit=np.array([math.inf]))
-    s = np.abs(fly(pushed, 6.0)["s"]).max(axis=1)
+    s = np.abs(fly(pushed, 4.0)["s"]).max(axis=1)
     reached = int(np.flatnonzero(s > 1e-3)[-1]) + 1
     assert s[: reached // 2].max() > 0.01
     assert reached * SETUP.timestep < 3.0
-    finer = fly(replace(pushed, timestep=0.0005), 6.0)
-    assert np.abs(finer["s"][-4000:]).max() < s[-1000:].max() / 8.0  # of second order: steps squared
-    last = np.array([push.position(t) for t in (6.0,)])[0]
+    finer = fly(replace(pushed, timestep=0.0005), 4.0)
+    assert np.abs(finer["s"][-2000:]).max() < s[-500:].max() / 8.0  # of second order: steps squared
+    last = push.position(4.0)
     np.testing.assert_allclose(finer["rho_hat"][-1], -last, atol=0.02)
-    assert np.abs(fly(replace(pushed, law=PdSmc()), 6.0)["s"][-1000:]).max() > 20.0 * s[-1000:].max()
+    assert np.abs(fly(replace(pushed, law=PdSmc()), 4.0)["s"][-500:]).max() > 20.0 * s[-500:].max()

@@ -65,7 +65,7 @@ def distances(q: np.ndarray, center: np.ndarray) -> np.ndarray:
 
 def fly(setup: Setup, q: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Kinematic closed loop: the robots move exactly as the outer loop asks; last q and target position."""
-    setup = replace(setup, timestep=0.02)
+    setup = replace(setup, timestep=0.04)
     controller = ReferenceController(setup)
     controller.reset(q)
     v = np.zeros_like(q)
@@ -111,7 +111,7 @@ def test_feedforward_removes_the_lag(feedforward: bool, lag: tuple[float, float]
     assert lag[0] <= np.abs(distances(q, c) - 5.0).max() <= lag[1]
 
 
-@pytest.mark.parametrize("speed", [math.inf, 1.5])
+@pytest.mark.parametrize("speed", [pytest.param(math.inf, marks=pytest.mark.slow), 1.5])
 def test_the_law_brings_real_masses_there(speed: float) -> None:
     """The octahedron from nearby, with noise and disturbance: within 5 mm over the last second."""
     q = 6.0 * OCTAHEDRON
@@ -138,7 +138,7 @@ def test_robots_pass_an_obstacle_at_the_safe_distance() -> None:
         sensing=Sensors(Channel(0.02), Channel(0.01)),
         max_speed=2.0,
     )
-    history = drive(setup, q, 16.0)
+    history = drive(replace(setup, timestep=0.004), q, 14.0)
     gap = [float(np.linalg.norm(s.q_d - setup.obstacle_position)) for s in history]
     assert any(s.avoidance_active[0] for s in history) and not history[-1].avoidance_active[0]
     assert 1.9 < min(gap) < 2.1

@@ -18,9 +18,6 @@ MEASURED = ("q_measured", "v_measured", "target_position_measured", "target_velo
 TRUE = ("q", "v", "target_position", "target_velocity")
 
 
-LACKS: list[dict] = [{}, {"noise": 0.0}, {"bias": None}, {"delay": 0}, {"dropout": 0.0}, {"resolution": 0.0}]
-
-
 def everything(axes: int, count: int = 6, seed: int = 0) -> Sensors:
     """Sensors with every fault at once, different for each channel."""
     rng = np.random.default_rng(seed)
@@ -60,7 +57,7 @@ def test_kernel_and_twin_measure_the_same(change: dict, axes: int) -> None:
     setup, q, v = mission(axes, seed=30)
     sensing = Sensors(*(channel._replace(**change) for channel in everything(axes).channels))
     setup = replace(setup, behaviors=(AVOID, VERTICES, SURFACE), sensing=sensing)
-    compare(setup, q, v, steps=12)
+    compare(setup, q, v, steps=6)
     twin = ReferenceController(setup, stride=1)
     twin.reset(q)
     for count, signals in enumerate(walk(setup, q, v, 30)):
@@ -168,15 +165,12 @@ def test_sight_of_kernel_and_twin(robots: float, obstacles: float, axes: int) ->
         for quantity in ("obstacle_distance", "robot_distance", "target_obstacle_distance")
         for scope in ("robot", "team")
     )
-    for seed in (40, 41):
-        setup, q, v = mission(axes, seed)
-        setup = replace(setup, sensing=everything(axes)._replace(robots=robots, obstacles=obstacles))
-        compare(replace(setup, behaviors=(REPULSION, SURFACE)), q, v)
-        compare(
-            replace(setup, behaviors=(AVOID, VERTICES, SURFACE), outer=BarrierFilter()), q, v, tolerance=1e-8
-        )
-        for phase in phases:
-            compare(replace(setup, behaviors=(AVOID, VERTICES, SURFACE), phases=(phase,)), q, v)
+    setup, q, v = mission(axes, seed=40)
+    setup = replace(setup, sensing=everything(axes)._replace(robots=robots, obstacles=obstacles))
+    compare(replace(setup, behaviors=(REPULSION, SURFACE)), q, v)
+    compare(replace(setup, behaviors=(AVOID, VERTICES, SURFACE), outer=BarrierFilter()), q, v, tolerance=1e-8)
+    for phase in phases:
+        compare(replace(setup, behaviors=(AVOID, VERTICES, SURFACE), phases=(phase,)), q, v, steps=2)
 
 
 def reference_velocity(setup: Setup, q: np.ndarray, v: np.ndarray) -> np.ndarray:
