@@ -88,6 +88,7 @@ class Setup:
         sensing: What sensors make of the truth.
         movers: Obstacles that move, and a target that can be bumped.
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
+        expected_distances: Distances to obstacles that expectations put bounds on [m].
         obstacle_points: For the twin: what each robot, and last the target, sees of each obstacle at the
             moment, shape (n + 1, m, p) [m]; None where all see `obstacle_position`.
         outside: What is written from outside, between steps, instead of computed: the reference velocities of
@@ -117,6 +118,7 @@ class Setup:
     sensing: Sensors = Sensors()
     movers: tuple[Mover, ...] = ()
     shaped: bool = False
+    expected_distances: tuple[float, ...] = ()
     obstacle_points: Array | None = None
     outside: Literal["velocity", "force"] | None = None
 
@@ -145,7 +147,7 @@ class Setup:
         bounds = [bound for when in conditions for bound in (when.threshold, when.release)]
         if isinstance(self.outer, BarrierFilter):
             return math.inf
-        return max([1.0, *safe, *(bound for bound in bounds if bound is not None)])
+        return max([1.0, *safe, *self.expected_distances, *(bound for bound in bounds if bound is not None)])
 
     def obstacles_seen(self) -> Array:
         """What each robot, and last the target, sees of each obstacle, shape (n + 1, m, p) [m]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,12 +13,15 @@ from escort_mj.control.reform import Reforming, reforming
 from escort_mj.control.setup import Mover, Setup
 from escort_mj.control.supervisor import Phase
 from escort_mj.control.thomson import Figure, figure
+from escort_mj.scenario.expectations import ClearanceExpectation, MetricExpectation
 from escort_mj.scenario.obstacle_tables import Drive, Motion
 from escort_mj.scenario.obstacles import Body, obstacles_of
 from escort_mj.scenario.placement import Team, team
 from escort_mj.scenario.schema import Scenario
 from escort_mj.scenario.sensing import sensors
 from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory, trajectory
+
+OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")  # metrics
 
 
 def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
@@ -59,7 +62,18 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
         shaped=any(not body.is_sphere for body in obstacles),
+        expected_distances=tuple(_expected_distances(scenario)),
     )
+
+
+def _expected_distances(scenario: Scenario) -> Iterator[float]:
+    """The bounds of expectations on distances to obstacles [m]."""
+    for expectation in scenario.expect:
+        if isinstance(expectation, ClearanceExpectation):
+            yield expectation.at_least
+        elif isinstance(expectation, MetricExpectation) and expectation.metric in OBSTACLE_DISTANCES:
+            bounds = (expectation.at_least, expectation.at_most)
+            yield from (bound for bound in bounds if bound is not None)
 
 
 def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from escort_mj.control.reference import ReferenceController
+from escort_mj.mission import fly
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.dump import flow
 from escort_mj.scenario.geometry import in_space, nearest
@@ -93,6 +94,23 @@ def test_points_are_the_nearest(mission):
             assert (bound[~close] >= world.setup.nearest_within - 0.5).all()
             near, far = near + close.sum(), far + (~close).sum()
     assert near > 20 and far > 20
+
+
+def test_a_bound_far_away_is_held_against_the_shape_and_not_the_box_around_it(compiled):
+    """The target passes a disc at 2.2 m; its box, turned, has a corner that is nearer."""
+    keys = {
+        "duration": 4,
+        "target": {"position": ["-2+t", "0"]},
+        "robots": {"count": 1, "positions": [[-2, -9]]},
+        "mission": {"radius": 9, "behaviors": ["surface"]},
+        "obstacles": [
+            {"shape": "cylinder", "size": [1, 2], "position": [0, 3.5], "orientation": 0.785, "name": "disc"}
+        ],
+        "expect": [{"clearance": ["target", "disc"], "at_least": bound} for bound in (2.1999, 2.2001)],
+    }
+    near, beyond = fly(parse_scenario(flow(keys))).verdicts[1:]
+    assert near.value == beyond.value == pytest.approx(3.5 - 1.0 - 0.3, abs=1e-5)
+    assert near.passed and not beyond.passed
 
 
 @pytest.mark.parametrize("outer", ["nsb", "potential_field", "barrier_filter"])
