@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from escort_mj.control.behaviors import AvoidObstacles, Behavior, Chords, Repulsion, Vertices
+from escort_mj.control.behaviors import AvoidObstacles, Behavior, Chords
 from escort_mj.control.formation import chords_exist, widest_spacing
 from escort_mj.control.supervisor import Condition
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -105,7 +105,7 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
             f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",
             related=(("target", "radius"), ("robots", "radius")),
         )
-    spread = any(isinstance(behavior, Chords | Vertices | Repulsion) for _, behavior in behaviors)
+    spread = any(behavior.spreads for _, behavior in behaviors)
     edge = widest_spacing(count, axes, mission.radius) if spread else math.inf
     if edge <= 2.0 * robot_radius:
         yield Finding(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from escort_mj.control.laws import LAWS as SHIPPED
 from escort_mj.errors import UsageError
 from escort_mj.record.metrics import TAIL, measure, window
 from escort_mj.record.outcome import Outcome
@@ -23,14 +24,7 @@ from escort_mj.study.runs import FINAL, run_once
 if TYPE_CHECKING:
     import xarray
 
-LAWS = {
-    "apd_smc": "APD-SMC",
-    "asmc": "ASMC",
-    "pd_smc": "PD-SMC",
-    "pd": "PD, gravity compensated",
-    "computed_torque": "computed torque",
-    "super_twisting": "super-twisting",
-}
+LAWS = {str(law.model_fields["law"].default): law.title_of() for law in SHIPPED}
 """Titles of the laws that come with the package."""
 OUTERS = {"nsb": "NSB", "potential_field": "potential field", "barrier_filter": "barrier filter"}
 

@@ -40,7 +40,7 @@ from escort_mj.study.laws import controller_of, outer_of
 
 
 def test_every_law_has_a_name_for_people():
-    assert set(LAWS) == {model.model_fields["law"].default for model in MODELS}
+    assert len(set(LAWS.values())) == len(MODELS)
     assert set(HEADS) == set(QUANTITIES)
 
 

@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 class Chords(Behavior):
     """Spreads the robots evenly: a ring in the plane, an octahedron of six robots in space."""
 
+    spreads: ClassVar[bool] = True
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "order"})
 
     behavior: Literal["chords"] = "chords"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,8 @@ SAME = 1e-24  # squared distance of two directions that differ by rounding only:
 
 class Repulsion(Behavior):
     """Spreads the robots evenly without a plan: the others' directions from the target repel each one."""
+
+    spreads: ClassVar[bool] = True
 
     behavior: Literal["repulsion"] = "repulsion"
     gain: PositiveFloat = 0.8

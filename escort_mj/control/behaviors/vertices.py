@@ -8,7 +8,7 @@ is the paper's condition for tasks without conflict (eq. 19).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,8 @@ Array = NDArray[np.float64]
 
 class Vertices(Behavior):
     """Spreads any number of robots evenly: the vertices of the figure of least Coulomb energy."""
+
+    spreads: ClassVar[bool] = True
 
     behavior: Literal["vertices"] = "vertices"
     gain: PositiveFloat = 0.8

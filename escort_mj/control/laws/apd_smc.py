@@ -18,6 +18,7 @@ class ApdSmc(SlidingModeLaw):
     """The paper's law: PD for the nominal part, a sliding term for disturbances, adaptation for the rest."""
 
     has_lyapunov: ClassVar[bool] = True
+    title: ClassVar[str] = "APD-SMC"
     law: Literal["apd_smc"] = "apd_smc"
     proportional_gain: NonNegativeFloat = 30.0
     """Gain of the position error [N/m] (paper: k_p)."""

@@ -20,6 +20,7 @@ class Asmc(SlidingModeLaw):
     own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain"})  # k_a, far larger than k
 
     has_lyapunov: ClassVar[bool] = True
+    title: ClassVar[str] = "ASMC"
     law: Literal["asmc"] = "asmc"
     switching_gain: NonNegativeFloat = 80.0
     """Gain of the switching term [N] (paper: k_a)."""

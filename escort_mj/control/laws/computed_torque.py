@@ -31,6 +31,7 @@ class ComputedTorque(Law):
     needs_model: ClassVar[bool] = True
     differentiates: ClassVar[bool] = True
 
+    title: ClassVar[str] = "computed torque"
     law: Literal["computed_torque"] = "computed_torque"
     position_gain: NonNegativeFloat = 100.0
     """Gain of the position error [1/s^2]."""

@@ -29,6 +29,8 @@ class Law(Component):
     """Whether the proof's Lyapunov function V1 is this law's."""
     differentiates: ClassVar[bool] = False
     """Whether it is given the filtered derivative of v_d: it has a parameter `acceleration_filter`."""
+    title: ClassVar[str] = ""
+    """What tables and figures call it; by default its name."""
     own_keys: ClassVar[frozenset[str]] = frozenset()
     """Keys that mean another thing than in other laws."""
 
@@ -37,6 +39,11 @@ class Law(Component):
     anti_windup: bool = True
     """While a motor is saturated outward: hold the estimate, and carry the reference with the robot."""
     law: str
+
+    @classmethod
+    def title_of(cls) -> str:
+        """Return what tables and figures call the law."""
+        return cls.title or str(cls.model_fields["law"].default)
 
     @property
     def estimate_at_start(self) -> float:

@@ -23,6 +23,7 @@ class Pd(Law):
 
     needs_model: ClassVar[bool] = True
 
+    title: ClassVar[str] = "PD, gravity compensated"
     law: Literal["pd"] = "pd"
     proportional_gain: NonNegativeFloat = 30.0
     """Gain of the position error [N/m]."""

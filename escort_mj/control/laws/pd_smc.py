@@ -18,6 +18,7 @@ class PdSmc(SlidingModeLaw):
     """PD and a switching term; nothing estimates the reference torque."""
 
     has_lyapunov: ClassVar[bool] = True
+    title: ClassVar[str] = "PD-SMC"
     law: Literal["pd_smc"] = "pd_smc"
     proportional_gain: NonNegativeFloat = 30.0
     """Gain of the position error [N/m] (paper: k_p)."""

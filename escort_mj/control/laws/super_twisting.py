@@ -26,6 +26,7 @@ class SuperTwisting(SlidingModeLaw):
 
     own_keys: ClassVar[frozenset[str]] = frozenset({"slope", "smoothing", "boundary_layer"})
 
+    title: ClassVar[str] = "super-twisting"
     law: Literal["super_twisting"] = "super_twisting"
     slope: PositiveFloat = 2.0
     """Slope of s = e_dot + slope * e [1/s]."""
