@@ -245,7 +245,7 @@ def _level(setup: Setup, behavior: Behavior, place: int) -> list[float]:
     row = [0.0] * LEVEL_SIZE
     row[KIND], row[PLACE] = _number(behavior, BEHAVIORS), place
     row[COLUMN] = setup.kinds.index(behavior.behavior)
-    row[GAIN], row[IN_WORLD] = behavior.rate, behavior.frame == "world"
+    row[GAIN], row[IN_WORLD] = behavior.convergence, behavior.frame == "world"
     return row
 
 

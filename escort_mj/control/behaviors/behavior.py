@@ -38,7 +38,7 @@ class Behavior(Component):
     behavior: str
 
     @property
-    def rate(self) -> float:
+    def convergence(self) -> float:
         """How fast it brings its error to 0 [1/s]: its `gain`, or 0 where none says so."""
         gain = getattr(self, "gain", 0.0)
         return float(gain) if isinstance(gain, int | float) else 0.0

@@ -95,7 +95,9 @@ class Holder:
         self.lost = int(lost.sum())
         for i, number in enumerate(phase):
             ladder = supervisor.ladder(int(number))
-            gain = next((b.rate for b in ladder if b.frame == "target" and b.rate > 0.0), np.inf)
+            gain = next(
+                (b.convergence for b in ladder if b.frame == "target" and b.convergence > 0.0), np.inf
+            )
             for behavior in ladder:
                 if isinstance(behavior, AvoidObstacles):
                     fired[i] |= behavior.intrusion(q, self.setup, lost)[0][i] > 0.0
