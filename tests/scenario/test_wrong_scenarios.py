@@ -212,7 +212,7 @@ WRONG = [
         "unknown law",
         "controller: lqr\n",
         "1:13: controller: ",
-        "allowed are apd_smc, asmc, computed_torque, pd, pd_smc or super_twisting",
+        "allowed are apd_smc, asmc, ",
     ),
     (
         "gain of another baseline",
