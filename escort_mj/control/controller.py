@@ -87,7 +87,7 @@ def is_sampled(step: int, plan: Plan) -> bool:
 
 @merged
 def advance(plan: Plan, state: State) -> bool:
-    """Integrates reference position and estimate over the step since the last evaluation (eqs. 8, 10).
+    """Integrates reference position and estimate over the step since the last evaluation (eqs. 2, 10).
 
     Returns:
         Whether this is the first evaluation at the present time.

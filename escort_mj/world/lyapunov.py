@@ -1,4 +1,4 @@
-"""The Lyapunov function of the paper's proof, and why it changes: one account per robot, step by step.
+"""The Lyapunov function of the paper's proof (eq. 13), and why it changes: an account per robot and step.
 
 V1 = (s.M s + (kp + slope kd) |e|^2 + |rho - rho_hat|^2 / mu) / 2, of true states. Its change over a step is
 booked under `signals.CAUSES`; `docs/theory.md` derives them.

@@ -83,7 +83,7 @@ def _coupling(dof: int, p: int, end: int, mass: int, row_sizes: int, row_starts:
 
 @merged
 def _reference_torque(i: int, plan: Plan, state: State, first: bool) -> None:
-    """Rho = M q_r'' + C q_r' + g with q_r' = v_d + slope e (eq. 7), of true states.
+    """Rho = M q_r'' + C q_r' + g with q_r' = v_d + slope e (eq. 8), of true states.
 
     With q_r' = v + s it is M (v_d' + slope (v_d - v)) + (C v + g) + C s. The bracket is the bias force, and C
     is M'/2 but for its skew rest, which does no work on s. Derivatives are differences from the step before;
