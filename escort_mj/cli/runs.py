@@ -167,7 +167,7 @@ def show(
         f"{shown(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}",
         f"trace: {samples} samples of {robots} robots",
         *([f"physics: {physics}"] if physics else []),
-        *verdict_lines([Verdict(**verdict) for verdict in stored.verdicts]),
+        *verdict_lines([Verdict(**verdict) for verdict in stored.verdicts if "metric" in verdict]),
     ]
     told = {key: stored.outcome[key] for key in ("outcome", "message")} | {"physics": physics}
     told |= {"samples": samples, "robots": robots, "verdicts": stored.verdicts}

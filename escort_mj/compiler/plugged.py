@@ -9,7 +9,6 @@ from typing import Any
 
 import numba
 from numba import types
-from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 from numba.core.runtime import rtsys
 
@@ -50,7 +49,7 @@ def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tupl
     gc.disable()
     try:
         dispatcher.compile(kinds)
-    except NumbaError as error:
+    except Exception as error:  # numba has several roots of errors, and stumbles over some code
         raise NotCompiledError(_why(error, function)) from None
     finally:
         if collecting:
@@ -90,12 +89,14 @@ def _place(function: Any) -> str:
     return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
 
 
-def _why(error: NumbaError, function: Any) -> str:
+def _why(error: Exception, function: Any) -> str:
     """What numba says of a kernel that it cannot compile, in one line."""
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     name = re.escape(Path(function.__code__.co_filename).name)
-    lines = re.findall(rf'File "[^"]*{name}", line (\d+)', text)
+    lines = re.findall(rf'{name}(?:", line | \()(\d+)', text)
     said = [line.strip() for line in text.splitlines() if line.strip()]
     said = [line for line in said if not line.startswith(("Failed in nopython", "File ", "During:", "- "))]
+    if "IMPORT_NAME" in text:
+        said = ["it cannot import; import at the top of the file"]
     place = f"{function.__code__.co_filename}:{lines[-1]}" if lines else _place(function)
     return f"{place}: numba cannot compile {function.__name__}: {said[0] if said else type(error).__name__}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.files import read_json, write_json
+from escort_mj.record.intact import check_metrics, check_outcome, check_trace, check_verdicts
 from escort_mj.record.journal import journal_of, read_journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive
@@ -94,12 +95,17 @@ def open_run(path: str | os.PathLike[str]) -> StoredRun:
                 f"{folder}: {outcome['outcome']}: {outcome['message']}; it left nothing to read"
             )
         trace = load_trace(folder / TRACE)
+    check_trace(trace, folder / TRACE)
+    metrics = read_json(folder / METRICS) if (folder / METRICS).is_file() else {}
+    verdicts = read_json(folder / VERDICTS) if (folder / VERDICTS).is_file() else []
+    check_metrics(metrics, folder / METRICS)
+    check_verdicts(verdicts, folder / VERDICTS)
     return StoredRun(
         folder,
         outcome,
         trace,
-        read_json(folder / METRICS) if (folder / METRICS).is_file() else {},
-        read_json(folder / VERDICTS) if (folder / VERDICTS).is_file() else [],
+        metrics,
+        verdicts,
         _read_scenario(folder / SCENARIO),
     )
 
@@ -114,6 +120,7 @@ def read_outcome(folder: Path) -> dict[str, Any]:
     known = {outcome.value for outcome in Outcome}
     if not isinstance(found, dict) or not isinstance(kind := found.get("outcome"), str) or kind not in known:
         raise RunFolderError(f"{folder / OUTCOME}: is not the outcome of a run")
+    check_outcome(found, folder / OUTCOME)
     return {"message": "", "pid": None} | found
 
 

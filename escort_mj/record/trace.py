@@ -56,5 +56,6 @@ def load_trace(path: Path) -> xarray.Dataset:
         return xarray.load_dataset(path, engine="h5netcdf", decode_times=False)
     except FileNotFoundError:
         raise RunFolderError(f"{path}: there is no trace here; is this a run folder?") from None
-    except (OSError, ValueError) as error:
-        raise RunFolderError(f"{path}: the trace cannot be read: {error}") from None
+    except Exception as error:  # whatever else the libraries stumble over, it is the file's fault
+        words = str(error).partition("\n")[0] or type(error).__name__
+        raise RunFolderError(f"{path}: the trace cannot be read: {words}") from None

@@ -71,12 +71,15 @@ def stored_scenario(text: str, folder: FilePath) -> Scenario:
         ScenarioError: With every fault found.
     """
     template = Template(text, str(folder / "scenario.yaml"))
-    plugins = template.overridden().get("plugins") or ()
-    if not plugins:
-        return template.scenario()
+    plugins = template.overridden().get("plugins")
+    if not isinstance(plugins, list) or not all(isinstance(each, dict) for each in plugins):
+        return template.scenario()  # none, or faults
     copies = [each | {"sha256": None} for each in plugins]
     for each in copies:
-        if each.get("file") and (copy_of := folder / COPIES / FilePath(each["file"]).name).is_file():
+        if (
+            isinstance(each.get("file"), str)
+            and (copy_of := folder / COPIES / FilePath(each["file"]).name).is_file()
+        ):
             each["file"] = str(copy_of.absolute())
     return template.scenario({"plugins": copies})
 

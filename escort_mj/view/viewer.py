@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import UsageError
 from escort_mj.report.shots import plan_shot
+from escort_mj.view.gate import LOCAL, guarded
 from escort_mj.view.panel import Panel
 from escort_mj.view.stage import Stage
 from escort_mj.view.tape import Tape
@@ -31,7 +32,7 @@ BUDGET = 0.7 / RATE  # wall time for simulating between two pictures [s]
 SKIP = 0.25  # wall time for simulating at once toward a time that was asked for [s]
 TRAIL, MOST_SAMPLES = 8.0, 500  # how long trails are [s], and how many samples are looked at for them
 PORTS = 20  # tried from the one asked for
-LOCAL = ("127.0.0.1", "localhost", "::1")
+LAST_PORT = 65535
 
 
 class Viewer:
@@ -62,7 +63,7 @@ class Viewer:
         logging.getLogger("websockets").setLevel(logging.CRITICAL)  # browsers that go away are no news
         self.tape, self.now, self.public = tape, 0.0, host not in LOCAL
         port = _free_port(host, port)
-        with _silent():
+        with _silent(), guarded(host):
             self._server: viser.ViserServer = viser.ViserServer(host=host, port=port, verbose=False)
         self._server.request_share_url = lambda verbose=True: None  # type: ignore[method-assign]  # nobody outside
         shown = host if host not in ("0.0.0.0", "::") else socket.gethostname()
@@ -179,15 +180,15 @@ def _free_port(host: str, port: int) -> int:
     Raises:
         UsageError: If there is none, or no such host.
     """
-    for tried in range(port, port + (PORTS if port else 1)):
+    if not 0 <= port <= LAST_PORT:
+        raise UsageError(f"--port: found {port}; allowed is 0 to {LAST_PORT}")
+    for tried in range(port, min(port + (PORTS if port else 1), LAST_PORT + 1)):
         try:
             with socket.create_server((host, tried), family=_family(host)) as listening:
                 return int(listening.getsockname()[1])
-        except (OSError, OverflowError) as fault:
-            reason = getattr(fault, "strerror", None) or str(fault)
-    raise UsageError(
-        f"--host {host} --port {port}: cannot listen there: {reason}; allowed are ports 0 to 65535"
-    )
+        except OSError as fault:
+            reason = fault.strerror or str(fault)
+    raise UsageError(f"--host {host} --port {port}: cannot listen there: {reason}")
 
 
 def _family(host: str) -> socket.AddressFamily:

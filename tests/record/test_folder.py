@@ -53,12 +53,14 @@ class TestARunThatEnds:
         trace = build_trace(samples, sizes, labels)
         folder = RunFolder.create(tmp_path / "run")
         folder.begin(SCENARIO, MODEL, sizes, labels)
-        folder.finish(Outcome.COMPLETED, "", trace, {"a": np.nan, "b": [np.inf]}, [{"margin": -np.inf}])
+        metric = {"value": np.nan, "unit": "J", "window": [0.0, 1.0], "time": np.inf, "who": ""}
+        verdict = {"passed": True, "margin": -np.inf}
+        folder.finish(Outcome.COMPLETED, "", trace, {"energy": metric}, [verdict])
         for file in (tmp_path / "run").glob("*.json"):
             json.loads(file.read_text(), parse_constant=pytest.fail)
         stored = open_run(tmp_path / "run")
-        assert stored.metrics == {"a": None, "b": [None]}
-        assert stored.verdicts == [{"margin": None}]
+        assert stored.metrics == {"energy": metric | {"value": None, "time": None}}
+        assert stored.verdicts == [{"passed": True, "margin": None}]
 
     def test_a_run_can_be_looked_at_while_it_goes_on(self, tmp_path, record):
         samples, sizes, labels = record(300)

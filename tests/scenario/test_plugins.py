@@ -183,3 +183,15 @@ class TestWrongPlugins:
             PluginError, match=rf"own_law.py:{line}: numba cannot compile force_kernel: .*sigma"
         ):
             ready(type(law), 2)
+
+    def test_an_import_in_a_kernel(self, folder):
+        importing = LAW + KERNEL.replace("        for i", "        import math\n        for i")
+        (folder / "own_law.py").write_text(importing)
+        law = load_scenario(folder / "own.yaml").controller
+        from escort_mj.control.own.native import ready
+
+        line = 1 + importing[: importing.index("import math")].count("\n")
+        with pytest.raises(
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile force_kernel: it cannot import"
+        ):
+            ready(type(law), 2)

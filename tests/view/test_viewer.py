@@ -156,7 +156,7 @@ def look(browser: Browser) -> list[int]:
 
 
 def test_no_viser_no_display_no_port(monkeypatch, tape) -> None:
-    with pytest.raises(UsageError, match=r"port must be 0-65535"):
+    with pytest.raises(UsageError, match=r"--port: found 70000; allowed is 0 to 65535"):
         Viewer(tape, port=70000)
     with pytest.raises(UsageError, match="cannot listen there"):
         Viewer(tape, host="192.0.2.1")
