@@ -18,6 +18,7 @@ from escort_mj.report.film import ENDING
 from escort_mj.report.replay import replay_of
 from escort_mj.report.shots import plan_shot
 from escort_mj.scenario.schema import Video
+from tests.limits import files_up_to
 
 BACKEND, REASON = gl.choose_backend()
 needs_gl = pytest.mark.skipif(BACKEND is None, reason=f"nothing can be drawn here: {REASON}")
@@ -167,6 +168,21 @@ def test_a_full_disk_is_an_error(tmp_path):
         for _ in range(30):
             file.add(frame)
     assert not path.is_symlink()
+
+
+def test_a_limit_of_a_files_size_is_an_error_with_its_reason(tmp_path):
+    """The encoder is killed by SIGXFSZ there."""
+    path = tmp_path / "video.mp4"
+    random = np.random.default_rng(0)
+    with (
+        files_up_to(20_000),
+        pytest.raises(WriteError, match="at most 20000 bytes here") as raised,
+        VideoFile(path, (320, 180), 10) as file,
+    ):
+        for _ in range(60):
+            file.add(random.integers(0, 255, (180, 320, 3), dtype=np.uint8))
+    assert raised.value.exit_code == 3
+    assert not path.exists()
 
 
 def test_a_video_that_is_given_up_goes(tmp_path):
