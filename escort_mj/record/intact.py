@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -158,7 +158,7 @@ def check_outcome(found: Mapping[str, Any], path: Path) -> None:
     Raises:
         RunFolderError: With the first that is.
     """
-    _check_table(found, OUTCOME, path, "")
+    check_table(found, OUTCOME, path)
 
 
 def check_verdicts(found: Any, path: Path) -> None:
@@ -170,12 +170,10 @@ def check_verdicts(found: Any, path: Path) -> None:
     if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
         raise RunFolderError(f"{path}: is damaged: expected a list of verdicts")
     for place, verdict in enumerate(found):
-        needed = VERDICT if "metric" in verdict else {"passed": FLAG}
-        if missing := [key for key in needed if key not in verdict]:
-            raise RunFolderError(f"{path}: is damaged: verdict {place + 1} has no {missing[0]}")
         if unknown := [key for key in verdict if key not in VERDICT | VERDICT_MORE]:
             raise RunFolderError(f"{path}: is damaged: verdict {place + 1} has the unknown key {unknown[0]}")
-        _check_table(verdict, VERDICT | VERDICT_MORE, path, f"[{place}].")
+        needed = VERDICT if "metric" in verdict else ("passed",)
+        check_table(verdict, VERDICT | VERDICT_MORE, path, f"[{place}].", needed)
         if not all(isinstance(name, str) for name in verdict.get("bodies", ())):
             raise RunFolderError(f"{path}: is damaged: bodies of verdict {place + 1} are not names")
 
@@ -191,18 +189,40 @@ def check_metrics(found: Any, path: Path) -> None:
     for name, metric in found.items():
         if name == "run":
             continue
-        if missing := [key for key in ("value", "unit", "window", "time", "who") if key not in metric]:
-            raise RunFolderError(f"{path}: is damaged: {name} has no {missing[0]}")
-        _check_table(metric, METRIC, path, f"{name}.")
+        check_table(metric, METRIC, path, f"{name}.", ("value", "unit", "window", "time", "who"))
         if len(metric["window"]) != 2 or not all(isinstance(each, REAL) for each in metric["window"]):
             raise RunFolderError(f"{path}: is damaged: {name}.window is {str(metric['window'])[:60]!r}")
 
 
-def _check_table(found: Mapping[str, Any], kinds: Mapping[str, Kinds], path: Path, place: str) -> None:
+def check_table(
+    found: Mapping[str, Any],
+    kinds: Mapping[str, Kinds],
+    path: Path,
+    place: str = "",
+    needed: Iterable[str] = (),
+    infinite: bool = False,
+) -> None:
+    """Refuse a table whose entries are missing or of other types.
+
+    Args:
+        found: The table.
+        kinds: What each entry is, where it is there.
+        path: Its file.
+        place: Where in the file it is, as it stands before a key.
+        needed: Entries that must be there.
+        infinite: Whether numbers may be infinite.
+
+    Raises:
+        RunFolderError: With the first entry that is wrong.
+    """
+    for key in needed:
+        if key not in found:
+            raise RunFolderError(f"{path}: is damaged: {place}{key} is missing")
     for key in kinds.keys() & found.keys():
         value = found[key]
         right = isinstance(value, kinds[key])
         if isinstance(value, int | float) and kinds[key] is not FLAG:  # a flag is an int to Python
-            right = right and not isinstance(value, bool) and abs(value) <= LARGEST
+            endless = infinite and isinstance(value, float) and math.isinf(value)
+            right = right and not isinstance(value, bool) and (endless or abs(value) <= LARGEST)
         if not right:
             raise RunFolderError(f"{path}: is damaged: {place}{key} is {str(value)[:60]!r}")

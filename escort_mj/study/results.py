@@ -7,15 +7,16 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, Field, ValidationError
 
-from escort_mj.errors import UsageError
+from escort_mj.errors import RunFolderError, UsageError
 from escort_mj.record.files import read_json, write_text
 from escort_mj.scenario.dump import flow
-from escort_mj.scenario.findings import parse_key_path
+from escort_mj.scenario.findings import key_path, parse_key_path
 from escort_mj.scenario.paths import locate
 from escort_mj.study.definition import Steps
 from escort_mj.study.design import CASE, SAMPLE, Cell, Design, Planned
@@ -293,11 +294,59 @@ def open_results(folder: Path) -> Results:
 
     Raises:
         UsageError: If it has none.
+        RunFolderError: If they are damaged.
     """
     with open_store(folder) as store:
         if not (folder / FILE).is_file():
             raise UsageError(
                 f"{folder}: holds results but no design ({FILE}); the sweep that made them writes it"
             )
-        facts = read_json(folder / FILE)
+        facts = _checked(read_json(folder / FILE), folder / FILE)
         return Results(facts, store.get(key for _, _, key in facts["runs"]))
+
+
+class _Factor(BaseModel, strict=True):
+    name: str
+    log: bool
+    drawn: bool
+
+
+class _Cell(BaseModel, strict=True):
+    labels: dict[str, Any]
+    settings: dict[str, Any]
+
+
+class _Facts(BaseModel, strict=True):
+    """What `facts_of` returns."""
+
+    study: str
+    description: str
+    scenario: str
+    text: str
+    factors: list[_Factor]
+    cells: Annotated[list[_Cell], Field(min_length=1)]
+    runs: list[Annotated[list[Any], Field(min_length=3, max_length=3)]]
+
+
+def _checked(facts: Any, path: Path) -> dict[str, Any]:
+    """Return the facts of a design, if they are such.
+
+    Raises:
+        RunFolderError: If they are not what `facts_of` returns.
+    """
+    try:
+        _Facts.model_validate(facts)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise RunFolderError(
+            f"{path}: is damaged: {key_path(first['loc'])}: {first['msg'].lower()}"
+        ) from None
+    for place, (cell, seed, key) in enumerate(facts["runs"]):
+        known = isinstance(cell, int) and 0 <= cell < len(facts["cells"])
+        if not known or not isinstance(seed, int) or not isinstance(key, str):
+            raise RunFolderError(f"{path}: is damaged: runs[{place}] is not a cell, a seed and a key")
+    names = {factor["name"] for factor in facts["factors"]}
+    for place, cell in enumerate(facts["cells"]):
+        if missing := names - cell["labels"].keys():
+            raise RunFolderError(f"{path}: is damaged: cells[{place}].labels has no {sorted(missing)[0]}")
+    return dict(facts)

@@ -13,12 +13,24 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from escort_mj.errors import EscortError, UsageError, WriteError
+from escort_mj.errors import EscortError, RunFolderError, UsageError, WriteError
+from escort_mj.record.intact import MAYBE, REAL, VERDICT, WORDS, Kinds, check_table
 from escort_mj.record.process import alive, identify
 from escort_mj.signals import METRIC_NAMES
 
 FILE = "results.sqlite"
 FORMAT = 1
+JUDGED = ("metric", "demanded", "passed", "value", "margin", "message")  # what is looked at of a verdict
+COLUMNS: dict[str, Kinds] = {
+    **dict.fromkeys(("key", "outcome", "message", "scenario"), WORDS),
+    **dict.fromkeys(("seed", "passed"), (int,)),
+    "simulated_time": REAL,
+    "wall_time": REAL,
+    "settings": (dict,),
+    "versions": (dict,),
+    "verdicts": (list,),
+    "folder": (str, type(None)),
+}
 PATIENCE = 60.0  # s, for another process's transaction
 SILENCE = 300.0  # s without a sign of life, after which a claim from another machine has lapsed
 
@@ -141,7 +153,7 @@ class Store:
         now = time.time()
         with self._transaction() as run:
             for key, owner, since in run("SELECT key, owner, since FROM claims").fetchall():
-                if _lapsed(json.loads(owner), since, now):
+                if _lapsed(owner, since, now):
                     run("DELETE FROM claims WHERE key = ?", (key,))
             taken = []
             for key in keys:
@@ -161,7 +173,7 @@ class Store:
         now = time.time()
         with self._transaction() as run:
             claims = run("SELECT owner, since FROM claims WHERE owner != ?", (self._owner,)).fetchall()
-        return sum(not _lapsed(json.loads(owner), since, now) for owner, since in claims)
+        return sum(not _lapsed(owner, since, now) for owner, since in claims)
 
     def put(self, row: Row) -> None:
         """Writes a run, once and for all: a run that is there stays as it is."""
@@ -191,13 +203,28 @@ class Store:
                 record = run(query, (key,)).fetchone()
                 if record is None:
                     continue
-                values: dict[str, Any] = dict(zip(columns, record, strict=False))
-                for name in ("settings", "verdicts", "versions"):
-                    values[name] = json.loads(values[name])
-                values["passed"] = bool(values["passed"])
                 metrics = dict(zip(METRIC_NAMES, record[len(columns) :], strict=True))
-                found[key] = Row(**values, metrics=metrics)
+                found[key] = self._row(dict(zip(columns, record, strict=False)), metrics)
         return found
+
+    def _row(self, values: dict[str, Any], metrics: dict[str, Any]) -> Row:
+        """Return a run as it was put.
+
+        Raises:
+            RunFolderError: If it is not one that was.
+        """
+        place = f"run {str(values['key'])[:12]}: "
+        for name in ("settings", "verdicts", "versions"):
+            try:
+                values[name] = json.loads(values[name])
+            except (TypeError, ValueError):
+                raise RunFolderError(f"{self.path}: is damaged: {place}{name} is not JSON") from None
+        check_table(values, COLUMNS, self.path, place)
+        check_table(metrics, dict.fromkeys(METRIC_NAMES, MAYBE), self.path, place, infinite=True)
+        for verdict in values["verdicts"]:
+            table = verdict if isinstance(verdict, dict) else {}
+            check_table(table, VERDICT, self.path, f"{place}verdict ", JUDGED, infinite=True)
+        return Row(**values | {"passed": bool(values["passed"])}, metrics=metrics)
 
     @contextmanager
     def _transaction(self) -> Iterator[Any]:
@@ -216,6 +243,8 @@ class Store:
                     self._connection.execute("ROLLBACK")
             if _full(error):
                 raise WriteError(self.path, f"{error}; what it held before is kept") from None
+            if isinstance(error, sqlite3.Error):
+                raise UsageError(f"{self.path}: cannot be used as a store of results: {error}") from None
             raise
 
 
@@ -225,8 +254,14 @@ def _full(error: BaseException) -> bool:
     return code is not None and code & 0xFF in (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR)
 
 
-def _lapsed(owner: dict[str, Any], since: float, now: float) -> bool:
-    """Whether the process that made a claim is gone."""
+def _lapsed(written: Any, since: Any, now: float) -> bool:
+    """Whether the process that made a claim is gone; a claim that cannot be read is nobody's."""
+    try:
+        owner = json.loads(written)
+    except (TypeError, ValueError):
+        return True
+    if not isinstance(owner, dict) or not isinstance(since, int | float):
+        return True
     if owner.get("host") == socket.gethostname():
         return not alive(owner)
     return now - since > SILENCE
