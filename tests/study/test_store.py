@@ -17,7 +17,8 @@ from escort_mj.study.store import FILE, SILENCE, Row, Store, open_store
 
 def row(key: str, **changes: object) -> Row:
     metrics = {"radius_error_mean": 0.25, "settling_time": float("inf"), "energy_ratio": None}
-    verdicts = [{"metric": "contacts", "passed": True}]
+    verdict = {"metric": "contacts", "demanded": "none", "passed": True, "message": "contacts none: none"}
+    verdicts = [verdict | {"value": 0.0, "margin": 0.0}]
     settings, versions = {"robots.mass": 2.0}, {"mujoco": "3"}
     return Row(
         key, 3, settings, "completed", "done", True, 2.0, 0.1, verdicts, "name: x\n", versions, metrics
