@@ -93,21 +93,19 @@ def tunneling(flight: Flight, after: float = 0.0, before: float | None = None) -
 
 
 def touches(flight: Flight, sides: Any, after: float = 0.0, before: float | None = None) -> list[Touch]:
-    """Return the touches of two sides that reach into a window."""
-    wanted = set(flight.pairs(sides))
+    """Return the touches of two sides that have a physics step in a window."""
+    wanted, watched = set(flight.pairs(sides)), flight.steps(after, before)
     return [
-        touch for touch in flight.touches if touch.pair in wanted and inside(flight, touch, after, before) > 0
+        touch
+        for touch in flight.touches
+        if touch.pair in wanted and watched[touch.first : touch.last + 1].any()
     ]
 
 
 def inside(flight: Flight, touch: Touch, after: float = 0.0, before: float | None = None) -> float:
     """Return how long a touch lasts inside a window [s]; a step lasts from its time to the next one's."""
     start, end = touch.first * flight.timestep, (touch.last + 1) * flight.timestep
-    if before is not None:
-        if start > before + BARELY:
-            return 0.0
-        end = max(min(end, before), start + BARELY)
-    return max(end - max(start, after), 0.0)
+    return max(min(end, math.inf if before is None else before) - max(start, after), 0.0)
 
 
 def _touches(flight: Flight, expectation: ContactExpectation) -> Judgment:
