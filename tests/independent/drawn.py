@@ -42,7 +42,8 @@ def drawn(seed: int) -> Variation:
 def _draw(name: str, dice: random.Random) -> Variation:
     axes = dice.choice((2, 2, 2, 3, 3, 3, 4, 6, 9))
     timestep = dice.choice(TIMESTEPS)
-    duration = round(dice.uniform(0.3, 3.0) + dice.choice((0.0, 0.3, 0.49)) * timestep, 6)
+    steps = round(dice.uniform(0.3, 3.0) / timestep)
+    duration = round((steps + dice.choice((0.0, 0.3, 0.49))) * timestep, 6)
     obstacles = [_obstacle(axes, duration, place, dice) for place in range(1, dice.choice((2, 3, 5)))]
     walls = []
     if axes < 4 and dice.random() < 0.4:
