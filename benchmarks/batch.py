@@ -88,7 +88,7 @@ def stepping(scenario: str, overrides: list[str]) -> dict[str, dict[str, Any]]:
     worlds = [build(one) for one in missions(scenario, overrides)]
     plants = {k: [Plant(world) for world in worlds] for k in (1, THREADS)}
     batches = {k: mujoco.batch.Batch(worlds[0].model, len(worlds), k) for k in (1, THREADS)}
-    steps = SAMPLES * worlds[0].stride
+    steps = SAMPLES * worlds[0].schedule.stride
     pools = {k: ThreadPoolExecutor(k) for k in (1, THREADS)}
 
     def sampled(plant: Plant) -> None:
@@ -108,7 +108,7 @@ def stepping(scenario: str, overrides: list[str]) -> dict[str, dict[str, Any]]:
     with native_loop(*worlds):
         times = alternate(loops, ROUNDS)
         for plant in itertools.chain(*plants.values()):  # the first sample was that of the first step
-            plant.step(worlds[0].stride - 1)
+            plant.step(worlds[0].schedule.stride - 1)
     for pool in pools.values():
         pool.shutdown()
     places = [np.array([plant.data.qpos for plant in team]).tobytes() for team in plants.values()]

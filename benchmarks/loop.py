@@ -43,7 +43,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31, steps: int = 
     world = build(load_scenario(scenario, overrides))
     plant = Plant(world)
     bare, slow = Bare(world), mujoco.MjData(world.model)
-    law = ReferenceController(world.setup, world.stride)
+    law = ReferenceController(world.setup, world.schedule.stride)
     n, p = world.sizes["robot"], world.sizes["axis"]
     few = max(steps // 50, 1)
 

@@ -54,7 +54,7 @@ class Variant:
     def __init__(self, n: int, axes: int, changes: dict[str, Any], watched: bool = True) -> None:
         self.world = build(mission("point_mass", n, axes, changes=changes))
         self.plant = Plant(self.world)
-        stride = self.world.stride
+        stride = self.world.schedule.stride
         self.steps, self.watched = max(2, WORK // n // stride) * stride, watched
         self.fly()
 

@@ -41,7 +41,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, 
     world = build(load_scenario(scenario, overrides))
     plant = Plant(world)
     samples = np.empty((BLOCK, record_size(world.sizes)))
-    steps = BLOCK * world.stride
+    steps = BLOCK * world.schedule.stride
 
     def alone() -> None:
         plant.step(steps)
@@ -70,7 +70,7 @@ def compare(scenario: str, overrides: list[str], rounds: int = 31) -> dict[str, 
         journal.close()
     found = {name: 1e6 * float(np.median(values)) for name, values in times.items()}
     ratios = {f"{name}/alone": paired(times, name, "alone") for name in ("sampled", "written")}
-    return found | ratios | {"numbers": len(samples[0]), "stride": world.stride}
+    return found | ratios | {"numbers": len(samples[0]), "stride": world.schedule.stride}
 
 
 def measure() -> list[dict[str, Any]]:

@@ -62,7 +62,7 @@ def mission(
 
 def advance(plant: Plant, steps: int) -> None:
     """Takes steps as a run does, samples and episodes of contact taken off on the way."""
-    left = steps // plant.world.stride
+    left = steps // plant.world.schedule.stride
     while left > 0:
         left -= len(plant.samples(left))
         if plant.has_ended:
@@ -82,7 +82,7 @@ def fly(world: World) -> Flight:
         return float(np.abs(reach - world.setup.radius).mean())
 
     robots = world.sizes["robot"]
-    return Flight(step, error, world.model.opt.timestep, robots, version("escort-mj"), world.stride)
+    return Flight(step, error, world.model.opt.timestep, robots, version("escort-mj"), world.schedule.stride)
 
 
 def fly_many(world: World, count: int) -> Flight:
