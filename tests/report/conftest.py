@@ -112,6 +112,13 @@ def make_run(tmp_path_factory):
             "neighbors": [[i + 1, (i + 1) % count + 1] for i in range(count)] if count > 2 else [],
             "spacing": [2 * RADIUS * math.sin(math.pi / count)] * count if count > 2 else [],
             "attributes": {
+                "description": "",
+                "phases": "mission",
+                "seed": 0,
+                "height": ROBOT if axes == 2 else 0.0,
+                "gravity": 0.0,
+                "wind": 0.0,
+                "robots_mass": 5.0,
                 "title": title,
                 "timestep": 0.002,
                 "mission_radius": RADIUS,
