@@ -6,9 +6,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from escort_mj.control.behaviors.vertices import turn_figure
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
@@ -17,17 +14,28 @@ from escort_mj.control.inner import inner_loop
 from escort_mj.control.measure import measure
 from escort_mj.control.movers import drive
 from escort_mj.control.neighbors import keep_all_neighbors
-from escort_mj.control.plan import EVALUATED, LAST_TIME, SAMPLED, STARTED, STEP, Plan, State
+from escort_mj.control.plan import (
+    EVALUATED,
+    IS_KNOWN,
+    LAST_TIME,
+    NEXT_PLACE,
+    NEXT_PUSH,
+    NEXT_TIME,
+    NEXT_VELOCITY,
+    SAMPLED,
+    STARTED,
+    STEP,
+    Plan,
+    State,
+)
 from escort_mj.control.program import evaluate as evaluate_program
 from escort_mj.control.program import value_of
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
-from escort_mj.kernels import DOUBLE, inlined, merged, stack_memory, vector_at
+from escort_mj.kernels import inlined, merged
 from escort_mj.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
 from escort_mj.on_demand import on_demand
-
-Array = NDArray[np.float64]
 
 
 @inlined
@@ -130,37 +138,29 @@ def advance(plan: Plan, state: State) -> bool:
 
 @on_demand
 def follow_time(plan: Plan, state: State) -> None:
-    """Target and disturbance at the present time."""
+    """Target and disturbance at the present time, and at the next step, for which they are kept."""
     n, p = state.q.shape
-    time, push, pushes = state.time[0], vector_at(stack_memory(), p), stack_rows(p)
-    follow(plan, time, state.target_position, state.target_velocity, push)
-    for k in range(p):
-        if plan.target[k, 1] > 0.0:
-            state.target_position[k], state.target_velocity[k] = evaluate_program(
-                plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
-            )
-        first, count = int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1])
-        if count > 0:
-            push[k] = value_of(plan.code, first, count, plan.pieces, time, state.stack)
-        set_row(pushes, k, everywhere(push[k]))
+    ahead, pushes = state.ahead, stack_rows(p)
+    for later in range(2):
+        time = state.time[0] + later * plan.timestep
+        if later == 1 or state.ahead_time[IS_KNOWN] == 0.0 or state.ahead_time[NEXT_TIME] != time:
+            follow(plan, time, ahead[NEXT_PLACE], ahead[NEXT_VELOCITY], ahead[NEXT_PUSH])
+            for k in range(p):
+                if plan.target[k, 1] > 0.0:
+                    ahead[NEXT_PLACE, k], ahead[NEXT_VELOCITY, k] = evaluate_program(
+                        plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time,
+                        state.stack,
+                    )  # fmt: skip
+                first, count = int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1])
+                if count > 0:
+                    ahead[NEXT_PUSH, k] = value_of(plan.code, first, count, plan.pieces, time, state.stack)
+            state.ahead_time[IS_KNOWN], state.ahead_time[NEXT_TIME] = 1.0, time
+        if later == 0:
+            for k in range(p):
+                state.target_position[k], state.target_velocity[k] = (
+                    ahead[NEXT_PLACE, k],
+                    ahead[NEXT_VELOCITY, k],
+                )
+                set_row(pushes, k, everywhere(ahead[NEXT_PUSH, k]))
     for i in range(0, n, WIDTH):
         store_rows(state.disturbance, i, pushes)
-
-
-@on_demand
-def target_at(plan: Plan, state: State, time: float, position: Array) -> None:
-    """Writes where the target is at a time: the place that `follow_time` finds then.
-
-    Args:
-        plan: Gives its trajectory.
-        state: Gives scratch memory.
-        time: At which [s].
-        position: Result, shape (p,) [m].
-    """
-    p, memory = state.q.shape[1], stack_memory()
-    follow(plan, time, position, vector_at(memory, p), vector_at(memory + DOUBLE * p, p))
-    for k in range(p):
-        if plan.target[k, 1] > 0.0:
-            position[k] = value_of(
-                plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time, state.stack
-            )

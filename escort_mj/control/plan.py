@@ -185,6 +185,8 @@ class State(NamedTuple):
     held: Annotated[Array, "n", "held"]  # at the last run of the outer loop, see `trigger`
     fresh: Annotated[Array, "n"]  # 1 where the outer loop runs now
     past: Annotated[Array, "past", "p"]  # see `measure`
+    ahead: Annotated[Array, 3, "p"]  # at the next step: the target's place and velocity, the disturbance
+    ahead_time: Annotated[Array, 2]  # whether they are known, and of which time
     clock: Annotated[Array, CLOCK_SIZE]  # see the constants below
     stack: Annotated[Array, 2 * STACK_DEPTH]  # scratch of `program.evaluate`
     model_mass: Annotated[Array, "told", "p*p"]  # mass matrix of each robot, where the law is told
@@ -231,6 +233,10 @@ REMEMBERED = 6  # time up to which `law_memory` is integrated
 DIFFERENTIATING = 7  # whether v_d has been differentiated before
 SAMPLED = 8  # whether a sample is taken in the present step
 WATCHED_SAMPLED = 9  # whether one was taken in the step that was watched last
+
+# Rows of State.ahead, and places in State.ahead_time
+NEXT_PLACE, NEXT_VELOCITY, NEXT_PUSH = 0, 1, 2
+IS_KNOWN, NEXT_TIME = 0, 1
 
 LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged"))
 

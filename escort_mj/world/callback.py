@@ -19,7 +19,7 @@ import mujoco
 
 from escort_mj import machine_code
 from escort_mj.control.conflicts import weigh_tasks
-from escort_mj.control.controller import follow_time, target_at
+from escort_mj.control.controller import follow_time
 from escort_mj.control.inner import DEFAULT_FORCE
 from escort_mj.control.measure import measure
 from escort_mj.machine_code import Piece
@@ -66,8 +66,7 @@ def class_pieces(axes: int | None) -> list[Piece]:
     Args:
         axes: Number of axes; None for any more.
     """
-    soon = (measure, weigh_tasks, follow_time, target_at, DEFAULT_FORCE)
-    functions = (control_callback, sensor_callback, *soon)
+    functions = (control_callback, sensor_callback, measure, weigh_tasks, follow_time, DEFAULT_FORCE)
     return [_piece(function, axes) for function in functions]
 
 

@@ -69,13 +69,14 @@ def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> No
                     point[k] = body[k] - behind * way[k]
                 state.obstacle_gap[row] = -depth
                 continue
+            state.obstacle_gap[row] = to_box
             if to_box - radius < plan.nearest_within:
                 geom_distance(m, d, geom, other, FARTHEST, segment)
-            for k in range(3):
-                square += (body[k] - nearest[k]) ** 2
+                for k in range(3):
+                    square += (body[k] - nearest[k]) ** 2
+                state.obstacle_gap[row] = math.sqrt(square)
             for k in range(p):
                 point[k] = nearest[k]
-            state.obstacle_gap[row] = math.sqrt(square)
 
 
 @inlined

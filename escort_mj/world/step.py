@@ -12,8 +12,8 @@ from ctypes import c_int
 
 import mujoco
 
-from escort_mj.control.controller import evaluate, target_at
-from escort_mj.control.plan import MAGIC, Plan, State, axes_of, unpack_plan, unpack_state
+from escort_mj.control.controller import evaluate
+from escort_mj.control.plan import MAGIC, NEXT_PLACE, Plan, State, axes_of, unpack_plan, unpack_state
 from escort_mj.kernels import (
     DOUBLE,
     call_at,
@@ -23,7 +23,6 @@ from escort_mj.kernels import (
     merged,
     place,
     pointer_at,
-    stack_memory,
     vector_at,
 )
 from escort_mj.lanes import copy_in, copy_numbers
@@ -136,11 +135,10 @@ def control(m: int, d: int, axes: int) -> None:
             for k in range(p):
                 applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
     if is_led(wiring):
-        mocap, ahead = pointer_at(d + DATA_MOCAP), vector_at(stack_memory(), p)
-        target_at(plan, state, state.time[0] + plan.timestep, ahead)  # when MuJoCo next looks
-        for k in range(p):
+        mocap = pointer_at(d + DATA_MOCAP)
+        for k in range(p):  # where it will be when MuJoCo next looks
             target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
-            target[0] = wiring.target_offset[k] + ahead[k]
+            target[0] = wiring.target_offset[k] + state.ahead[NEXT_PLACE, k]
 
 
 @merged
