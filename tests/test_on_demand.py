@@ -17,7 +17,7 @@ MISSION = {
         "supervisor": [{"name": "alone", "after": 1, "behaviors": ["surface"]}],
     },
 }
-REACHED = {"follow_time", "measure", "supervise", "_refresh_some", "_run_one_by_one", "weigh_tasks"}
+REACHED = {"follow_time", "measure", "supervise", "_refresh_some", "weigh_tasks", "force_of_apd_smc"}
 PROGRAM = """
 import json, sys
 from mujoco import batch
