@@ -132,10 +132,10 @@ def check_plugin(
 
     Example: escort-mj check-plugin own_law.py
     """
-    from escort_mj.conformance import check_plugin as check
+    from escort_mj.conformance.apart import check_apart
 
     checks = []
-    for found in check(plugin):
+    for found in check_apart(plugin):
         checks.append(found)
         if not as_json:  # at once: a mission takes its time to compile
             say(f"  {'ok' if found.held else 'NO'}  {found.member}  {found.name:20s} {found.words}")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.batch import fly_many
-from escort_mj.conformance.stand import Row
+from escort_mj.conformance.stand import Row, trying
 from escort_mj.control.behaviors.behavior import Behavior
 from escort_mj.control.laws.law import Law
 from escort_mj.mission import Run
@@ -27,7 +27,10 @@ def check_missions(member: type[Any], kind: type[Scenario]) -> Iterator[Row]:
     """
     most = member.most_axes if issubclass(member, RobotKind) else max(AXES)
     scenarios = [mission_with(member, kind, axes) for axes in AXES if axes <= most]
-    runs = [next(iter(fly_many([scenario], 1, traces=True))) for scenario in scenarios]
+    runs: list[Run] = []
+    for scenario in scenarios:
+        trying(member, f"in a mission in {scenario.axes} axes")
+        runs += fly_many([scenario], 1, traces=True)
     broken = next((run for run in runs if not run.outcome.good), None)
     words = f"{DURATION:g} s in {' and '.join(str(each.axes) for each in scenarios)} axes"
     yield Row(

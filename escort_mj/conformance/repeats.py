@@ -6,9 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from escort_mj.conformance.stand import ROUNDING, SEED, Row, Stand, gap, other_form, stands
+from escort_mj.conformance.stand import ROUNDING, SEED, BrokenError, Row, Stand, gap, other_form, stands
 from escort_mj.control.behaviors.behavior import Behavior
 from escort_mj.control.laws.law import Law
+from escort_mj.control.own.place import place_of
 from escort_mj.scenario.schema import Scenario
 
 DRAWS = 20
@@ -21,6 +22,7 @@ def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Ite
         member: What is called.
         kind: The type of scenarios that knows it.
     """
+    yield from _in_bounds(member, kind)
     plain = other_form(member)
     finite, same, apart, touched = True, True, 0.0, False
     for stand in stands(member, kind):
@@ -54,6 +56,24 @@ def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Ite
     if plain is not None:
         held = apart <= ROUNDING
         yield Row("forms agree", held, f"compiled and NumPy: relative difference {apart:.1g}")
+
+
+def _in_bounds(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[Row]:
+    """Runs a compiled form as Python first: there an index beyond its array is an error, not a wild write."""
+    kernel = member.forms().kernel
+    if kernel is None or not member.prefer_kernel:
+        return
+    for stand in stands(member, kind):
+        random = np.random.default_rng(SEED)
+        for robot in [None] if issubclass(member, Law) else range(len(stand.state.q)):
+            stand.fill(random)
+            try:
+                stand.interpret(robot)
+            except IndexError as error:
+                raise BrokenError("in bounds", place_of(error, kernel)) from None
+            except Exception:  # what else is wrong shows when the machine code runs
+                break
+    yield Row("in bounds", True, "no index is beyond its array")
 
 
 def _written(stand: Stand, robot: int | None) -> np.ndarray:

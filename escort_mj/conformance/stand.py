@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,16 @@ Array = NDArray[np.float64]
 SEED = 4144
 ROUNDING = 1e-9  # relative difference of two ways to compute the same
 SIZES = ((5, 2), (1, 2), (4, 3), (3, 5))  # robots and axes
+
+
+listeners: list[Callable[[str, str], None]] = []
+"""Called with a member's name and what is about to be tried with it, in words."""
+
+
+def trying(member: type[Any], words: str) -> None:
+    """Say what is about to be tried, in case that it ends the process."""
+    for listener in listeners:
+        listener(member.__name__, words)
 
 
 class Row(NamedTuple):
@@ -63,6 +73,7 @@ class Stand:
             axes: p.
         """
         self.own = own
+        trying(type(own), f"with {robots} robots in {axes} axes")
         table: dict[str, Any] = {"axes": axes, "robots": {"count": robots}}
         obstacles = [{"position": (8.0 + 3.0 * j,) + (0.5,) * (axes - 1), "radius": 0.5} for j in range(2)]
         table["obstacles"] = tuple(obstacles)
@@ -128,6 +139,14 @@ class Stand:
             found = native.failure(self._memory)
             raise BrokenError("runs", found.message if found else "failed")
         return returned
+
+    def interpret(self, robot: int | None = None) -> None:
+        """Call what runs as Python, where NumPy checks every index; errors are its own.
+
+        Args:
+            robot: Which robot, of a behavior.
+        """
+        native.interpret(self._number, self._block, self._plan, self._memory, robot)
 
     def outputs(self) -> Array:
         """All that was written, in a row."""

@@ -55,6 +55,15 @@ class TestLaws:
         text = LAW + KERNEL.replace("integral_gain * robots.s", "integral_gain * robots.e")
         assert only_wrong(tmp_path, text, check_law) == ["forms agree"]
 
+    @pytest.mark.parametrize("place", ["i + 1, k", "i, k + 10**9", "-7, 0"])
+    def test_an_index_beyond_its_array_never_reaches_machine_code(self, compiled, tmp_path, place):
+        kernel = KERNEL.replace("robots.rho_hat_rate[i, k]", f"robots.rho_hat_rate[{place}]")
+        found = rows(tmp_path, LAW + kernel, check_law)
+        held, words = found.pop("in bounds")
+        line = 1 + (LAW + kernel)[: (LAW + kernel).index(f"[{place}]")].count("\n")
+        assert not held and not found
+        assert f"own.py:{line}: IndexError: index" in words
+
     def test_a_kernel_that_writes_what_it_sees(self, compiled, tmp_path):
         text = LAW + KERNEL.replace("tau = robots", "robots.e_dot[i, k] += 0.1\n                tau = robots")
         assert "leaves what it sees" in only_wrong(tmp_path, text, check_law)

@@ -199,6 +199,17 @@ def invoke(number: int, own: int, plan: int, state: int, robot: int | None = Non
     return result.value
 
 
+def interpret(number: int, own: int, plan: int, state: int, robot: int | None = None) -> None:
+    """Calls a law or behavior as `invoke` does, but as Python, whatever form it has; errors are its own."""
+    _interpret(_slots[number], own, plan, state, robot)
+
+
+def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
+    numbers = slot.layout.read(slot.layout.plan, own, own)
+    view = LAYOUT.read(slot.model.view, plan, state)
+    slot.function(numbers, view, *([robot] if issubclass(slot.model, Behavior) else []))
+
+
 def forget(state: int) -> None:
     """A mission begins in the memory at an address: whatever was noted of an earlier one there is past."""
     _seen.pop(state, None)
@@ -229,10 +240,8 @@ def _note_failure(own: int, plan: int, state: int, robot: int) -> None:
         words += "that is not a finite number"
     elif slot is not None:
         words = f"{_place(slot.function)}: the compiled form raised an error that its Python form does not"
-        numbers = slot.layout.read(slot.layout.plan, own, own)
-        view = LAYOUT.read(slot.model.view, plan, state)
         try:
-            slot.function(numbers, view, *([robot] if issubclass(slot.model, Behavior) else []))
+            _interpret(slot, own, plan, state, robot)
         except BaseException as raised:
             words = place_of(raised, slot.function)
     _failures[state] = Failure(_time(plan, state), words)
