@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -69,7 +70,16 @@ def motion(count, axes, samples, spread):
 
 @pytest.fixture(scope="session")
 def make_run(tmp_path_factory):
-    """Writes a run folder; see the arguments of `write`."""
+    """A run folder as the arguments of `write` say: of each kind one is written, others are its copies."""
+    written: dict[tuple, Path] = {}
+
+    def make(**shape) -> Path:
+        if "lost" in shape:  # no key
+            return write(**shape)
+        key = tuple(sorted(shape.items()))
+        if key not in written:
+            written[key] = write(**shape)
+        return Path(shutil.copytree(written[key], tmp_path_factory.mktemp("run"), dirs_exist_ok=True))
 
     def write(
         count=5,
@@ -172,4 +182,4 @@ def make_run(tmp_path_factory):
         folder.finish(outcome, message, trace, {}, [{"passed": outcome.good}])
         return folder.path
 
-    return write
+    return make

@@ -17,7 +17,7 @@ from escort_mj.report.clip import LENGTH, plan_clip
 from escort_mj.scenario.schema import Video
 from tests.report.test_video import needs_gl, read
 
-SMALL = Video(width=320, height=180)
+SMALL = Video(width=320, height=180, rate=10)
 
 
 def verdict(passed=False, time=None, bodies=(), message="contacts none: 1"):
@@ -101,7 +101,7 @@ def test_a_clip_of_four_seconds_with_the_pair_marked(meeting):
 @needs_gl
 def test_bodies_that_the_model_does_not_have_are_not_marked(meeting):
     (meeting / "verdicts.json").write_text(json.dumps([verdict(time=3.0, bodies=("robot_1", "ghost"))]))
-    assert len(read(video.render_clip(meeting, SMALL))) > 90
+    assert len(read(video.render_clip(meeting, SMALL))) > 30
 
 
 def test_a_new_run_takes_the_old_clip_away(meeting, tmp_path):

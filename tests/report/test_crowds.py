@@ -17,7 +17,7 @@ COUNT = palette.MOST_LINES + 20
 GEOM = mujoco.mjtGeom
 
 
-@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("axes", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_a_crowd_gets_its_figures_of_few_artists(make_run, monkeypatch, axes) -> None:
     monkeypatch.setattr(style, "DPI", 60)
     folder = make_run(count=COUNT, axes=axes, samples=20)

@@ -9,7 +9,7 @@ from escort_mj import palette
 from escort_mj.errors import RenderError, RunFolderError
 from escort_mj.record.folder import open_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.report import curves, paths, style
+from escort_mj.report import curves, figures, paths, style
 from escort_mj.report.figures import draw_figures
 from escort_mj.report.style import figure
 
@@ -36,33 +36,35 @@ def has_color(image, color, tolerance=2):
     [
         ({}, {"clearances", "obstacle_distances"}),
         ({"count": 6, "axes": 3}, {"clearances", "obstacle_distances"}),
+        ({"samples": 2, "axes": 3, "count": 1, "obstacles": 0}, set()),
+        ({"count": 50, "obstacles": 30}, {"clearances", "obstacle_distances"}),
+        ({"obstacles": 0, "truth": "lyapunov"}, {"clearances", "truth"}),
+        ({"samples": 1, "count": 1, "obstacles": 0, "truth": "lyapunov"}, {"truth"}),
+    ],
+    ids=["planar", "space", "two_samples", "many", "truth", "truth_once"],
+)
+def test_every_mission_gets_its_figures_without_a_warning(make_run, monkeypatch, shape, more):
+    figures_of(make_run, monkeypatch, shape, more)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shape", "more"),
+    [
         ({"obstacles": 0}, {"clearances"}),
         ({"count": 1, "obstacles": 0}, set()),
         ({"count": 2, "obstacles": 0}, {"clearances"}),
         ({"samples": 1}, {"clearances", "obstacle_distances"}),
-        ({"samples": 2, "axes": 3, "count": 1, "obstacles": 0}, set()),
-        ({"count": 50, "obstacles": 30}, {"clearances", "obstacle_distances"}),
         ({"count": 13, "axes": 3, "obstacles": 5}, {"clearances", "obstacle_distances"}),
-        ({"obstacles": 0, "truth": "lyapunov"}, {"clearances", "truth"}),
         ({"count": 13, "axes": 3, "obstacles": 0, "truth": "mass"}, {"clearances", "truth"}),
-        ({"samples": 1, "count": 1, "obstacles": 0, "truth": "lyapunov"}, {"truth"}),
     ],
-    ids=[
-        "planar",
-        "space",
-        "free",
-        "alone",
-        "two",
-        "one_sample",
-        "two_samples",
-        "many",
-        "thirteen",
-        "truth",
-        "other_law",
-        "truth_once",
-    ],
+    ids=["free", "alone", "two", "one_sample", "thirteen", "other_law"],
 )
-def test_every_mission_gets_its_figures_without_a_warning(make_run, monkeypatch, shape, more):
+def test_missions_in_between_get_theirs(make_run, monkeypatch, shape, more):
+    figures_of(make_run, monkeypatch, shape, more)
+
+
+def figures_of(make_run, monkeypatch, shape, more):
     monkeypatch.setattr(style, "DPI", 60)  # drawn faster
     written = draw(make_run(**shape))
     assert {path.stem for path in written} == ALWAYS | more
@@ -74,7 +76,10 @@ def test_every_mission_gets_its_figures_without_a_warning(make_run, monkeypatch,
         assert (image[0] == 255).all() and (image[:, -1] == 255).all()  # nothing runs out of the picture
 
 
-def test_a_diverged_run_draws_and_says_so(make_run):
+def test_a_diverged_run_draws_and_says_so(make_run, monkeypatch):
+    monkeypatch.setattr(
+        figures, "PLOTS", [plot for plot in figures.PLOTS if plot.name in ("paths", "forces")]
+    )
     far = {"spread": lambda time: np.exp(12 * time), "outcome": Outcome.DIVERGED, "obstacles": 1}
     well, ill = draw(make_run(obstacles=1)), draw(make_run(**far))
     for good, bad in zip(well, ill, strict=True):
@@ -82,7 +87,8 @@ def test_a_diverged_run_draws_and_says_so(make_run):
         assert has_color(pixels(bad)[:150], palette.from_hex("B00020"))
 
 
-def test_other_formats(make_run):
+def test_other_formats(make_run, monkeypatch):
+    monkeypatch.setattr(figures, "PLOTS", figures.PLOTS[:1])
     (first, *_) = draw(make_run(samples=5, count=1, obstacles=0), ("pdf",))
     assert first.read_bytes().startswith(b"%PDF")
 

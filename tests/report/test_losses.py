@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from escort_mj.record.folder import open_run
+from escort_mj.report import style
 from escort_mj.report.figures import draw_figures
 from escort_mj.report.losses import links, links_at
 from escort_mj.report.paths import bounds
@@ -46,8 +47,9 @@ def test_where_a_lost_robot_drifts_is_not_in_the_picture(trace) -> None:
     assert (high - low).max() < 100.0
 
 
-@pytest.mark.parametrize("axes", [2, 3])
-def test_figures_without_a_warning(make_run, axes: int) -> None:
+@pytest.mark.parametrize("axes", [2, pytest.param(3, marks=pytest.mark.slow)])
+def test_figures_without_a_warning(make_run, monkeypatch, axes: int) -> None:
+    monkeypatch.setattr(style, "DPI", 60)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert draw_figures(make_run(axes=axes, lost=gone()))

@@ -66,6 +66,9 @@ def test_stages_show_the_shadows_where_mujoco_has_them(folder):
             np.testing.assert_allclose(stage.target[sample] - stage.target[0], moved, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    "folder", [5, *(pytest.param(axes, marks=pytest.mark.slow) for axes in (4, 7))], indirect=True
+)
 def test_paths_are_drawn_in_pairs_of_axes(folder):
     written = {path.stem: path for path in draw_figures(folder)}
     assert {"paths", "panels", "forces", "obstacle_distances", "clearances"} <= set(written)
@@ -76,6 +79,9 @@ def test_paths_are_drawn_in_pairs_of_axes(folder):
         assert left.sum() > 200 and right.sum() > 200
 
 
+@pytest.mark.parametrize(
+    "folder", [7, *(pytest.param(axes, marks=pytest.mark.slow) for axes in (4, 5))], indirect=True
+)
 @pytest.mark.skipif(BACKEND is None, reason=f"nothing can be drawn here: {REASON}")
 def test_each_robot_is_seen_on_every_stage_in_its_color(folder):
     run = open_run(folder)

@@ -32,6 +32,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.fixture
+def few(tmp_path: Path) -> Path:
+    """A study of few figures, without its page."""
+    return study_folder(tmp_path, "study: few\nscenario: main\nset: {expect: []}\nseeds: 4\n")
+
+
 @pytest.fixture(scope="module")
 def text(folder: Path) -> str:
     return (folder / "report.html").read_text()
@@ -53,8 +59,8 @@ def test_every_link_leads_somewhere(folder: Path, text: str) -> None:
     assert targets and all((folder / target).exists() for target in targets)
 
 
-def test_a_page_elsewhere_links_back(folder: Path, tmp_path: Path) -> None:
-    path = report(folder, tmp_path / "pages" / "study.html")
+def test_a_page_elsewhere_links_back(few: Path, tmp_path: Path) -> None:
+    path = report(few, tmp_path / "pages" / "study.html")
     targets = [unquote(a["href"]) for a in Page(path.read_text()).all("a")]
     assert targets and all((path.parent / target).exists() for target in targets)
 
@@ -107,8 +113,8 @@ def test_cells_as_numbers_for_other_programs(folder: Path) -> None:
     assert float(last["settling_time_median"]) == math.inf and last["settling_time_mean"] == ""
 
 
-def test_the_same_results_give_the_same_page(folder: Path, text: str) -> None:
-    assert report(folder).read_text() == text
+def test_the_same_results_give_the_same_page(few: Path) -> None:
+    assert report(few).read_text() == report(few).read_text()
 
 
 def test_a_study_without_runs_has_a_page(tmp_path: Path) -> None:

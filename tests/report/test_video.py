@@ -96,7 +96,7 @@ def banner(frame):
     ("shape", "look"),
     [
         ({"axes": 3, "count": 6}, {"camera": "top"}),
-        ({"count": 50, "obstacles": 30}, {"camera": "follow"}),
+        pytest.param({"count": 50, "obstacles": 30}, {"camera": "follow"}, marks=pytest.mark.slow),
         ({"count": 1, "obstacles": 0, "samples": 1}, {}),
         ({"spread": lambda time: np.exp(12 * time), "outcome": Outcome.DIVERGED}, {}),
     ],

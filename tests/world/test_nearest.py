@@ -113,10 +113,12 @@ def test_a_bound_far_away_is_held_against_the_shape_and_not_the_box_around_it(co
     assert near.passed and not beyond.passed
 
 
+@pytest.mark.parametrize("timestep", [0.01, pytest.param(0.002, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("outer", ["nsb", "potential_field", "barrier_filter"])
 @pytest.mark.parametrize("mission", [PLANAR, SPATIAL], ids=["plane", "space"])
-def test_the_law_is_the_twins(mission, outer):
-    scenario = parse_scenario(flow(mission | {"mission": {"radius": 4.0, "max_speed": 2.0, "outer": outer}}))
+def test_the_law_is_the_twins(mission, outer, timestep):
+    orders = {"radius": 4.0, "max_speed": 2.0, "outer": outer}
+    scenario = parse_scenario(flow(mission | {"mission": orders, "physics": {"timestep": timestep}}))
     world = build(scenario)
     plant = Plant(world)
     twin = ReferenceController(world.setup, world.schedule.stride, world.schedule.extra)
@@ -124,7 +126,7 @@ def test_the_law_is_the_twins(mission, outer):
     n, m, p = world.sizes["robot"], world.sizes["obstacle"], world.sizes["axis"]
     avoided = False
     with native_loop(world):
-        for _ in range(3000):
+        for _ in range(round(6.0 / timestep)):
             mujoco.mj_step1(world.model, plant.data)
             state = plant.state
             signals = twin.evaluate(
