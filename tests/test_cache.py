@@ -56,7 +56,7 @@ def test_a_change_of_a_source_changes_the_key(source: str, copied: Path) -> None
 
 def test_sources_that_change_places_change_the_key(copied: Path) -> None:
     before = cache.cache_key(copied)
-    one, other = copied / "control" / "nsb.py", copied / "control" / "nsb.py"
+    one, other = copied / "control" / "nsb.py", copied / "control" / "inner.py"
     names = one.read_bytes(), other.read_bytes()
     one.write_bytes(names[1])
     other.write_bytes(names[0])

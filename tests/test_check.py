@@ -134,7 +134,7 @@ def test_github_annotations(check) -> None:
     assert len(lines) == 6
 
 
-HOSTILE = r"no\n::error::a\r::stop-commands::b\u2028##[error]c\u001b[2Jd\u0007\u202e"
+HOSTILE = r"no\n::error::a\n::stop-commands::b\u2028##[error]c\u202e"  # what the reader does not refuse
 
 
 def test_text_of_users_gives_no_orders_to_runners_and_terminals(check, tmp_path: Path) -> None:

@@ -128,7 +128,8 @@ def test_callbacks_are_gone_after_a_run() -> None:
 
 
 LONG = (
-    "import sys, escort_mj; "
+    "import signal, sys, escort_mj; "
+    "signal.signal(signal.SIGINT, signal.default_int_handler); "  # a shell's background ignores it
     "escort_mj.run(escort_mj.load_scenario('main', ['duration=100000', 'recording.rate=10', 'expect=[]']), "
     "sys.argv[1], figures=False, video=False)"
 )
