@@ -15,9 +15,9 @@ import mujoco
 import numpy as np
 
 from benchmarks.paired import effort
-from escort_mj.world.build import World
 from escort_mj.world.callback import native_loop
-from escort_mj.world.library import library
+from escort_mj.world.loop.library import library
+from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION

@@ -20,9 +20,9 @@ from benchmarks.document import table
 from benchmarks.paired import alternate, paired, seconds
 from escort_mj.api import load_scenario, run_many
 from escort_mj.mission import Run
-from escort_mj.scenario.schema import Scenario
-from escort_mj.world.build import build
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 
 THREADS = 2

@@ -14,7 +14,7 @@ import numpy as np  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from escort_mj.mission import fly  # noqa: E402
 from escort_mj.scenario import parse_scenario  # noqa: E402
-from escort_mj.study.parallel import cores, side_by_side  # noqa: E402
+from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
 
 PAGE = "clutter.md"
 SEEDS = range(1, 11)

@@ -18,12 +18,13 @@ import numpy as np  # noqa: E402
 
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from benchmarks.paired import alternate, effort, paired  # noqa: E402
-from escort_mj import api, cache  # noqa: E402
-from escort_mj.control import thomson  # noqa: E402
+from escort_mj import api  # noqa: E402
+from escort_mj.native import cache  # noqa: E402
+from escort_mj.numerics import thomson  # noqa: E402
 from escort_mj.record.folder import open_run  # noqa: E402
-from escort_mj.scenario.schema import Scenario  # noqa: E402
-from escort_mj.world.build import build  # noqa: E402
+from escort_mj.scenario.schema.scenario import Scenario  # noqa: E402
 from escort_mj.world.callback import native_loop  # noqa: E402
+from escort_mj.world.model.build import build  # noqa: E402
 from escort_mj.world.plant import Plant  # noqa: E402
 
 PAGE = "crowds.md"

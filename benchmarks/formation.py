@@ -12,10 +12,10 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 import numpy as np  # noqa: E402
 
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
-from escort_mj.control.formation import chords_exist  # noqa: E402
 from escort_mj.mission import fly  # noqa: E402
+from escort_mj.numerics.formation import chords_exist  # noqa: E402
 from escort_mj.scenario import parse_scenario  # noqa: E402
-from escort_mj.study.parallel import cores, side_by_side  # noqa: E402
+from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
 
 PAGE = "formation.md"
 TEAMS = [(2, n) for n in range(3, 17)] + [(3, n) for n in (4, 5, 6, 8, 12, 20, 32)] + [(4, 8)]

@@ -20,8 +20,8 @@ import escort_mj
 from benchmarks.document import DOCS, publish
 from escort_mj.recognize import scenario_names, scenarios_folder
 from escort_mj.record.folder import open_run
-from escort_mj.report.encode import find_ffmpeg
-from escort_mj.report.video import render_video, scenario_video
+from escort_mj.report.video.encode import find_ffmpeg
+from escort_mj.report.video.video import render_video, scenario_video
 
 PICTURES = DOCS / "figures" / "gallery"
 WIDTH, HEIGHT = 960, 540

@@ -17,8 +17,8 @@ from benchmarks.document import table
 from benchmarks.paired import alternate, effort, paired
 from escort_mj.api import load_scenario
 from escort_mj.control.reference import ReferenceController
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 
 WARM_UP = 2000  # steps: the mission is under way

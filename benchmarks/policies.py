@@ -18,7 +18,7 @@ from escort_mj.environments import Simulation  # noqa: E402
 from escort_mj.mission import Run  # noqa: E402
 from escort_mj.record.outcome import Outcome  # noqa: E402
 from escort_mj.scenario import Scenario  # noqa: E402
-from escort_mj.study.parallel import cores, side_by_side  # noqa: E402
+from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
 
 Array = NDArray[np.float64]
 Policy = Callable[[Array], Array]

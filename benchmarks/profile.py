@@ -19,8 +19,8 @@ from benchmarks.bare import AT_ONCE, Bare, copy_state
 from benchmarks.document import table
 from benchmarks.paired import Times, alternate, effort
 from benchmarks.peers.ours import BEHAVIORS, advance, mission
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 
 TEAMS = {

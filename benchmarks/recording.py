@@ -20,8 +20,8 @@ from escort_mj.mission import BLOCK
 from escort_mj.record.episodes import NONE
 from escort_mj.record.journal import Journal
 from escort_mj.signals import record_size
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 
 CASES = {

@@ -13,9 +13,9 @@ import numpy as np  # noqa: E402
 
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from escort_mj.api import load_scenario  # noqa: E402
-from escort_mj.control.laws import LAWS  # noqa: E402
+from escort_mj.laws import LAWS  # noqa: E402
 from escort_mj.mission import fly  # noqa: E402
-from escort_mj.study.parallel import cores, side_by_side  # noqa: E402
+from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
 
 PAGE = "robots.md"
 KINDS = ("slung", "loaded", "quadrotor", "mixed")

@@ -15,13 +15,13 @@ from scipy.stats import binomtest  # noqa: E402
 
 from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
 from escort_mj.api import scenarios_folder  # noqa: E402
-from escort_mj.report.style import figure  # noqa: E402
-from escort_mj.study import backends  # noqa: E402
-from escort_mj.study.definition import load_study  # noqa: E402
-from escort_mj.study.design import Design  # noqa: E402
-from escort_mj.study.parallel import cores  # noqa: E402
-from escort_mj.study.store import Row, Store  # noqa: E402
-from escort_mj.study.sweep import sweep  # noqa: E402
+from escort_mj.report.figures.style import figure  # noqa: E402
+from escort_mj.study.engine import backends  # noqa: E402
+from escort_mj.study.engine.parallel import cores  # noqa: E402
+from escort_mj.study.engine.store import Row, Store  # noqa: E402
+from escort_mj.study.sweeps.definition import load_study  # noqa: E402
+from escort_mj.study.sweeps.design import Design  # noqa: E402
+from escort_mj.study.sweeps.sweep import sweep  # noqa: E402
 
 PAGE = "robustness.md"
 

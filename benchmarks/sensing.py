@@ -14,7 +14,7 @@ import numpy as np  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from escort_mj import load_scenario  # noqa: E402
 from escort_mj.mission import fly  # noqa: E402
-from escort_mj.study.parallel import cores, side_by_side  # noqa: E402
+from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
 
 PAGE = "sensing.md"
 DELAYS = (0, 2, 4, 6, 8, 10, 14, 20, 30, 50, 100)  # [steps]

@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.document import table
 from benchmarks.paired import alternate, paired
-from escort_mj.cache import FOLDER
+from escort_mj.native.cache import FOLDER
 
 BARE = "import mujoco, numba"
 FIRST_STEP = """
@@ -26,7 +26,7 @@ import sys
 import escort_mj.cli.runs
 from escort_mj import api
 scenario = api.load_scenario(sys.argv[1])
-from escort_mj.world.build import build
+from escort_mj.world.model.build import build
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
 world = build(scenario)

@@ -11,14 +11,14 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
 from escort_mj.api import scenarios_folder  # noqa: E402
-from escort_mj.report.tuning import draw_tuning  # noqa: E402
-from escort_mj.study import backends  # noqa: E402
-from escort_mj.study.definition import load_study  # noqa: E402
-from escort_mj.study.design import Design  # noqa: E402
-from escort_mj.study.evaluate import base_of  # noqa: E402
-from escort_mj.study.parallel import cores  # noqa: E402
-from escort_mj.study.tune import tune  # noqa: E402
-from escort_mj.study.tune_table import rows_of_gains  # noqa: E402
+from escort_mj.report.figures.tuning import draw_tuning  # noqa: E402
+from escort_mj.study.engine import backends  # noqa: E402
+from escort_mj.study.engine.parallel import cores  # noqa: E402
+from escort_mj.study.search.evaluate import base_of  # noqa: E402
+from escort_mj.study.search.tune import tune  # noqa: E402
+from escort_mj.study.search.tune_table import rows_of_gains  # noqa: E402
+from escort_mj.study.sweeps.definition import load_study  # noqa: E402
+from escort_mj.study.sweeps.design import Design  # noqa: E402
 
 PAGE, STUDY = "tuning.md", "tune_apd_smc"
 

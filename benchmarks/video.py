@@ -25,14 +25,14 @@ from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from benchmarks.paired import alternate, paired  # noqa: E402
 from escort_mj import api  # noqa: E402
 from escort_mj.record.folder import RunFolder, open_run  # noqa: E402
-from escort_mj.report import film  # noqa: E402
-from escort_mj.report.encode import VideoFile  # noqa: E402
-from escort_mj.report.overlay import Overlay  # noqa: E402
-from escort_mj.report.replay import Replay, replay_of  # noqa: E402
-from escort_mj.report.scene import Scenery  # noqa: E402
-from escort_mj.report.shots import plan_shot  # noqa: E402
-from escort_mj.report.video import scenario_video  # noqa: E402
-from escort_mj.scenario.schema import Video  # noqa: E402
+from escort_mj.report.video import film  # noqa: E402
+from escort_mj.report.video.encode import VideoFile  # noqa: E402
+from escort_mj.report.video.overlay import Overlay  # noqa: E402
+from escort_mj.report.video.replay import Replay, replay_of  # noqa: E402
+from escort_mj.report.video.scene import Scenery  # noqa: E402
+from escort_mj.report.video.shots import plan_shot  # noqa: E402
+from escort_mj.report.video.video import scenario_video  # noqa: E402
+from escort_mj.scenario.schema.scenario import Video  # noqa: E402
 
 PAGE = "video.md"
 MISSIONS: dict[str, dict[str, Any]] = {

@@ -17,8 +17,8 @@ from benchmarks.bare import STATE
 from benchmarks.document import table
 from benchmarks.loop import WARM_UP
 from escort_mj.api import load_scenario
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 
 QUIET = ["expect=[]"]

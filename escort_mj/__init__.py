@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from escort_mj.mission import Run
     from escort_mj.record.folder import open_run
     from escort_mj.record.outcome import Outcome
-    from escort_mj.scenario.schema import Scenario
+    from escort_mj.scenario.schema.scenario import Scenario
 
 _HOMES = {
     "load_scenario": "api",

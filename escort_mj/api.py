@@ -16,9 +16,9 @@ from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
 from escort_mj.scenario.findings import shortened
-from escort_mj.scenario.overrides import Overrides
+from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.study.check import Case
-from escort_mj.study.parallel import cores
+from escort_mj.study.engine.parallel import cores
 
 __all__ = ["cases", "fly", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
 
@@ -146,20 +146,20 @@ def run(
     with RunFolder.create(Path(out)) as folder:
         result = fly(scenario, folder, progress)
     if figures:
-        from escort_mj.report.figures import draw_figures
+        from escort_mj.report.figures.figures import draw_figures
 
         draw_figures(folder.path)
     if video:
         import warnings
 
-        from escort_mj.report.video import render_video
+        from escort_mj.report.video.video import render_video
 
         try:
             render_video(folder.path)
         except RenderError as error:
             warnings.warn(f"no video: {error}", stacklevel=2)
     if report:
-        from escort_mj.report.run_page import report as write_page
+        from escort_mj.report.pages.run_page import report as write_page
 
         write_page(folder.path)
     return result

@@ -19,7 +19,7 @@ from typing import TypeVar
 
 from escort_mj import stopping
 from escort_mj.mission import Room, Run, failed, fly
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.schema.scenario import Scenario
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -14,25 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import stopping
-from escort_mj.control.behaviors import AvoidObstacles
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
-from escort_mj.on_demand import waited
+from escort_mj.native.on_demand import waited
 from escort_mj.record.episodes import NONE
 from escort_mj.record.metrics import Measure, measures_of, summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario import dump_scenario
-from escort_mj.scenario.bodies import obstacle_names
-from escort_mj.scenario.catalog import catalog_of
-from escort_mj.scenario.crowd import contact_physics
-from escort_mj.scenario.geometry import outline
-from escort_mj.scenario.obstacles import obstacles_of
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.geometry.bodies import obstacle_names
+from escort_mj.scenario.geometry.crowd import contact_physics
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.shapes import outline
+from escort_mj.scenario.reader.catalog import catalog_of
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import START, columns
-from escort_mj.world.build import World, build
 from escort_mj.world.callback import callbacks, native_loop
+from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Mark, Plant, mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
 

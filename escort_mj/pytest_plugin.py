@@ -81,8 +81,8 @@ class ScenarioFile(pytest.File):
     def collect(self) -> Iterable[ScenarioTest]:
         """One test for the outcome and one per expectation, or one that says what is wrong with the file."""
         from escort_mj.errors import EscortError
-        from escort_mj.scenario.expectations import OutcomeExpectation
-        from escort_mj.scenario.load import expectation_lines, load_scenario
+        from escort_mj.scenario.reader.load import expectation_lines, load_scenario
+        from escort_mj.scenario.schema.expectations import OutcomeExpectation
 
         try:
             expected = load_scenario(self.path).expect
@@ -201,7 +201,7 @@ def _clip(folder: Path, error: Any) -> str:
     """Draws the clip of verdicts that were found after a run; where it lies, or why there is none."""
     from escort_mj.errors import EscortError
     from escort_mj.record.files import write_json
-    from escort_mj.report.video import render_clip
+    from escort_mj.report.video.video import render_clip
 
     write_json(folder / "verdicts.json", [asdict(verdict) for verdict in error.verdicts])
     try:

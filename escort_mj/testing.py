@@ -19,10 +19,11 @@ from escort_mj.expect.verdicts import Verdict, judge_one
 from escort_mj.mission import Run
 from escort_mj.record.folder import StoredRun
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import Scenario, explain
-from escort_mj.scenario.check_expectations import check_bounds, check_sides, check_windows
+from escort_mj.scenario import Scenario
+from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.findings import key_path
-from escort_mj.scenario.load import stored_scenario
+from escort_mj.scenario.reader import explain
+from escort_mj.scenario.reader.load import stored_scenario
 
 if TYPE_CHECKING:
     import xarray

@@ -7,9 +7,9 @@ import gc
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 
-from escort_mj import machine_code, on_demand
-from escort_mj.compiler.pieces import compile_piece
-from escort_mj.machine_code import Piece
+from escort_mj.native import artifacts, on_demand
+from escort_mj.native.artifacts import Piece
+from escort_mj.native.compiler.pieces import compile_piece
 from escort_mj.world.callback import class_pieces
 
 TWINS = "tests.control.twins"
@@ -26,7 +26,7 @@ def pieces() -> Iterator[Piece]:
 
 def compile_if_missing(piece: Piece) -> None:
     """In a process of the pool."""
-    if machine_code.kept(piece) is None:
+    if artifacts.kept(piece) is None:
         compile_piece(piece)
 
 

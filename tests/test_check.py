@@ -33,7 +33,7 @@ def check(command, tmp_path, monkeypatch):  # noqa: F811
     monkeypatch.setattr(
         "escort_mj.report.check.side_by_side", lambda perform, tasks, *_: [*map(perform, tasks)]
     )
-    monkeypatch.setattr("escort_mj.study.parallel.parent_of_workers", lambda: None)
+    monkeypatch.setattr("escort_mj.study.engine.parallel.parent_of_workers", lambda: None)
     return check_elsewhere(command, tmp_path)
 
 

@@ -12,8 +12,8 @@ from benchmarks.peers.environments import REQUIREMENTS
 from benchmarks.peers.flight import timed
 from benchmarks.peers.ours import fly, mission
 from benchmarks.peers.remote import Failed, Remote
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 
 ADAPTER = f"""
 import sys

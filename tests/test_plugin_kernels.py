@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj import cache
+from escort_mj.native import cache
 from tests.plugged import KERNEL, LAW
 
 PLAIN = LAW + KERNEL
@@ -24,7 +24,7 @@ from escort_mj import api
 for law in sys.argv[2:]:
     scenario = api.load_scenario(sys.argv[1], [f"controller={law}"])
     tau = api.run(scenario).trace["tau"].values
-    print(law, hashlib.sha256(tau.tobytes()).hexdigest(), "escort_mj.compiler.plugged" in sys.modules)
+    print(law, hashlib.sha256(tau.tobytes()).hexdigest(), "escort_mj.native.compiler.plugged" in sys.modules)
 """
 
 

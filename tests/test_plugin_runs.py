@@ -11,7 +11,7 @@ from escort_mj.batch import fly_many
 from escort_mj.cli.app import BROKEN
 from escort_mj.record.folder import open_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.study.rerun import lines, rerun
+from escort_mj.study.sweeps.rerun import lines, rerun
 from tests.plugged import KERNEL, LAW, SCENARIO
 
 SIGNALS = ("q", "tau", "rho_hat")
@@ -134,8 +134,8 @@ class TestRecords:
 
 
 def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled, folder, tmp_path):
-    from escort_mj.study.definition import load_study
-    from escort_mj.study.design import Design
+    from escort_mj.study.sweeps.definition import load_study
+    from escort_mj.study.sweeps.design import Design
 
     (tmp_path / "own_law.py").write_text(LAW)
     (tmp_path / "own.yaml").write_text(SCENARIO)
@@ -145,9 +145,9 @@ def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled,
     )
     design = Design(load_study(tmp_path / "study.yaml"), tmp_path)
     keys = [run.key for run in design.runs()]
-    from escort_mj.study.backends import local
-    from escort_mj.study.sweep import _job
-    from escort_mj.study.work import perform
+    from escort_mj.study.engine.backends import local
+    from escort_mj.study.engine.work import perform
+    from escort_mj.study.sweeps.sweep import _job
 
     jobs = [_job(design, run, tmp_path / "out") for run in design.runs()]
     with local(2) as backend:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from escort_mj.recognize import is_scenario, scenarios_in
-from escort_mj.scenario.load import expectation_lines
+from escort_mj.scenario.reader.load import expectation_lines
 
 SHIPPED = Path(__file__).parents[1] / "scenarios"
 MODELINE = "# yaml-language-server: $schema="

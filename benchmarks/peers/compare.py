@@ -14,9 +14,9 @@ from benchmarks.peers import ours
 from benchmarks.peers.flight import Flight, timed
 from benchmarks.peers.modes import Mode
 from benchmarks.peers.remote import Remote
-from escort_mj.study.parallel import cores
-from escort_mj.world.build import World, build
+from escort_mj.study.engine.parallel import cores
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import World, build
 
 HERE = Path(__file__).parent
 ROUND, ROUNDS = 0.2, 9  # wall time to aim at [s], and how many

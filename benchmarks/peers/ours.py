@@ -13,7 +13,7 @@ from benchmarks.peers import stage
 from benchmarks.peers.flight import Flight
 from escort_mj.api import load_scenario
 from escort_mj.scenario import Scenario
-from escort_mj.world.build import World
+from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
 
 # The law's gains for quadrotors are those of scenarios/robots/quadrotor.yaml, which docs/robots.md explains.

@@ -80,7 +80,7 @@ def finish(
 def draw_video(folder: Path) -> bool:
     """Draws the video; without GL it says what is missing and leaves the rest of the run as it is."""
     from escort_mj.errors import RenderError
-    from escort_mj.report.video import render_video
+    from escort_mj.report.video.video import render_video
 
     try:
         with progress_bar("drawing the video", " frames") as progress:

@@ -112,13 +112,13 @@ def check(
 
     Example: escort-mj check scenarios/ --junit report.xml --json > report.json
     """
-    from escort_mj.study.parallel import parent_of_workers
+    from escort_mj.study.engine.parallel import parent_of_workers
 
     parent_of_workers()  # which gets ready meanwhile
     from escort_mj import api
     from escort_mj.record.files import write_text
-    from escort_mj.report import checked
     from escort_mj.report.check import check as check_all
+    from escort_mj.report.pages import checked
 
     if junit is not None and not junit.parent.is_dir():
         raise UsageError(f"{junit}: there is no folder {junit.parent}")
@@ -140,7 +140,7 @@ def render(
 
     Example: escort-mj render renders/main
     """
-    from escort_mj.report.figures import draw_figures
+    from escort_mj.report.figures.figures import draw_figures
 
     written = [shown(path) for path in draw_figures(run_folder)]
     if draw_video(run_folder):
@@ -184,8 +184,8 @@ def schema(
     Example: escort-mj schema > schema.json
     """
     from escort_mj.scenario import json_schema
-    from escort_mj.scenario.catalog import scenario_type_with
-    from escort_mj.scenario.handbook import handbook
+    from escort_mj.scenario.reader.catalog import scenario_type_with
+    from escort_mj.scenario.reader.handbook import handbook
 
     kind = scenario_type_with(plugins or ())
     typer.echo(handbook(kind) if markdown else json.dumps(json_schema(kind), indent=2))
@@ -195,13 +195,13 @@ def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
     """Draws what was asked for; what the folder then holds."""
     written = ["scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
     if figures:
-        from escort_mj.report.figures import draw_figures
+        from escort_mj.report.figures.figures import draw_figures
 
         written.append(f"figures/ ({len(draw_figures(folder))})")
     if video and draw_video(folder):
         written.append("video.mp4")
     if report:
-        from escort_mj.report.run_page import report as write_page
+        from escort_mj.report.pages.run_page import report as write_page
 
         written.append(write_page(folder).name)
     return written

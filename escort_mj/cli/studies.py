@@ -29,7 +29,7 @@ from escort_mj.cli.app import (
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
-    from escort_mj.study.design import Design
+    from escort_mj.study.sweeps.design import Design
 
 OutOption = Annotated[Path | None, typer.Option(help="Folder of results [default: renders/studies/NAME].")]
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
@@ -52,19 +52,19 @@ def _laid_out(
     Commands call it before they import anything slow: processes get ready meanwhile, if there are to be any.
     A study that is larger than it says it may be is refused here unless that was confirmed.
     """
-    from escort_mj.study.parallel import cores, parent_of_workers
+    from escort_mj.study.engine.parallel import cores, parent_of_workers
 
     count = cores() if workers is None else workers
     if processes and count > 1:
         parent_of_workers()
     from escort_mj import api
-    from escort_mj.study.definition import load_study
-    from escort_mj.study.design import Design
+    from escort_mj.study.sweeps.definition import load_study
+    from escort_mj.study.sweeps.design import Design
 
     file = load_study(api.study_path(study))
     folder = out if out is not None else Path("renders") / "studies" / file.study.study
     if not confirmed:
-        from escort_mj.study.sweep import check_size
+        from escort_mj.study.sweeps.sweep import check_size
 
         check_size(file, folder)
     design = Design(file, api.scenarios_folder())
@@ -173,8 +173,8 @@ def sweep(
     Example: escort-mj sweep mine.yaml --backend dask --scheduler tcp://host:8786
     """
     design, folder, count = _laid_out(study, out, workers, backend == "local", yes)
-    from escort_mj.study import backends
-    from escort_mj.study.sweep import sweep as make_runs
+    from escort_mj.study.engine import backends
+    from escort_mj.study.sweeps.sweep import sweep as make_runs
 
     make = {"local": backends.local, "threads": backends.threads}.get(backend)
     at = backends.dask(count, scheduler) if make is None else make(count)
@@ -206,8 +206,8 @@ def rerun(
 
     Example: escort-mj rerun renders/main
     """
-    from escort_mj.study.rerun import lines
-    from escort_mj.study.rerun import rerun as make_again
+    from escort_mj.study.sweeps.rerun import lines
+    from escort_mj.study.sweeps.rerun import rerun as make_again
 
     with progress_bar("simulating", " s") as progress:
         found = make_again(run_folder, out, tolerance, progress)
@@ -233,10 +233,10 @@ def tune(
     Example: escort-mj tune studies/tune_apd_smc
     """
     design, folder, count = _laid_out(study, out, workers)
-    from escort_mj.study import backends
-    from escort_mj.study.evaluate import base_of
-    from escort_mj.study.tune import tune as search
-    from escort_mj.study.tune_table import lines
+    from escort_mj.study.engine import backends
+    from escort_mj.study.search.evaluate import base_of
+    from escort_mj.study.search.tune import tune as search
+    from escort_mj.study.search.tune_table import lines
 
     with backends.local(count) as where, progress_bar("tuning", " trials") as progress:
         found = search(design, folder, where, progress)
@@ -245,7 +245,7 @@ def tune(
     said = lines(found, section, {key: base_of(design, key) for key in section.over})
     written = ["results.sqlite", "trials.csv", "tune.json", "best.yaml"]
     if figures:
-        from escort_mj.report.tuning import draw_tuning
+        from escort_mj.report.figures.tuning import draw_tuning
 
         with stopping.keeping(lambda: _kept(folder)):
             written += [path.name for path in draw_tuning(folder, section, found)]
@@ -270,10 +270,10 @@ def falsify(
     """
     design, folder, count = _laid_out(study, out, workers)
     from escort_mj.errors import RenderError
-    from escort_mj.report.video import render_clip
-    from escort_mj.study import backends
-    from escort_mj.study.falsify import falsify as search
-    from escort_mj.study.falsify import lines
+    from escort_mj.report.video.video import render_clip
+    from escort_mj.study.engine import backends
+    from escort_mj.study.search.falsify import falsify as search
+    from escort_mj.study.search.falsify import lines
 
     with backends.local(count) as where, progress_bar("searching", " runs") as progress:
         found = search(design, folder, where, progress)
@@ -316,7 +316,7 @@ def report(
     if is_run(folder):
         if compare is not None or png:
             raise UsageError(f"{folder}: is a run; --compare and --png are for studies")
-        from escort_mj.report.run_page import report as write_run_page
+        from escort_mj.report.pages.run_page import report as write_run_page
 
         page = write_run_page(folder, out)
         written = [page.name]
@@ -328,7 +328,7 @@ def report(
             folder=shown(folder),
             written=written,
         )
-    from escort_mj.report.study_page import report as write_page
+    from escort_mj.report.pages.study_page import report as write_page
 
     page = write_page(folder, out, compare, ("svg", "png") if png else ("svg",))
     lines = [f"wrote {shown(page)}", f"wrote {shown(folder)}: cells.csv figures/ worst/"]

@@ -38,8 +38,8 @@ def new(
     """
     from escort_mj.record.files import write_text
     from escort_mj.scenario import json_schema
-    from escort_mj.scenario.load import parse_scenario
-    from escort_mj.scenario.starter import starter
+    from escort_mj.scenario.reader.load import parse_scenario
+    from escort_mj.scenario.reader.starter import starter
 
     path = file if file.suffix in (".yaml", ".yml") else file.with_suffix(".yaml")
     if path.exists():
@@ -103,11 +103,11 @@ def export(
             raise UsageError(f"{source}: is no run folder; {to.suffix} holds what a run recorded")
         run = open_run(source)
         if to.suffix == ".mcap":
-            from escort_mj.report.foxglove import write_mcap
+            from escort_mj.report.exports.foxglove import write_mcap
 
             write_mcap(run, to)
         elif to.suffix == ".npz":
-            from escort_mj.report.states import write_states
+            from escort_mj.report.exports.states import write_states
 
             write_states(run, to)
         else:
@@ -115,7 +115,7 @@ def export(
     elif is_run:
         write_text(to, (open_run(source).path / MODEL).read_text(encoding="utf-8"))
     else:
-        from escort_mj.world.build import build
+        from escort_mj.world.model.build import build
 
         write_text(to, build(api.load_scenario(source, overrides or (), plugins or ())).xml)
     finish("export", as_json, [f"wrote {shown(to)}"], written=[shown(to)])
@@ -152,7 +152,7 @@ def doctor(
 
     Example: escort-mj doctor
     """
-    from escort_mj.doctor import BAD, examine
+    from escort_mj.cli.doctor import BAD, examine
 
     marks: dict[Literal["good", "warning", "bad"], str] = {"good": "ok", "warning": "--", "bad": "NO"}
     findings = list(examine(folder))

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
 from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import SEED, BrokenError, Row, Stand, stands
-from escort_mj.control.behaviors.behavior import Behavior
-from escort_mj.control.own.views import ACROSS, ALONG, NOTHING, BehaviorView
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.schema.scenario import Scenario
 
 DRAWS = 20
 SMALL = 1e-6  # m, for differences
@@ -103,7 +103,7 @@ def _at_target(member: type[Behavior], kind: type[Scenario]) -> Row:
 
 def _view(stand: Stand) -> BehaviorView:
     """What the behavior sees, for its task function."""
-    from escort_mj.control.plan import LAYOUT
+    from escort_mj.components.plan import LAYOUT
 
     view: BehaviorView = LAYOUT.read(BehaviorView, int(stand.plan.ctypes.data), int(stand.memory.ctypes.data))
     return view

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
@@ -13,14 +14,13 @@ from escort_mj.conformance.missions import check_missions
 from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.records import check_expectation, check_metric
 from escort_mj.conformance.stand import BrokenError, Row
-from escort_mj.control.behaviors.behavior import Behavior
-from escort_mj.control.laws.law import Law
-from escort_mj.control.own.place import place_of
+from escort_mj.control.custom.place import place_of
 from escort_mj.errors import EscortError
-from escort_mj.scenario.catalog import assemble, scenario_type
-from escort_mj.scenario.expectations import OwnExpectation
-from escort_mj.scenario.kinds import RobotKind
-from escort_mj.scenario.plugins import Plugin, load, source_of
+from escort_mj.laws.law import Law
+from escort_mj.scenario.reader.catalog import assemble, scenario_type
+from escort_mj.scenario.reader.plugins import Plugin, load, source_of
+from escort_mj.scenario.schema.expectations import OwnExpectation
+from escort_mj.scenario.schema.kinds import RobotKind
 from escort_mj.signals import Metric
 
 Checks = Callable[[Any, type[Any]], Iterator[Row]]

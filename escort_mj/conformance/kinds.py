@@ -9,9 +9,9 @@ import numpy as np
 
 from escort_mj.conformance.missions import AXES, mission_with
 from escort_mj.conformance.stand import ROUNDING, Row
-from escort_mj.scenario.kinds import RobotKind
-from escort_mj.scenario.schema import Scenario
-from escort_mj.world.build import World, build
+from escort_mj.scenario.schema.kinds import RobotKind
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.world.model.build import World, build
 
 
 def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[Row]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from escort_mj.conformance.repeats import check_calls
 from escort_mj.conformance.stand import ROUNDING, SEED, Row, Stand, stands
-from escort_mj.control.laws.law import Law
-from escort_mj.scenario.schema import Scenario
+from escort_mj.laws.law import Law
+from escort_mj.scenario.schema.scenario import Scenario
 
 FAR = 100.0  # m and m/s: errors at which a law must still give numbers
 

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.batch import fly_many
+from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.stand import Row, trying
-from escort_mj.control.behaviors.behavior import Behavior
-from escort_mj.control.laws.law import Law
+from escort_mj.laws.law import Law
 from escort_mj.mission import Run
-from escort_mj.scenario.kinds import RobotKind
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.schema.kinds import RobotKind
+from escort_mj.scenario.schema.scenario import Scenario
 
 AXES = (2, 3)
 DURATION = 2.0  # s

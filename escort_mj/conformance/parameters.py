@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from escort_mj.conformance.stand import Row
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.schema.scenario import Scenario
 
 UNIT = re.compile(r"\[[^\]]+\]")
 BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}

@@ -9,13 +9,13 @@ from functools import cache
 from typing import Any
 
 from escort_mj.conformance.stand import Row
-from escort_mj.control.own.place import place_of
+from escort_mj.control.custom.place import place_of
 from escort_mj.mission import fly
 from escort_mj.record.measures import Measure
 from escort_mj.record.metrics import measure
 from escort_mj.record.recording import Recording, sealed
-from escort_mj.scenario.expectations import Judgment, OwnExpectation
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.schema.expectations import Judgment, OwnExpectation
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import Metric
 
 UNIT = re.compile(r"[A-Za-z0-9/ ^*()%]+\Z")

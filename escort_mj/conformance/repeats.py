@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.stand import ROUNDING, SEED, BrokenError, Row, Stand, gap, other_form, stands
-from escort_mj.control.behaviors.behavior import Behavior
-from escort_mj.control.laws.law import Law
-from escort_mj.control.own.place import place_of
-from escort_mj.scenario.schema import Scenario
+from escort_mj.control.custom.place import place_of
+from escort_mj.laws.law import Law
+from escort_mj.scenario.schema.scenario import Scenario
 
 DRAWS = 20
 

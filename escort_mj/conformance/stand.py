@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors.behavior import Behavior
-from escort_mj.control.component import Component
-from escort_mj.control.laws.law import Law
-from escort_mj.control.own import native
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.components.component import Component
+from escort_mj.components.plan import LAYOUT, PLACE, State, state_size, unpack_plan, unpack_state
+from escort_mj.control.custom import native
 from escort_mj.control.packing import pack
-from escort_mj.control.plan import LAYOUT, PLACE, State, state_size, unpack_plan, unpack_state
-from escort_mj.kernels import DOUBLE
-from escort_mj.scenario.schema import Scenario
+from escort_mj.laws.law import Law
+from escort_mj.native.kernels import DOUBLE
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 
 Array = NDArray[np.float64]

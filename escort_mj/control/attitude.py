@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.kernels import inlined, kernel, matrix_at, stack_memory
+from escort_mj.native.kernels import inlined, kernel, matrix_at, stack_memory
 
 Array = NDArray[np.float64]
 

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors.wish import MAX_DIRECTIONS, Wish, square_of
-from escort_mj.control.elementary import arc_cosine, root
+from escort_mj.behaviors.wish import MAX_DIRECTIONS, Wish, square_of
+from escort_mj.components.plan import COLUMN, MAX_LEVELS
 from escort_mj.control.nsb import leave, wish
-from escort_mj.control.plan import COLUMN, MAX_LEVELS
 from escort_mj.control.supervisor import FIRST, LEVELS
-from escort_mj.kernels import inlined, merged, stack_memory, vector_at
-from escort_mj.lanes import (
+from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.native.lanes import (
     Lanes,
     any_of,
     everywhere,
@@ -29,11 +28,12 @@ from escort_mj.lanes import (
     there,
     where,
 )
-from escort_mj.lanes import least as smaller
-from escort_mj.on_demand import on_demand
+from escort_mj.native.lanes import least as smaller
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.elementary import arc_cosine, root
 
 if TYPE_CHECKING:
-    from escort_mj.control.plan import Plan, State
+    from escort_mj.components.plan import Plan, State
 
 Array = NDArray[np.float64]
 

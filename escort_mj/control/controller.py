@@ -6,15 +6,9 @@
 
 from __future__ import annotations
 
-from escort_mj.control.behaviors.vertices import turn_figure
-from escort_mj.control.conflicts import weigh_tasks
-from escort_mj.control.failure import command_motors, notice_losses
-from escort_mj.control.harmonics import follow
-from escort_mj.control.inner import inner_loop
-from escort_mj.control.measure import measure
-from escort_mj.control.movers import drive
-from escort_mj.control.neighbors import keep_all_neighbors
-from escort_mj.control.plan import (
+from escort_mj.behaviors.vertices import turn_figure
+from escort_mj.components.movers import drive
+from escort_mj.components.plan import (
     EVALUATED,
     IS_KNOWN,
     LAST_TIME,
@@ -28,14 +22,20 @@ from escort_mj.control.plan import (
     Plan,
     State,
 )
-from escort_mj.control.program import evaluate as evaluate_program
-from escort_mj.control.program import value_of
+from escort_mj.control.conflicts import weigh_tasks
+from escort_mj.control.failure import command_motors, notice_losses
+from escort_mj.control.harmonics import follow
+from escort_mj.control.inner import inner_loop
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
-from escort_mj.kernels import inlined, merged
-from escort_mj.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
-from escort_mj.on_demand import on_demand
+from escort_mj.native.kernels import inlined, merged
+from escort_mj.native.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.neighbors import keep_all_neighbors
+from escort_mj.numerics.program import evaluate as evaluate_program
+from escort_mj.numerics.program import value_of
+from escort_mj.sensing.measure import measure
 
 
 @inlined

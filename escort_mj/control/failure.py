@@ -8,20 +8,21 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
-from escort_mj.control.noise import uniform
-from escort_mj.control.parameters import UNLIMITED, Parameters
-from escort_mj.control.reform import reform
-from escort_mj.kernels import inlined
-from escort_mj.on_demand import on_demand
+from escort_mj.components.parameters import UNLIMITED, Parameters
+from escort_mj.components.plan import FAILURE_SIZE
+from escort_mj.native.kernels import inlined
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.noise import uniform
+from escort_mj.numerics.reform import reform
 
 if TYPE_CHECKING:
-    from escort_mj.control.plan import Plan, State
+    from escort_mj.components.plan import Plan, State
 
 HOLD = 0.5  # how long a mad motor keeps a force [s]
 FAILURE_KINDS = ("dead", "stuck", "mad")
 DEAD, STUCK, MAD = 0.0, 1.0, 2.0  # their places there
-FAILURE_SIZE = 4  # start [s], kind, notice [s], force of a mad motor [N]
 START, KIND, NOTICE, FORCE = range(FAILURE_SIZE)
+"""Columns of a failure: start [s], kind, when it is noticed [s], force of a mad motor [N]."""
 
 
 class Failure(Parameters):

@@ -18,11 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.elementary import sine_and_cosine
-from escort_mj.control.plan import Plan
-from escort_mj.control.program import Op
-from escort_mj.kernels import flat, inlined
-from escort_mj.lanes import WIDTH, everywhere, load, room_for, set_row, stack_rows, store
+from escort_mj.components.plan import Plan
+from escort_mj.native.kernels import flat, inlined
+from escort_mj.native.lanes import WIDTH, everywhere, load, room_for, set_row, stack_rows, store
+from escort_mj.numerics.elementary import sine_and_cosine
+from escort_mj.numerics.program import Op
 
 Array = NDArray[np.float64]
 Tone = tuple[float, float]  # pulsatance [rad/s] and phase [rad]

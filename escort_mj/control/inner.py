@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from escort_mj.control.component import reader
-from escort_mj.control.dispatch import one_of
-from escort_mj.control.laws import LAWS, ApdSmc, Law
-from escort_mj.control.own.calls import own_law
-from escort_mj.control.plan import DIFFERENTIATING, OUTSIDE
-from escort_mj.kernels import data_address, inlined, reachable
-from escort_mj.lanes import WIDTH, Lanes, load, store, where
-from escort_mj.on_demand import on_demand
+from escort_mj.components.component import reader
+from escort_mj.components.dispatch import one_of
+from escort_mj.components.plan import DIFFERENTIATING, OUTSIDE
+from escort_mj.control.custom.calls import own_law
+from escort_mj.laws import LAWS, ApdSmc, Law
+from escort_mj.native.kernels import data_address, inlined, reachable
+from escort_mj.native.lanes import WIDTH, Lanes, load, store, where
+from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from escort_mj.control.plan import Plan, State
+    from escort_mj.components.plan import Plan, State
 
 
 @inlined

@@ -18,17 +18,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import BEHAVIORS, AvoidObstacles, Behavior
-from escort_mj.control.behaviors.avoid_obstacles import sidestep
-from escort_mj.control.behaviors.wish import MAX_DIRECTIONS, Wish
-from escort_mj.control.component import reader
-from escort_mj.control.dispatch import one_of
-from escort_mj.control.own.calls import own_wishes
-from escort_mj.control.parameters import UNLIMITED
-from escort_mj.control.plan import BARRIER_FILTER, IN_WORLD, KIND, MAX_LEVELS, PLACE
+from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
+from escort_mj.behaviors.avoid_obstacles import sidestep
+from escort_mj.behaviors.wish import MAX_DIRECTIONS, Wish
+from escort_mj.components.component import reader
+from escort_mj.components.dispatch import one_of
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.plan import BARRIER_FILTER, IN_WORLD, KIND, MAX_LEVELS, PLACE
+from escort_mj.control.custom.calls import own_wishes
 from escort_mj.control.supervisor import FIRST, LEVELS
-from escort_mj.kernels import DOUBLE, data_address, inlined, merged
-from escort_mj.lanes import (
+from escort_mj.native.kernels import DOUBLE, data_address, inlined, merged
+from escort_mj.native.lanes import (
     Lanes,
     any_of,
     everywhere,
@@ -46,7 +46,7 @@ from escort_mj.lanes import (
 )
 
 if TYPE_CHECKING:
-    from escort_mj.control.plan import Plan, State
+    from escort_mj.components.plan import Plan, State
 
 Array = NDArray[np.float64]
 

@@ -7,38 +7,43 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import BEHAVIORS, Behavior
-from escort_mj.control.component import Component, shipped_layout
-from escort_mj.control.failure import FAILURE_SIZE, NEVER
-from escort_mj.control.harmonics import sum_of, tabulate
-from escort_mj.control.laws import LAWS, ApdSmc, Law
-from escort_mj.control.laws.sliding import SMOOTHINGS, SlidingModeLaw
-from escort_mj.control.outer_loops import BarrierFilter, PotentialField
-from escort_mj.control.own.native import block_of
-from escort_mj.control.parameters import UNLIMITED
-from escort_mj.control.plan import (
+from escort_mj.behaviors import BEHAVIORS, Behavior
+from escort_mj.components.component import Component, shipped_layout
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.plan import (
+    BARRIER_FILTER,
     CELLS_PER_PAIR,
     COLUMN,
     DRIVE_SIZE,
+    FAILURE_SIZE,
     GAIN,
     IN_WORLD,
     KIND,
     LAYOUT,
     LEVEL_SIZE,
     LISTED,
-    LOOP_KINDS,
+    NSB,
     OUTSIDE,
     PAIRS_PER_BODY,
     PLACE,
+    POTENTIAL_FIELD,
 )
-from escort_mj.control.program import Op
-from escort_mj.control.reform import scratch_size
-from escort_mj.control.sensing import sensor_table
+from escort_mj.control.custom.native import block_of
+from escort_mj.control.failure import NEVER
+from escort_mj.control.harmonics import sum_of, tabulate
+from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase
+from escort_mj.laws import LAWS, ApdSmc, Law
+from escort_mj.laws.sliding import SMOOTHINGS, SlidingModeLaw
+from escort_mj.numerics.program import Op
+from escort_mj.numerics.reform import scratch_size
+from escort_mj.sensing.sensors import sensor_table
 from escort_mj.signals import SIGNALS
 
 Array = NDArray[np.float64]
+
+LOOP_KINDS = {Nsb: NSB, PotentialField: POTENTIAL_FIELD, BarrierFilter: BARRIER_FILTER}
 
 
 def pack(

@@ -9,16 +9,16 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors import AvoidObstacles, Behavior
 from escort_mj.control.failure import Failure
-from escort_mj.control.formation import Arrangement
-from escort_mj.control.laws import Law
 from escort_mj.control.outer_loops import BarrierFilter, Nsb, OuterLoop
-from escort_mj.control.reform import Reforming
-from escort_mj.control.sensing import Sensors
 from escort_mj.control.supervisor import Phase
-from escort_mj.control.thomson import Figure, least_energy
 from escort_mj.control.trigger import Trigger
+from escort_mj.laws import Law
+from escort_mj.numerics.formation import Arrangement
+from escort_mj.numerics.reform import Reforming
+from escort_mj.numerics.thomson import Figure, least_energy
+from escort_mj.sensing.sensors import Sensors
 
 Array = NDArray[np.float64]
 

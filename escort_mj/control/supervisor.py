@@ -8,12 +8,12 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import Behavior
-from escort_mj.control.movers import obstacles_seen
-from escort_mj.control.parameters import Parameters
-from escort_mj.control.plan import Plan, State
-from escort_mj.kernels import merged
-from escort_mj.on_demand import on_demand
+from escort_mj.behaviors import Behavior
+from escort_mj.components.movers import obstacles_seen
+from escort_mj.components.parameters import Parameters
+from escort_mj.components.plan import Plan, State
+from escort_mj.native.kernels import merged
+from escort_mj.native.on_demand import on_demand
 
 Array = NDArray[np.float64]
 

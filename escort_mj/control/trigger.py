@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.control.behaviors.wish import MAX_DIRECTIONS
+from escort_mj.behaviors.wish import MAX_DIRECTIONS
+from escort_mj.components.parameters import Parameters
+from escort_mj.components.plan import GAIN, IN_WORLD, Plan, State
 from escort_mj.control.nsb import wish
-from escort_mj.control.parameters import Parameters
-from escort_mj.control.plan import GAIN, IN_WORLD, Plan, State
 from escort_mj.control.supervisor import FIRST, LEVELS
-from escort_mj.kernels import inlined, merged
-from escort_mj.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
-from escort_mj.on_demand import on_demand
+from escort_mj.native.kernels import inlined, merged
+from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
+from escort_mj.native.on_demand import on_demand
 
 Array = NDArray[np.float64]
 

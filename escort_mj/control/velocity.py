@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from escort_mj.control.behaviors.wish import MAX_DIRECTIONS
-from escort_mj.control.movers import obstacles_seen
+from escort_mj.behaviors.wish import MAX_DIRECTIONS
+from escort_mj.components.movers import obstacles_seen
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.plan import BARRIER_FILTER, IN_WORLD, KIND, OUTSIDE, POTENTIAL_FIELD
 from escort_mj.control.nsb import (
     AVOID_OBSTACLES,
     compose,
@@ -18,15 +20,13 @@ from escort_mj.control.nsb import (
 )
 from escort_mj.control.outer_loops.barrier_filter import filter_velocity
 from escort_mj.control.outer_loops.potential_field import repulsion
-from escort_mj.control.parameters import UNLIMITED
-from escort_mj.control.plan import BARRIER_FILTER, IN_WORLD, KIND, OUTSIDE, POTENTIAL_FIELD
 from escort_mj.control.supervisor import FIRST, LEVELS
-from escort_mj.kernels import inlined, merged, stack_memory, vector_at
-from escort_mj.lanes import WIDTH, any_of, everywhere, load, row_of, set_row, stack_rows, store, where
-from escort_mj.on_demand import on_demand
+from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, row_of, set_row, stack_rows, store, where
+from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from escort_mj.control.plan import Plan, State
+    from escort_mj.components.plan import Plan, State
 
 
 @inlined

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from escort_mj import stopping
 from escort_mj.api import load_scenario
-from escort_mj.control.behaviors import AvoidObstacles
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.errors import UsageError
 from escort_mj.mission import Run, bound_of, completed, conclude, examine, take_back
-from escort_mj.on_demand import waited
+from escort_mj.native.on_demand import waited
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 from escort_mj.signals import columns
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Mark, Plant
 
 Array = NDArray[np.float64]

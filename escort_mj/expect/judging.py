@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.control.own.place import place_of
+from escort_mj.control.custom.place import place_of
 from escort_mj.expect.sanity import sanity
 from escort_mj.record.episodes import by_geometry, pair
 from escort_mj.record.measures import FORCELESS, Bodies, Measure, contacts_untold, in_words, radius_error
@@ -16,7 +16,7 @@ from escort_mj.record.metrics import measure, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import sealed
 from escort_mj.record.touches import least_clearance, touches, unseen_by_mujoco
-from escort_mj.scenario.expectations import (
+from escort_mj.scenario.schema.expectations import (
     ClearanceExpectation,
     ContactExpectation,
     Expectation,

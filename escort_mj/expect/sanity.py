@@ -10,7 +10,7 @@ import numpy as np
 
 from escort_mj.record.measures import Bodies, tunneling
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.expectations import SanityCheck
+from escort_mj.scenario.schema.expectations import SanityCheck
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -10,8 +10,8 @@ import numpy as np
 
 from escort_mj.expect.judging import Found, judged
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.expectations import ContactExpectation, Expectation, OutcomeExpectation
-from escort_mj.scenario.steps import first_step, last_step
+from escort_mj.scenario.geometry.steps import first_step, last_step
+from escort_mj.scenario.schema.expectations import ContactExpectation, Expectation, OutcomeExpectation
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from escort_mj.errors import RunFolderError
-from escort_mj.scenario.bodies import GROUPS
+from escort_mj.scenario.geometry.bodies import GROUPS
 from escort_mj.signals import CAUSES, EPISODE, LYAPUNOV, SIGNALS, TRUTH
 
 if TYPE_CHECKING:

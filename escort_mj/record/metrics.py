@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from escort_mj.control.own.place import place_of
+from escort_mj.control.custom.place import place_of
 from escort_mj.record import measures
 from escort_mj.record.measures import Measure
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import sealed
-from escort_mj.scenario.steps import SLACK
+from escort_mj.scenario.geometry.steps import SLACK
 from escort_mj.signals import METRICS, Metric
 
 if TYPE_CHECKING:

@@ -36,3 +36,7 @@ _MEANINGS = {
     Outcome.FAILED: "the program itself broke, or a plugin",
     Outcome.RUNNING: "the run is still going on",
 }
+
+
+FINAL = (Outcome.COMPLETED.value, Outcome.DIVERGED.value, Outcome.UNSTABLE.value)
+"""How a run ends that the same scenario would end in again."""

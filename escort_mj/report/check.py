@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError
-from escort_mj.report.video import render_clip
+from escort_mj.report.video.video import render_clip
 from escort_mj.study.check import GOOD, Case, Checked, check_one
-from escort_mj.study.parallel import cores, side_by_side
+from escort_mj.study.engine.parallel import cores, side_by_side
 
 Progress = Callable[[float, float], None]
 

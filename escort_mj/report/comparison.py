@@ -15,11 +15,11 @@ from escort_mj import palette
 from escort_mj.record.files import write_json, write_text
 from escort_mj.record.folder import open_run
 from escort_mj.record.measures import radius_error
-from escort_mj.report.curves import draw_curves, log_scale, running_rms, timeline
-from escort_mj.report.style import FAILED, figure
+from escort_mj.report.figures.curves import draw_curves, log_scale, running_rms, timeline
+from escort_mj.report.figures.style import FAILED, figure
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.catalog import catalog_of
-from escort_mj.study.comparison import (
+from escort_mj.scenario.reader.catalog import catalog_of
+from escort_mj.study.compare.comparison import (
     LAWS,
     OUTERS,
     QUANTITIES,
@@ -33,7 +33,7 @@ from escort_mj.study.comparison import (
     title_of,
     trials,
 )
-from escort_mj.study.comparison_table import (
+from escort_mj.study.compare.comparison_table import (
     around_marks,
     facts,
     into_page,
@@ -42,7 +42,7 @@ from escort_mj.study.comparison_table import (
     subject,
     summary,
 )
-from escort_mj.study.parallel import cores, side_by_side
+from escort_mj.study.engine.parallel import cores, side_by_side
 
 DRAWN = {
     "settling_time": "Settling time, 5 % of R",

@@ -16,12 +16,12 @@ from escort_mj import palette
 from escort_mj.errors import UsageError
 from escort_mj.record.files import write_json, write_text
 from escort_mj.record.folder import open_run
-from escort_mj.report import nearness, paths, timelines
-from escort_mj.report.curves import running_rms
-from escort_mj.report.style import FAILED, WIDTH, figure
-from escort_mj.study.measured import QUANTITIES, Measured
-from escort_mj.study.parallel import cores, side_by_side
-from escort_mj.study.reproduction import (
+from escort_mj.record.outcome import FINAL
+from escort_mj.report.figures import nearness, paths, timelines
+from escort_mj.report.figures.curves import running_rms
+from escort_mj.report.figures.style import FAILED, WIDTH, figure
+from escort_mj.study.compare.measured import QUANTITIES, Measured
+from escort_mj.study.compare.reproduction import (
     CASES,
     LAWS,
     READINGS,
@@ -33,8 +33,9 @@ from escort_mj.study.reproduction import (
     scenario_of,
     simulations,
 )
-from escort_mj.study.runs import FINAL, Task, look, perform
-from escort_mj.study.table import markdown, summary, table
+from escort_mj.study.compare.runs import Task, look, perform
+from escort_mj.study.compare.table import markdown, summary, table
+from escort_mj.study.engine.parallel import cores, side_by_side
 
 if TYPE_CHECKING:
     import xarray

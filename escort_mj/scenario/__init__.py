@@ -1,12 +1,12 @@
 """Scenarios: the YAML format and its checks, and what it says about motion and the team."""
 
-from escort_mj.scenario.checks import check_scenario
-from escort_mj.scenario.dump import dump_scenario, json_schema
-from escort_mj.scenario.expressions import Expression, ExpressionError
-from escort_mj.scenario.load import load_scenario, parse_scenario
-from escort_mj.scenario.placement import Team, robot_count, team
-from escort_mj.scenario.schema import Scenario
-from escort_mj.scenario.trajectory import Trajectory, disturbance_trajectory, target_trajectory
+from escort_mj.scenario.checks.whole import check_scenario
+from escort_mj.scenario.geometry.placement import Team, robot_count, team
+from escort_mj.scenario.geometry.trajectory import Trajectory, disturbance_trajectory, target_trajectory
+from escort_mj.scenario.reader.dump import dump_scenario, json_schema
+from escort_mj.scenario.reader.load import load_scenario, parse_scenario
+from escort_mj.scenario.schema.expressions import Expression, ExpressionError
+from escort_mj.scenario.schema.scenario import Scenario
 
 __all__ = [
     "Expression",

@@ -7,19 +7,19 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from escort_mj.control.behaviors import Behavior, Chords, Vertices
-from escort_mj.control.formation import Arrangement, arrange
-from escort_mj.control.reform import Reforming, reforming
+from escort_mj.behaviors import Behavior, Chords, Vertices
 from escort_mj.control.setup import Mover, Setup
 from escort_mj.control.supervisor import Phase
-from escort_mj.control.thomson import Figure, figure
-from escort_mj.scenario.expectations import ClearanceExpectation, MetricExpectation
-from escort_mj.scenario.obstacle_tables import Drive, Motion
-from escort_mj.scenario.obstacles import Body, obstacles_of
-from escort_mj.scenario.placement import Team, team
-from escort_mj.scenario.schema import Scenario
-from escort_mj.scenario.sensing import sensors
-from escort_mj.scenario.trajectory import disturbance_trajectory, target_trajectory, trajectory
+from escort_mj.numerics.formation import Arrangement, arrange
+from escort_mj.numerics.reform import Reforming, reforming
+from escort_mj.numerics.thomson import Figure, figure
+from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
+from escort_mj.scenario.geometry.placement import Team, team
+from escort_mj.scenario.geometry.trajectory import disturbance_trajectory, target_trajectory, trajectory
+from escort_mj.scenario.schema.expectations import ClearanceExpectation, MetricExpectation
+from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.sensing import sensors
 
 OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")  # metrics
 

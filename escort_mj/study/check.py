@@ -14,7 +14,7 @@ from escort_mj.expect.verdicts import Verdict
 from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import load_scenario
-from escort_mj.scenario.load import expectation_lines
+from escort_mj.scenario.reader.load import expectation_lines
 
 GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
 

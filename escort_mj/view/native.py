@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 
 from escort_mj.errors import UsageError
-from escort_mj.report.scene import Scenery
-from escort_mj.report.shots import plan_shot
-from escort_mj.report.solids import pose
+from escort_mj.report.video.scene import Scenery
+from escort_mj.report.video.shots import plan_shot
+from escort_mj.report.video.solids import pose
 from escort_mj.view.tape import Tape
 from escort_mj.view.viewer import BUDGET, MOST_SAMPLES, RATE, TRAIL
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from escort_mj import palette
 from escort_mj.expect.verdicts import Verdict, mark
-from escort_mj.report.replay import Flags, Moment, Replay
+from escort_mj.report.video.replay import Flags, Moment, Replay
 from escort_mj.view.stage import AHEAD, GLOW, LAYERS
 
 if TYPE_CHECKING:

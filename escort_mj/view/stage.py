@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.report.losses import LOST, links_at
-from escort_mj.report.pen import circle
-from escort_mj.report.replay import Moment, Replay
-from escort_mj.report.solids import Mesh, floor_of, places, pose, solids_of
-from escort_mj.scenario.geometry import in_space, outward
+from escort_mj.report.figures.losses import LOST, links_at
+from escort_mj.report.video.pen import circle
+from escort_mj.report.video.replay import Moment, Replay
+from escort_mj.report.video.solids import Mesh, floor_of, places, pose, solids_of
+from escort_mj.scenario.geometry.shapes import in_space, outward
 
 if TYPE_CHECKING:
     import viser

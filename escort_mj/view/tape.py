@@ -19,11 +19,11 @@ from escort_mj.record.episodes import NONE, during
 from escort_mj.record.folder import MODEL, StoredRun, open_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable, record
-from escort_mj.report.replay import Replay, replay_of
-from escort_mj.report.solids import load_model
-from escort_mj.scenario.schema import Scenario
-from escort_mj.world.build import build
+from escort_mj.report.video.replay import Replay, replay_of
+from escort_mj.report.video.solids import load_model
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import callbacks, native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import UsageError
-from escort_mj.report.shots import plan_shot
+from escort_mj.report.video.shots import plan_shot
 from escort_mj.view.gate import LOCAL, guarded
 from escort_mj.view.panel import Panel
 from escort_mj.view.stage import Stage

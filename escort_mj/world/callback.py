@@ -17,15 +17,14 @@ from typing import Any
 
 import mujoco
 
-from escort_mj import machine_code
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.controller import follow_time
 from escort_mj.control.inner import DEFAULT_FORCE
-from escort_mj.control.measure import measure
-from escort_mj.machine_code import Piece
-from escort_mj.world.build import World
-from escort_mj.world.library import library
-from escort_mj.world.step import (
+from escort_mj.native import artifacts
+from escort_mj.native.artifacts import Piece
+from escort_mj.sensing.measure import measure
+from escort_mj.world.loop.library import library
+from escort_mj.world.loop.step import (
     MANY,
     any_control_callback,
     any_sensor_callback,
@@ -33,6 +32,7 @@ from escort_mj.world.step import (
     sensor_callback,
     table,
 )
+from escort_mj.world.model.build import World
 
 CONTROL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 SENSOR = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int)
@@ -54,8 +54,8 @@ def callbacks(axes: int) -> Callbacks:
 def _of_class(known: int) -> Callbacks:
     """The callbacks of a class of models, and what they call as soon as they run."""
     control, sensor, *others = class_pieces(known if known < MANY else None)
-    machine_code.have([control, sensor, *others])
-    addresses = machine_code.address(control), machine_code.address(sensor)
+    artifacts.have([control, sensor, *others])
+    addresses = artifacts.address(control), artifacts.address(sensor)
     table[2 * known : 2 * known + 2] = list(addresses)
     return CONTROL(addresses[0]), SENSOR(addresses[1])
 
@@ -74,8 +74,8 @@ def class_pieces(axes: int | None) -> list[Piece]:
 def _of_any_class() -> Callbacks:
     """Callbacks that look up a model's class."""
     pieces = [_piece(any_control_callback, None), _piece(any_sensor_callback, None)]
-    machine_code.have(pieces)
-    return CONTROL(machine_code.address(pieces[0])), SENSOR(machine_code.address(pieces[1]))
+    artifacts.have(pieces)
+    return CONTROL(artifacts.address(pieces[0])), SENSOR(artifacts.address(pieces[1]))
 
 
 def _piece(function: Callable[..., Any], axes: int | None) -> Piece:

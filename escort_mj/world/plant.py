@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import stopping
-from escort_mj.control.own import native
-from escort_mj.control.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_plan, unpack_state
+from escort_mj.components.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_plan, unpack_state
+from escort_mj.control.custom import native
 from escort_mj.errors import MujocoError
-from escort_mj.kernels import DOUBLE
+from escort_mj.native.kernels import DOUBLE
 from escort_mj.signals import EPISODE
-from escort_mj.world import layout
-from escort_mj.world.build import World
-from escort_mj.world.contacts import ENDED, TURN, UNDER_WAY
+from escort_mj.world.loop import layout
+from escort_mj.world.loop.contacts import ENDED, TURN, UNDER_WAY
+from escort_mj.world.loop.sampling import MOST_SAMPLES
+from escort_mj.world.loop.wiring import behind, unpack_wiring
+from escort_mj.world.model.build import World
 from escort_mj.world.properties import MassProperties
-from escort_mj.world.sampling import MOST_SAMPLES
-from escort_mj.world.wiring import behind, unpack_wiring
 
 Array = NDArray[np.float64]
 LOOK = 0.25  # s at most between two looks at whether somebody has interrupted the mission

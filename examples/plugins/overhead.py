@@ -9,8 +9,8 @@ from pathlib import Path
 from statistics import median
 
 from escort_mj import api
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 
 HERE = Path(__file__).parent

@@ -10,8 +10,8 @@ from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.records import check_expectation, check_metric
 from escort_mj.conformance.stand import BrokenError
-from escort_mj.scenario.catalog import assemble, scenario_type, scenario_type_with
-from escort_mj.scenario.plugins import load, source_of
+from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
+from escort_mj.scenario.reader.plugins import load, source_of
 from tests.plugged import BEHAVIOR, EXPECTATION, KERNEL, KIND, LAW, METRIC
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of NumPy, where plugins are wrong

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from escort_mj.compiler.declarations import jitted
 from escort_mj.control import attitude
 from escort_mj.control.attitude import Craft
 from escort_mj.control.reference.attitude import mixing, rotation, thrusts_for, wanted_rotation
-from escort_mj.scenario.kinds import Quadrotor
+from escort_mj.native.compiler.declarations import jitted
+from escort_mj.scenario.schema.kinds import Quadrotor
 
 GRAVITY = (0.0, 0.0, -9.81)
 CRAFT = Quadrotor().craft(1.2, 0.25, GRAVITY, 0.75)

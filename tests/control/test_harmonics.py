@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from escort_mj.compiler.declarations import jitted
-from escort_mj.control.elementary import sine_and_cosine
 from escort_mj.control.harmonics import Sum, sum_of, tabulate
-from escort_mj.lanes import WIDTH, load, store
-from escort_mj.scenario.expressions import Expression
-from escort_mj.scenario.trajectory import Trajectory
+from escort_mj.native.compiler.declarations import jitted
+from escort_mj.native.lanes import WIDTH, load, store
+from escort_mj.numerics.elementary import sine_and_cosine
+from escort_mj.scenario.geometry.trajectory import Trajectory
+from escort_mj.scenario.schema.expressions import Expression
 from tests.control.twins import Kernel, mission
 
 SUMS = [

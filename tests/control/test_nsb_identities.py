@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
-from escort_mj.control.behaviors.task import Situation, distance, half_squared_distance, resolve
-from escort_mj.control.formation import arrange
-from escort_mj.control.laws import ApdSmc
+from escort_mj.behaviors import AvoidObstacles, Chords, Surface
+from escort_mj.behaviors.task import Situation, distance, half_squared_distance, resolve
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.reference.failure import Team
 from escort_mj.control.reference.outer import spend
-from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
+from escort_mj.laws import ApdSmc
+from escort_mj.numerics.formation import arrange
+from escort_mj.sensing.sensors import Sensors
 
 TARGET_VELOCITY = np.array([0.3, -0.2, 0.1])
 AVOID = AvoidObstacles(measure="center", safe_distance=3.0, sidestep=0.0)

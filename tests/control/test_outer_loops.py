@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from escort_mj.compiler.declarations import jitted
-from escort_mj.control.behaviors import AvoidObstacles, Surface
-from escort_mj.control.laws import ApdSmc
+from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import STIFFNESS, filter_velocity
 from escort_mj.control.outer_loops.potential_field import repulsion
 from escort_mj.control.reference.outer_loops import filtered, least_change, repulsions
-from escort_mj.control.sensing import Sensors
 from escort_mj.control.setup import Setup
+from escort_mj.laws import ApdSmc
+from escort_mj.native.compiler.declarations import jitted
+from escort_mj.sensing.sensors import Sensors
 
 
 class Origin:

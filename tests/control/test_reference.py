@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from escort_mj.control.behaviors import AvoidObstacles, Chords, Surface
-from escort_mj.control.formation import OCTAHEDRON, Arrangement, arrange
-from escort_mj.control.laws import ApdSmc
+from escort_mj.behaviors import AvoidObstacles, Chords, Surface
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
-from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
+from escort_mj.laws import ApdSmc
+from escort_mj.numerics.formation import OCTAHEDRON, Arrangement, arrange
+from escort_mj.sensing.sensors import Channel, Sensors
 
 PAPER_2D = np.array([(5, 10), (-5, 5), (-5, -5), (5, -10), (5, 0)], dtype=float)
 PAPER_3D = np.array(

@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from escort_mj.control.behaviors import AvoidObstacles
+from escort_mj.behaviors import AvoidObstacles
+from escort_mj.components.plan import LISTED
 from escort_mj.control.failure import Failure
-from escort_mj.control.laws import LAWS, ComputedTorque
-from escort_mj.control.laws.sliding import SlidingModeLaw
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
-from escort_mj.control.plan import LISTED
 from escort_mj.control.reference import ReferenceController
-from escort_mj.control.reform import reforming
-from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
+from escort_mj.laws import LAWS, ComputedTorque
+from escort_mj.laws.sliding import SlidingModeLaw
+from escort_mj.numerics.reform import reforming
+from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import (
     AVOID,
     CHORDS,

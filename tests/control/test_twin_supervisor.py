@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from escort_mj.control.behaviors import Surface
+from escort_mj.behaviors import Surface
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.supervisor import Condition, Phase
 from escort_mj.control.trigger import Trigger

@@ -8,20 +8,20 @@ from functools import cache
 
 import numpy as np
 
-from escort_mj import machine_code
-from escort_mj.control.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
+from escort_mj.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
+from escort_mj.components.plan import State, axes_of, state_size, unpack_plan, unpack_state
 from escort_mj.control.controller import evaluate
-from escort_mj.control.formation import arrange, chords_exist
-from escort_mj.control.laws import ApdSmc
 from escort_mj.control.packing import pack
-from escort_mj.control.plan import State, axes_of, state_size, unpack_plan, unpack_state
-from escort_mj.control.program import Op
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
-from escort_mj.control.sensing import Channel, Sensors
 from escort_mj.control.setup import Setup
-from escort_mj.control.thomson import figure
-from escort_mj.machine_code import Piece
-from escort_mj.world.step import MANY
+from escort_mj.laws import ApdSmc
+from escort_mj.native import artifacts
+from escort_mj.native.artifacts import Piece
+from escort_mj.numerics.formation import arrange, chords_exist
+from escort_mj.numerics.program import Op
+from escort_mj.numerics.thomson import figure
+from escort_mj.sensing.sensors import Channel, Sensors
+from escort_mj.world.loop.step import MANY
 
 TOLERANCE = 1e-10
 
@@ -96,7 +96,7 @@ def evaluation(axes: int | None) -> Callable[..., None]:
 @cache
 def step(axes: int | None) -> Callable[[int, int], None]:
     """Machine code of the above, from the cache that missions have: compiled once for all workers."""
-    address = machine_code.address(Piece(__name__, "evaluation", axes))
+    address = artifacts.address(Piece(__name__, "evaluation", axes))
     return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(address)
 
 

@@ -7,10 +7,10 @@ import pytest
 from ruamel.yaml import YAML
 
 from escort_mj.api import scenarios_folder
-from escort_mj.scenario.load import parse_scenario
-from escort_mj.scenario.schema import Scenario
-from escort_mj.study.definition import Study, load_study
-from escort_mj.study.design import Design
+from escort_mj.scenario.reader.load import parse_scenario
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.study.sweeps.definition import Study, load_study
+from escort_mj.study.sweeps.design import Design
 from tests.docs.pages import Block, blocks
 
 FOLLOWED = "docs/plugins.md"  # word by word, in test_plugins_page.py

@@ -150,19 +150,19 @@ def test_what_cannot_be() -> None:
 
 INTERRUPTED = """
 import signal
-from escort_mj import machine_code
+from escort_mj.native import artifacts
 from escort_mj.api import load_scenario
 from escort_mj.environments import Simulation
 signal.signal(signal.SIGINT, signal.default_int_handler)  # who was started in the background ignores it
 simulation = Simulation(load_scenario("main", {"duration": 1.0, "expect": []}))
 simulation.reset()
-address = machine_code.address
+address = artifacts.address
 def slow(piece):
-    machine_code.address = address
+    artifacts.address = address
     signal.raise_signal(signal.SIGINT)
     return address(piece)
-machine_code.address = slow
-from escort_mj import on_demand
+artifacts.address = slow
+from escort_mj.native import on_demand
 for entry in on_demand.entries.values():
     entry.slot.value = None
 try:

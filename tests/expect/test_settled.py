@@ -5,7 +5,7 @@ import pytest
 
 from escort_mj.expect.verdicts import judge, judge_one
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.expectations import OutcomeExpectation, SettledExpectation
+from escort_mj.scenario.schema.expectations import OutcomeExpectation, SettledExpectation
 from tests.expect.traces import RADIUS, watched
 
 

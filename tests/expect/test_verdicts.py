@@ -13,8 +13,8 @@ from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import write_json
 from escort_mj.record.measures import Measure
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.expectations import ClearanceExpectation
-from escort_mj.scenario.expectations import MetricExpectation as Expectation
+from escort_mj.scenario.schema.expectations import ClearanceExpectation
+from escort_mj.scenario.schema.expectations import MetricExpectation as Expectation
 from escort_mj.signals import METRIC_NAMES
 from tests.expect.traces import watched
 

@@ -14,7 +14,7 @@ import pytest
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError
 from escort_mj.recognize import scenarios_in
-from escort_mj.scenario.load import parse_scenario
+from escort_mj.scenario.reader.load import parse_scenario
 from tests.fuzz.mutations import broken
 
 PATIENCE = 20  # s, on a machine that does other work, too

@@ -9,7 +9,7 @@ import pytest
 from escort_mj.api import fly
 from escort_mj.errors import ScenarioError
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.load import parse_scenario
+from escort_mj.scenario.reader.load import parse_scenario
 from tests.fuzz.missions import mission
 
 STATED = {Outcome.COMPLETED, Outcome.DIVERGED, Outcome.UNSTABLE}

@@ -15,7 +15,7 @@ import numpy as np
 
 from escort_mj import mission
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.load import parse_scenario
+from escort_mj.scenario.reader.load import parse_scenario
 from tests.independent.flight import Flight, fly
 from tests.independent.variations import EVERY, Keys, Variation
 from tests.independent.watcher import clearance, inside, judge, metric, touches, tunneling

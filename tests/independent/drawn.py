@@ -6,7 +6,7 @@ import json
 import random
 
 from escort_mj.errors import ScenarioError
-from escort_mj.scenario.load import parse_scenario
+from escort_mj.scenario.reader.load import parse_scenario
 from tests.independent.missions import (
     COUNT,
     NONE,

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.scenario.schema import Scenario
-from escort_mj.world.build import build
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from tests.independent import motions, shapes
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from escort_mj.scenario.load import parse_scenario
+from escort_mj.scenario.reader.load import parse_scenario
 from tests.independent import motions
 from tests.independent.comparison import compare
 from tests.independent.drawn import drawn

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from escort_mj.scenario.expectations import (
+from escort_mj.scenario.schema.expectations import (
     ClearanceExpectation,
     ContactExpectation,
     Expectation,

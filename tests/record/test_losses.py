@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from escort_mj.control.thomson import least_energy
+from escort_mj.numerics.thomson import least_energy
 from escort_mj.record.metrics import measure
 
 TIME = np.linspace(0.0, 10.0, 501)

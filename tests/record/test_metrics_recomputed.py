@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from escort_mj import mission
-from escort_mj.scenario.load import parse_scenario
+from escort_mj.scenario.reader.load import parse_scenario
 from escort_mj.signals import METRIC_NAMES
 
 Array = np.ndarray

@@ -8,7 +8,7 @@ from PIL import Image
 from escort_mj.api import load_scenario
 from escort_mj.errors import UsageError
 from escort_mj.report.comparison import compare, draw_bars
-from escort_mj.study.comparison import QUANTITIES, Result, Trial
+from escort_mj.study.compare.comparison import QUANTITIES, Result, Trial
 
 SHORT = {"duration": 1.0, "expect": []}
 

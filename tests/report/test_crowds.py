@@ -7,11 +7,11 @@ from matplotlib.figure import Figure
 
 from escort_mj import palette
 from escort_mj.record.folder import open_run
-from escort_mj.report import curves, paths, style, timelines
-from escort_mj.report.figures import draw_figures
-from escort_mj.report.pen import Pen
-from escort_mj.report.replay import replay_of
-from escort_mj.report.scene import Scenery
+from escort_mj.report.figures import curves, paths, style, timelines
+from escort_mj.report.figures.figures import draw_figures
+from escort_mj.report.video.pen import Pen
+from escort_mj.report.video.replay import replay_of
+from escort_mj.report.video.scene import Scenery
 
 COUNT = palette.MOST_LINES + 20
 GEOM = mujoco.mjtGeom

@@ -19,10 +19,10 @@ from escort_mj.record.intact import check_trace
 from escort_mj.record.metrics import measures_of
 from escort_mj.record.stored import StoredRun, open_run
 from escort_mj.record.trace import load_trace
-from escort_mj.report.replay import replay_of
-from escort_mj.report.run_page import _body
-from escort_mj.report.signals_data import signals_data
-from escort_mj.scenario.load import stored_scenario
+from escort_mj.report.pages.run_page import _body
+from escort_mj.report.pages.signals_data import signals_data
+from escort_mj.report.video.replay import replay_of
+from escort_mj.scenario.reader.load import stored_scenario
 from escort_mj.view.tape import Stored
 
 MISSION = """

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from escort_mj.report.study_page import _design, _failures, _kept, _overview, _worst
-from escort_mj.report.study_tables import cell_rates, cell_values, comparison_tables, write_cells
-from escort_mj.study.quantities import VALUES
-from escort_mj.study.results import FILE, open_results
-from escort_mj.study.store import FILE as STORE
-from escort_mj.study.store import Store
+from escort_mj.report.pages.study_page import _design, _failures, _kept, _overview, _worst
+from escort_mj.report.pages.study_tables import cell_rates, cell_values, comparison_tables, write_cells
+from escort_mj.study.engine.store import FILE as STORE
+from escort_mj.study.engine.store import Store
+from escort_mj.study.sweeps.quantities import VALUES
+from escort_mj.study.sweeps.results import FILE, open_results
 from tests.report.test_damaged_runs import GARBLED, damaged_bytes, damaged_json, draws, refused_or  # noqa: F401
 from tests.study.planted import study_folder
 

@@ -12,9 +12,9 @@ from escort_mj.api import load_scenario
 from escort_mj.errors import UsageError, WriteError
 from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder, StoredRun, open_run
-from escort_mj.report.foxglove import write_mcap
-from escort_mj.report.replay import replay_of
-from escort_mj.report.states import write_states
+from escort_mj.report.exports.foxglove import write_mcap
+from escort_mj.report.exports.states import write_states
+from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario, parse_scenario
 
 COLLISION = load_scenario(

@@ -11,8 +11,8 @@ from escort_mj.errors import RunFolderError, UsageError
 from escort_mj.record.folder import open_run
 from escort_mj.report import reproduction
 from escort_mj.report.reproduction import Drawing, differ, draw, reproduce
-from escort_mj.study.measured import QUANTITIES, Measured
-from escort_mj.study.reproduction import chosen, needed, simulations
+from escort_mj.study.compare.measured import QUANTITIES, Measured
+from escort_mj.study.compare.reproduction import chosen, needed, simulations
 
 SHOWN = ["5", "10", "16"]  # one of each kind, the plane and space
 

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from escort_mj.api import scenarios_folder
-from escort_mj.study.definition import load_study
-from escort_mj.study.design import Cell, Design
-from escort_mj.study.results import Results, results_of, write_design
-from escort_mj.study.store import Row, Store
+from escort_mj.study.engine.store import Row, Store
+from escort_mj.study.sweeps.definition import load_study
+from escort_mj.study.sweeps.design import Cell, Design
+from escort_mj.study.sweeps.results import Results, results_of, write_design
 
 STUDY = """
 study: planted

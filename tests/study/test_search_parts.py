@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from escort_mj.study.asking import Asker
-from escort_mj.study.parameters import filled, named
-from escort_mj.study.ranges import Range
-from escort_mj.study.robustness import broken, robustness
-from escort_mj.study.shrink import shrink
-from escort_mj.study.store import Row
+from escort_mj.study.engine.store import Row
+from escort_mj.study.search.asking import Asker
+from escort_mj.study.search.robustness import broken, robustness
+from escort_mj.study.search.shrink import shrink
+from escort_mj.study.sweeps.parameters import filled, named
+from escort_mj.study.sweeps.ranges import Range
 
 
 class TestParameters:

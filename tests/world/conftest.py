@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import SIGNALS
-from escort_mj.world.build import World, build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
 
 NO_FORCE = 1e-12  # a force limit that leaves robots to physics alone [N]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from escort_mj.signals import DEPTH, IMPULSE, PEAK_FORCE, TOUCH_TIME, axis_names
-from escort_mj.world.build import World
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
 
 BODIES = {4: 2, 5: 2, 7: 3, 9: 3}  # of each robot

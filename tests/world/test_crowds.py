@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.scenario.crowd import CROWD
+from escort_mj.scenario.geometry.crowd import CROWD
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
 

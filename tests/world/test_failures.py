@@ -9,7 +9,7 @@ import pytest
 from escort_mj.mission import fly
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import load_scenario
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
 

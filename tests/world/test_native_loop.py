@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from mujoco import batch
 
-from escort_mj.world.build import World
 from escort_mj.world.callback import native_loop
-from escort_mj.world.library import library
+from escort_mj.world.loop.library import library
+from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
 
 MISSION = {

@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.scenario.load import parse_scenario
-from escort_mj.scenario.schema import Scenario
+from escort_mj.scenario.reader.load import parse_scenario
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import (
     CLOSING_SPEED,
     DEPTH,
@@ -26,8 +26,8 @@ from escort_mj.signals import (
     START,
     TOUCH_TIME,
 )
-from escort_mj.world.build import build
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
 from tests.world.episodes import both, told
 

@@ -6,9 +6,9 @@ import pytest
 
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.reference.attitude import thrusts_for
-from escort_mj.scenario.kinds import Quadrotor
-from escort_mj.world.build import World
+from escort_mj.scenario.schema.kinds import Quadrotor
 from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
 
 SENSING = {"position": {"noise": 0.02}, "velocity": {"noise": 0.01}}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.kernels import inlined
+from escort_mj.native.kernels import inlined
 
 Array = NDArray[np.float64]
 

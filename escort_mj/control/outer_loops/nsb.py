@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from escort_mj.control.parameters import Parameters
+from escort_mj.components.parameters import Parameters
 
 
 class Nsb(Parameters):

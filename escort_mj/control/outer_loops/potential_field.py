@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
+from escort_mj.components.parameters import Parameters
 from escort_mj.control.outer_loops.nearby import bearing, reach_of
-from escort_mj.control.parameters import Parameters
-from escort_mj.kernels import inlined
+from escort_mj.native.kernels import inlined
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import orth, subspace_angles
 
-from escort_mj.control.behaviors import Behavior
-from escort_mj.control.behaviors.task import Situation, resolve_all, row_spaces
+from escort_mj.behaviors import Behavior
+from escort_mj.behaviors.task import Situation, resolve_all, row_spaces
 
 Array = NDArray[np.float64]
 

@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors.task import Situation
-from escort_mj.control.behaviors.vertices import turned
-from escort_mj.control.own.views import LawView
+from escort_mj.behaviors.task import Situation
+from escort_mj.behaviors.vertices import turned
+from escort_mj.components.views import LawView
 from escort_mj.control.reference.conflicts import Tasks, weigh
 from escort_mj.control.reference.failure import Team, motors
-from escort_mj.control.reference.measure import Instruments
 from escort_mj.control.reference.outer_loops import reference_velocity
 from escort_mj.control.reference.supervisor import Holder, Supervisor
 from escort_mj.control.setup import Setup
+from escort_mj.sensing.instruments import Instruments
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from escort_mj.control.reference.noise import NOISE_KEY
-from escort_mj.control.reform import ALTERNATIONS, SAME
 from escort_mj.control.setup import Setup
+from escort_mj.numerics.reform import ALTERNATIONS, SAME
+from escort_mj.sensing.noise_streams import NOISE_KEY
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import Behavior
-from escort_mj.control.behaviors.task import Situation, resolve_all
+from escort_mj.behaviors import Behavior
+from escort_mj.behaviors.task import Situation, resolve_all
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from escort_mj.control.behaviors import AvoidObstacles, Behavior
-from escort_mj.control.behaviors.task import Situation
+from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors.task import Situation
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import STIFFNESS
-from escort_mj.control.reference.measure import in_range
 from escort_mj.control.reference.outer import outer_loop
 from escort_mj.control.setup import Setup
+from escort_mj.sensing.instruments import in_range
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.behaviors import AvoidObstacles, Behavior
-from escort_mj.control.reference.measure import in_range
+from escort_mj.behaviors import AvoidObstacles, Behavior
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Condition
+from escort_mj.sensing.instruments import in_range
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

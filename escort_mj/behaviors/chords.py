@@ -1,0 +1,65 @@
+"""Scatter on chords (paper eq. 4): each robot keeps the formation's edge length to its predecessors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.task import Situation, Task, half_squared_distance
+from escort_mj.behaviors.wish import (
+    MAX_DIRECTIONS,
+    Wish,
+    along,
+    keep_distance,
+    look_at_others,
+)
+from escort_mj.native.lanes import everywhere, row_of, set_row, stack_rows
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+Array = NDArray[np.float64]
+
+
+class Chords(Behavior):
+    """Spreads the robots evenly: a ring in the plane, an octahedron of six robots in space."""
+
+    spreads: ClassVar[bool] = True
+    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "order"})
+
+    behavior: Literal["chords"] = "chords"
+    gain: PositiveFloat = 0.8
+    """Gain of the task's error [1/s] (paper: Lambda_2)."""
+    order: tuple[int, ...] | None = None
+    """Robots (from 1) in their order along the formation; null: from their initial positions."""
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""
+        sigmas = [half_squared_distance(now.q, now.q[row]) for row in now.team.predecessors]
+        wanted = 0.5 * now.team.chord_length**2
+        return tuple(Task(jacobian, self.gain * (wanted - sigma)) for sigma, jacobian in sigmas)
+
+    def error(self, now: Situation) -> Array:
+        """Return the root mean square of the chords' deviations in length."""
+        chords = [np.linalg.norm(now.q - now.q[row], axis=1) for row in now.team.predecessors]
+        return np.asarray(np.sqrt(np.mean((np.array(chords) - now.team.chord_length) ** 2, axis=0)))
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled: one cycle in the plane, two in space."""
+        p, length = state.q.shape[1], state.chord_length[0]
+        look_at_others(i, state.q_measured, state.predecessors[0], x, 0)
+        weight, error = keep_distance(p, length, self.gain, x, 0, wish, at)
+        if state.predecessors.shape[0] < MAX_DIRECTIONS:
+            return along(weight, everywhere(1.0), abs(error))
+        other = stack_rows(p)
+        look_at_others(i, state.q_measured, state.predecessors[1], x, p)
+        second, further = keep_distance(p, length, self.gain, x, p, other, 0)
+        for k in range(p):
+            set_row(wish, at + k, row_of(wish, at + k) + row_of(other, k))
+        both = root(0.5 * (error * error + further * further))
+        return Wish(MAX_DIRECTIONS, weight, second, everywhere(0.0), everywhere(1.0), both)

@@ -1,0 +1,135 @@
+"""Spread by repulsion (Coulomb, as in the Thomson problem of remark 1), seen from the target."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.task import Situation, Task, directions, tangential
+from escort_mj.behaviors.wish import Wish, across, look_at_point, square_of
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.native.lanes import (
+    everywhere,
+    greatest,
+    lane_numbers,
+    load,
+    load_rows,
+    row_of,
+    set_row,
+    stack_rows,
+    store_rows,
+    there,
+    where,
+)
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+Array = NDArray[np.float64]
+
+SAME = 1e-24  # squared distance of two directions that differ by rounding only: neither way leads apart
+
+
+class Repulsion(Behavior):
+    """Spreads the robots evenly without a plan: the others' directions from the target repel each one."""
+
+    spreads: ClassVar[bool] = True
+
+    behavior: Literal["repulsion"] = "repulsion"
+    gain: PositiveFloat = 0.8
+    """Gain of the repulsion [1/s]; no robot is pushed faster than gain times radius."""
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task across the way to the target: down the Coulomb energy of the directions."""
+        x, setup, lost = now.q - now.c, now.setup, now.team.lost
+        across, u = tangential(x), directions(x)
+        offset = u[:, None] - u
+        apart = np.linalg.norm(offset, axis=2)
+        with np.errstate(divide="ignore"):
+            weight = np.where(apart > 1e-12, apart**-3.0, 0.0)
+        weight[:, (np.linalg.norm(x, axis=1) == 0.0) | lost] = 0.0
+        gaps = (
+            np.linalg.norm(now.q[:, None] - now.q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
+        )
+        np.fill_diagonal(gaps, 0.0)
+        known = (gaps <= setup.sensing.robots) & ~lost
+        push = (across @ np.einsum("ij,ijk->ik", weight * known, offset).ravel()).reshape(x.shape)
+        push /= np.maximum(known.sum(axis=1, keepdims=True), 1)
+        push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
+        speed = np.linalg.norm(push, axis=1, keepdims=True)
+        wanted = self.gain * setup.radius * push / np.maximum(speed, 1.0)
+        return (Task(across, across @ wanted.ravel()),)
+
+    def error(self, now: Situation) -> Array:
+        """Return what it wishes for, as a length."""
+        return np.asarray(np.linalg.norm(self.velocity(now), axis=1) / self.gain)
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        _repel(i, self.gain, plan, state)
+        p = state.q.shape[1]
+        look_at_point(i, state.q_measured, state.target_position_measured, x)
+        square, rows = square_of(x, 0, p), stack_rows(p)
+        load_rows(state.wished_velocity, i, rows)
+        for k in range(p):
+            set_row(wish, at + k, row_of(rows, k))
+        return across(where(square > 0.0, 1.0 / square, 0.0), root(square_of(wish, at, p)) / self.gain)
+
+
+@on_demand
+def _repel(i: int, gain: float, plan: Plan, state: State) -> None:
+    """Write the wished velocities of robots i to i + 7; those lost or out of sight repel none."""
+    n, p = state.q.shape
+    q, center, radius = state.q_measured, state.target_position_measured, plan.robot_radius
+    x, here, other, push = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
+    load_rows(q, i, here)
+    look_at_point(i, q, center, x)
+    square = square_of(x, 0, p)
+    weight, team = where(square > 0.0, 1.0 / square, 0.0), everywhere(0.0)
+    inverse = root(weight)
+    for k in range(p):
+        set_row(push, k, everywhere(0.0))
+    for j in range(n):
+        if state.lost[j] != 0.0:
+            continue
+        itself = abs(lane_numbers() + float(i - j)) < 0.5
+        seen = there(n - i)
+        if plan.sensing_robots < UNLIMITED:
+            apart = everywhere(0.0)
+            for k in range(p):
+                way = row_of(here, k) - q[j, k]
+                apart = apart + way * way
+            gap = where(itself, 0.0, root(apart) - (load(radius, i) + radius[j]))
+            seen = seen & (where(gap > plan.sensing_robots, 0.0, 1.0) > 0.5)
+        team = team + where(seen, 1.0, everywhere(0.0))
+        away = 0.0
+        for k in range(p):
+            away += (q[j, k] - center[k]) ** 2
+        if away == 0.0:
+            continue
+        scale, apart = 1.0 / math.sqrt(away), everywhere(0.0)
+        for k in range(p):
+            set_row(other, k, row_of(x, k) * inverse - (q[j, k] - center[k]) * scale)
+            apart = apart + row_of(other, k) * row_of(other, k)
+        apart = where(itself, 0.0, apart)
+        strength = where((apart > SAME) & seen, 1.0 / (apart * root(apart)), 0.0)
+        for k in range(p):
+            set_row(push, k, row_of(push, k) + strength * row_of(other, k))
+    inward, speed = everywhere(0.0), everywhere(0.0)
+    for k in range(p):
+        inward = inward + row_of(push, k) * row_of(x, k)
+    inward = inward * weight
+    for k in range(p):
+        set_row(push, k, (row_of(push, k) - inward * row_of(x, k)) / team)
+        speed = speed + row_of(push, k) * row_of(push, k)
+    limit = where(square > 0.0, gain * plan.radius / greatest(root(speed), 1.0), 0.0)
+    for k in range(p):
+        set_row(push, k, where(limit > 0.0, limit * row_of(push, k), 0.0))
+    store_rows(state.wished_velocity, i, push)

@@ -1,0 +1,176 @@
+"""Spread to the vertices of the even figure (paper remark 1), each robot to its own, for any n and any p.
+
+The figure is turned to fit the robots at every step, so that nobody is told where it points: only the
+tangential distance to the own vertex is a task. It is orthogonal to the surface task by construction, which
+is the paper's condition for tasks without conflict (eq. 19).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.task import Situation, Task, directions, tangential
+from escort_mj.behaviors.wish import Wish, across, look_at_point, square_of
+from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory
+from escort_mj.native.lanes import (
+    WIDTH,
+    everywhere,
+    load,
+    load_rows,
+    row_of,
+    set_row,
+    stack_rows,
+    there,
+    total,
+    where,
+)
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+Array = NDArray[np.float64]
+
+
+class Vertices(Behavior):
+    """Spreads any number of robots evenly: the vertices of the figure of least Coulomb energy."""
+
+    spreads: ClassVar[bool] = True
+
+    behavior: Literal["vertices"] = "vertices"
+    gain: PositiveFloat = 0.8
+    """Gain of the tangential distance to the vertex [1/s]."""
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
+        x = now.q - now.c
+        across = tangential(x)
+        wanted = self.gain * (now.setup.radius * now.team.vertices @ now.rotation.T - x)
+        return (Task(across, across @ wanted.ravel()),)
+
+    def error(self, now: Situation) -> Array:
+        """Return the way to the vertex along the sphere."""
+        return np.asarray(np.linalg.norm(self.velocity(now), axis=1) / self.gain)
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        p = state.q.shape[1]
+        vertices, inward = stack_rows(p), everywhere(0.0)
+        look_at_point(i, state.q_measured, state.target_position_measured, x)
+        load_rows(state.vertices, i, vertices)
+        square = square_of(x, 0, p)
+        weight = where(square > 0.0, 1.0 / square, 0.0)
+        for k in range(p):
+            vertex = everywhere(0.0)
+            for c in range(p):
+                vertex = vertex + state.rotation[k, c] * row_of(vertices, c)
+            wanted = self.gain * (plan.radius * vertex - row_of(x, k))
+            set_row(wish, at + k, wanted)
+            inward = inward + wanted * row_of(x, k)
+        inward = inward * weight
+        for k in range(p):
+            set_row(wish, at + k, row_of(wish, at + k) - inward * row_of(x, k))
+        return across(weight, root(square_of(wish, at, p)) / self.gain)
+
+
+@inlined
+def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation: Array) -> None:
+    """One step of the rotation that fits the figure to the robots, from the step before.
+
+    With H the correlation of robots and vertices and M = H R^T, R is best where M is symmetric; a skew step
+    (M - M^T) / tr M brings it there, and one Newton-Schulz step keeps R a rotation.
+
+    Args:
+        q: Measured positions, shape (n, p) [m].
+        center: Position of the target, shape (p,) [m].
+        lost: 1 for robots that do not count, shape (n,).
+        vertices: Unit vector of each robot's vertex in the figure's own frame, shape (n, p).
+        rotation: R, shape (p, p); changed in place.
+    """
+    p = q.shape[1]
+    memory = stack_memory()
+    m, old = matrix_at(memory, p, p), matrix_at(memory + DOUBLE * p * p, p, p)
+    _correlate(q, center, lost, vertices, old)
+    for a in range(p):
+        for b in range(p):
+            m[a, b] = 0.0
+            for c in range(p):
+                m[a, b] += old[a, c] * rotation[b, c]
+    for a in range(p):
+        for b in range(p):
+            old[a, b] = rotation[a, b]
+    trace = 0.0
+    for a in range(p):
+        trace += m[a, a]
+    if trace <= 0.0:
+        return
+    for a in range(p):
+        for b in range(p):
+            total = 0.0
+            for c in range(p):
+                total += (m[a, c] - m[c, a]) * old[c, b]
+            rotation[a, b] = old[a, b] + total / trace
+    for a in range(p):
+        for b in range(p):
+            total = 0.0
+            for c in range(p):
+                total += rotation[c, a] * rotation[c, b]
+            m[a, b] = (3.0 if a == b else 0.0) - total
+            old[a, b] = rotation[a, b]
+    for a in range(p):
+        for b in range(p):
+            total = 0.0
+            for c in range(p):
+                total += old[a, c] * m[c, b]
+            rotation[a, b] = 0.5 * total
+
+
+@inlined
+def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) -> None:
+    """Correlation H of where robots and vertices are, as seen from the target; eight robots at once.
+
+    Args:
+        q: As for `turn_figure`, and so are the next three.
+        center: Position of the target.
+        lost: 1 for robots that do not count.
+        vertices: Unit vectors.
+        h: Result, shape (p, p).
+    """
+    n, p = q.shape
+    way, vertex, sums = stack_rows(p), stack_rows(p), stack_rows(p * p)
+    for entry in range(p * p):
+        set_row(sums, entry, everywhere(0.0))
+    for i in range(0, n, WIDTH):
+        square, counts = everywhere(0.0), there(n - i) & (load(lost, i) < 0.5)
+        load_rows(q, i, way)
+        load_rows(vertices, i, vertex)
+        for a in range(p):
+            set_row(way, a, where(counts, row_of(way, a) - center[a], 0.0))
+            square = square + row_of(way, a) * row_of(way, a)
+        inverse = where(square > 0.0, 1.0 / math.sqrt(square), 0.0)
+        for b in range(p):
+            part = where(counts, inverse * row_of(vertex, b), 0.0)
+            for a in range(p):
+                set_row(sums, a * p + b, row_of(sums, a * p + b) + row_of(way, a) * part)
+    for a in range(p):
+        for b in range(p):
+            h[a, b] = total(row_of(sums, a * p + b))
+
+
+def turned(rotation: Array, q: Array, c: Array, vertices: Array) -> Array:
+    """One step of the rotation that fits the even figure to the robots, shape (p, p).
+
+    A skew step to where the correlation of robots and turned vertices is symmetric, then one Newton-Schulz
+    step back to the rotations.
+    """
+    m = directions(q - c).T @ vertices @ rotation.T
+    if np.trace(m) <= 0.0:
+        return rotation
+    rotation = rotation + (m - m.T) / np.trace(m) @ rotation
+    return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))

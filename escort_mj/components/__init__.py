@@ -1,0 +1,1 @@
+"""What behaviors and laws are made of: parameters, fields in memory, views of the mission."""

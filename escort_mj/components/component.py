@@ -1,0 +1,151 @@
+"""What every law and behavior is made of, of the package or of a plugin: parameters, forms of its method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
+
+from pydantic import ConfigDict
+
+from escort_mj.components.parameters import Parameters
+from escort_mj.native.kernels import reachable
+from escort_mj.native.memory import Layout, viewer
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+
+COMPILED = "_kernel"  # ends the name of the compiled form
+
+
+class _ByNumba(type):
+    """Tells what @njit makes of a function, without numba."""
+
+    def __instancecheck__(cls, value: Any) -> bool:
+        return hasattr(value, "py_func")
+
+
+class Compiled(metaclass=_ByNumba):
+    """What @njit makes of a function."""
+
+
+class Forms(NamedTuple):
+    """The ways to write one method; a plugin's component has at least one of the first two.
+
+    Attributes:
+        python: In plain Python and NumPy, called at every step through the interpreter.
+        kernel: To be compiled into the native loop.
+    """
+
+    python: Callable[..., Any] | None
+    kernel: Callable[..., Any] | None
+
+
+class Component(Parameters):
+    """Base of laws and behaviors; kernels read parameters that are numbers, true or false, or choices."""
+
+    model_config = ConfigDict(ignored_types=(Compiled,))
+
+    method: ClassVar[str]
+    """Name of the method that a plugin writes; with `_kernel` behind it, of its compiled form."""
+    view: ClassVar[type]
+    """What the method is handed."""
+    outputs: ClassVar[tuple[str, ...]]
+    """What it writes there."""
+    prefer_kernel: ClassVar[bool] = True
+    """Whether the compiled form runs, where there is one."""
+    digest: ClassVar[str] = ""
+    """Identifies the plugin's content; set by what loads it."""
+    python_only: ClassVar[frozenset[str]] = frozenset({"law", "behavior"})
+    """Keys that kernels do not read."""
+
+    @classmethod
+    def forms(cls) -> Forms:
+        """Return its forms, as written: `force` with @njit counts as compiled."""
+        written = getattr(cls, cls.method, None)
+        fast = getattr(cls, cls.method + COMPILED, None)
+        if isinstance(written, Compiled):
+            written, fast = None, fast or written
+        return Forms(written, getattr(fast, "py_func", fast))
+
+    @classmethod
+    def numbers(cls) -> dict[str, type]:
+        """Return its parameters as kernels see them: name and type, of a choice the place of what is chosen.
+
+        Raises:
+            TypeError: If a parameter is something else.
+        """
+        found: dict[str, type] = {}
+        for name, field in cls.model_fields.items():
+            if name in cls.python_only:
+                continue
+            kind: Any = field.annotation
+            if get_origin(kind) is Literal:
+                kind = int
+            if kind not in (float, int, bool):
+                raise TypeError(
+                    f"{name}: found {field.annotation}; a parameter of a law or behavior is a float, an int, "
+                    "a bool or a Literal of names"
+                )
+            found[name] = kind
+        return found
+
+    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+        """Return its parameters as numbers.
+
+        Args:
+            setup: The mission, for parameters that depend on it.
+        """
+        values: dict[str, float] = {}
+        for name in self.numbers():
+            value = getattr(self, name)
+            choices = choices_of(type(self), name)
+            values[name] = float(choices.index(value) if choices else value)
+        return values
+
+    @classmethod
+    def unpacked(cls, values: dict[str, Any]) -> Any:
+        """Return its parameters from numbers."""
+        named = dict(values)
+        for name, value in values.items():
+            if choices := choices_of(cls, name):
+                named[name] = choices[int(value)]
+        return cls.model_construct(**named)
+
+
+def choices_of(model: type[Component], name: str) -> tuple[Any, ...]:
+    """Return what a parameter may be chosen from; nothing for a number."""
+    kind = model.model_fields[name].annotation
+    return get_args(kind) if get_origin(kind) is Literal else ()
+
+
+def layout_of(model: type[Component], number: int) -> Layout:
+    """Return how a component's parameters lie in memory.
+
+    Args:
+        model: The component.
+        number: Begins the block, and says which component it belongs to.
+    """
+    numbers = NamedTuple(f"{model.__name__}Numbers", [*model.numbers().items()])  # type: ignore[misc]
+    return Layout(float(number), numbers)
+
+
+@cache
+def reader(model: type[Component]) -> Callable[[int, int], Any]:
+    """Return a function that reads a shipped component's parameters at an address, in kernels and in Python.
+
+    Its second argument says nothing; views of all kinds are made with one.
+    """
+    layout = shipped_layout(model)
+
+    def read(address: int, axes: int) -> Any:
+        return layout.read(layout.plan, address, address)
+
+    viewer(layout, layout.plan, reachable(read, f"parameters_of_{model.__name__}"))
+    return read
+
+
+@cache
+def shipped_layout(model: type[Component]) -> Layout:
+    """Return how the parameters of a component that ships lie in memory."""
+    return layout_of(model, 0)

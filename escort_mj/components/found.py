@@ -1,0 +1,40 @@
+"""The components that ship: whatever a folder of the package defines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TypeVar
+
+from escort_mj.components.component import Component
+
+T = TypeVar("T", bound=Component)
+
+
+def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T], ...]:
+    """Return the components that the modules of a package define, in the order of the modules' names.
+
+    Args:
+        package: Its name.
+        path: Its folders.
+        base: What they derive from; classes that are no component by themselves have no name of their own.
+    """
+    modules = [import_module(f"{package}.{each.name}") for each in iter_modules(path)]
+    return tuple(
+        member
+        for module in modules
+        for member in vars(module).values()
+        if isinstance(member, type)
+        and issubclass(member, base)
+        and member.__module__ == module.__name__
+        and _name_of(member)
+    )
+
+
+def _name_of(member: type[Component]) -> str | None:
+    """The name by which a scenario asks for a component; None for a base class."""
+    for key in ("law", "behavior"):
+        if (field := member.model_fields.get(key)) is not None:
+            return field.default if isinstance(field.default, str) else None
+    return None

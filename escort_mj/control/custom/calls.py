@@ -1,0 +1,134 @@
+"""The steps of the native loop that belong to plugins: compiled when a mission first has one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors.wish import Wish, square_of
+from escort_mj.components.plan import REMEMBERED, Plan, State
+from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
+from escort_mj.native.kernels import (
+    DOUBLE,
+    call_function,
+    data_address,
+    double_at,
+    inlined,
+    merged,
+    pointer_at,
+    view_addresses,
+)
+from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, where
+from escort_mj.native.on_demand import on_demand
+
+Array = NDArray[np.float64]
+
+
+@merged
+def _function(block: int) -> int:
+    """Address of the function whose parameters stand at an address; 0 where nobody knows it."""
+    table, number = table_address(), int(double_at(block))
+    for k in range(pointer_at(table)):
+        if pointer_at(table + DOUBLE * (1 + 2 * k)) == number:
+            return pointer_at(table + DOUBLE * (2 + 2 * k))
+    return 0
+
+
+@merged
+def own_law(plan: Plan, state: State) -> None:
+    """Has a plugin's law write forces and rates; where it fails, no force is a number any more."""
+    n, p = state.q.shape
+    memory, rate = state.law_memory, state.law_memory_rate
+    for c in range(memory.shape[0]):
+        for i in range(n):
+            for k in range(p):
+                if state.time[0] > state.clock[REMEMBERED]:
+                    memory[c, i, k] += plan.timestep * rate[c, i, k]
+                rate[c, i, k] = 0.0
+    state.clock[REMEMBERED] = state.time[0]
+    for i in range(n):
+        for k in range(p):
+            state.tau[i, k] = 0.0
+            state.rho_hat_rate[i, k] = 0.0
+    block = data_address(plan.parameters)
+    plan_at, state_at = view_addresses(state)
+    function, status = _function(block), 1
+    if function != 0:
+        status, _ = call_function(function, (block, block, plan_at, state_at))
+    if status != 0 and status != NONE:
+        note_failure(block, plan_at, state_at, -1)
+        for i in range(n):
+            for k in range(p):
+                state.tau[i, k] = math.nan
+        return
+    for i in range(n):
+        for k in range(p):
+            if not math.isfinite(state.tau[i, k]):
+                note_failure(block, plan_at, state_at, NO_NUMBER - i)
+
+
+@merged
+def _finite(state: State, p: int) -> bool:
+    """Whether all that a behavior wrote are finite numbers."""
+    total = state.wish_error[0]
+    for k in range(p):
+        total += state.wish_direction[k] + state.wish_velocity[k]
+    return math.isfinite(total)
+
+
+@inlined
+def own_wishes(block: int, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    """What a plugin's behavior wants of robots i to i + 7.
+
+    Args:
+        block: Address of its parameters.
+        i: First robot, from 0.
+        plan: What the controller knows.
+        state: Its state; the rows `wished_...` of these robots are scratch.
+        x: Result: the task's direction, in p rows of lanes.
+        wish: Result: the wished velocity [m/s].
+        at: Its first row.
+    """
+    _ask_plugin(block, i, plan, state)
+    p = state.q.shape[1]
+    rows = stack_rows(p)
+    load_rows(state.wished_direction, i, rows)
+    for k in range(p):
+        set_row(x, k, row_of(rows, k))
+    load_rows(state.wished_velocity, i, rows)
+    for k in range(p):
+        set_row(wish, at + k, row_of(rows, k))
+    rank, square = load(state.wished_rank, i), square_of(x, 0, p)
+    active, crosswise = where(abs(rank) > 0.5, 1.0, everywhere(0.0)), where(rank < -0.5, 1.0, everywhere(0.0))
+    weight = where(square > 0.0, active / square, 0.0)
+    return Wish(1, weight, everywhere(0.0), crosswise, active, load(state.wished_error, i))
+
+
+@on_demand
+def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
+    """Calls a plugin's behavior for each of robots i to i + 7, and writes the rows `wished_...`."""
+    n, p = state.q.shape
+    plan_at, state_at = view_addresses(state)
+    function = _function(block)
+    for robot in range(i, min(i + WIDTH, n)):
+        for k in range(p):
+            state.wish_direction[k] = 0.0
+            state.wish_velocity[k] = 0.0
+        state.wish_error[0] = 0.0
+        status, rank = 1, 0
+        if function != 0:
+            status, rank = call_function(function, (block, block, plan_at, state_at, robot))
+        failed = status != 0 and status != NONE
+        if failed:
+            note_failure(block, plan_at, state_at, robot)
+            rank = 1
+        elif rank != 0 and not _finite(state, p):
+            note_failure(block, plan_at, state_at, NO_NUMBER - robot)
+        for k in range(p):
+            state.wished_direction[robot, k] = state.wish_direction[k] if rank != 0 else 0.0
+            wished = state.wish_velocity[k] if rank != 0 else 0.0
+            state.wished_velocity[robot, k] = math.nan if failed else wished
+        state.wished_error[robot] = state.wish_error[0] if rank != 0 else 0.0
+        state.wished_rank[robot] = rank

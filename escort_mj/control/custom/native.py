@@ -1,0 +1,256 @@
+"""How the native loop calls what plugins bring: through a table of addresses, by numbers that tell content.
+
+A block of numbers in the plan holds the parameters; it begins with the number under which the process knows
+the function. What numba compiled and what Python calls back have the same C signature, that of numba's
+compiled functions, so a call is one call: of machine code, or into the interpreter.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import threading
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.components.component import Component, layout_of
+from escort_mj.components.plan import LAYOUT, Array
+from escort_mj.control.custom.place import place_of
+from escort_mj.errors import PluginError
+from escort_mj.laws.law import Law
+from escort_mj.native import artifacts
+from escort_mj.native.kernels import DOUBLE, external, place, vector_at
+from escort_mj.native.memory import Layout
+from escort_mj.native.on_demand import CLASSES
+
+MOST = 512  # functions of plugins that a process knows
+RAISED = 1  # status of a call that raised an error
+NONE = -2  # status of numba's functions that return nothing
+NO_NUMBER = -2  # less the robot, in place of a robot: what was written for it is not a finite number
+
+_table = (ctypes.c_int64 * (1 + 2 * MOST))()  # how many; then number and address of each
+_lock = threading.Lock()
+
+
+class Slot(NamedTuple):
+    """A function of a plugin, for one class of axes.
+
+    Attributes:
+        model: The law or behavior.
+        layout: Of its parameters.
+        function: What runs, in Python: the compiled function's source, or the plain form.
+        keep: What must live as long as its address is known.
+        address: Of the machine code.
+    """
+
+    model: type[Component]
+    layout: Layout
+    function: Callable[..., Any]
+    keep: Any
+    address: int
+
+
+class Failure(NamedTuple):
+    """An error that a plugin raised in a step.
+
+    Attributes:
+        time: Of the step [s].
+        message: Where and what, in one line.
+    """
+
+    time: float
+    message: str
+
+
+_slots: dict[int, Slot] = {}
+_seen: dict[int, tuple[int, Any, Any]] = {}  # by address of the state: own block, parameters, views
+_failures: dict[int, Failure] = {}  # by address of the state
+
+
+def block_of(own: Law | Behavior, axes: int) -> Array:
+    """The numbers of a law or behavior for the plan; what it runs is compiled or found.
+
+    Raises:
+        PluginError: If it cannot be compiled.
+    """
+    number = ready(type(own), axes)
+    block: Array = _slots[number].layout.pack({"p": axes}, own.packed())
+    return block
+
+
+def ready(model: type[Component], axes: int) -> int:
+    """Makes a law or behavior callable for missions of so many axes.
+
+    Returns:
+        The number under which it is known.
+
+    Raises:
+        PluginError: If it cannot be compiled.
+    """
+    known = axes if axes in CLASSES else None
+    forms = model.forms()
+    compiled = forms.kernel is not None and model.prefer_kernel
+    text = f"{model.digest} {model.__module__}.{model.__qualname__} {known} {compiled}"
+    number = int.from_bytes(hashlib.sha256(text.encode()).digest()[:6])
+    with _lock:
+        if number not in _slots:
+            layout = layout_of(model, number)
+            if compiled:
+                slot = _compiled(model, forms.kernel, layout, text, known)
+            else:
+                assert forms.python is not None, "whoever loads a plugin looks for a form"
+                slot = _called_back(model, forms.python, layout)
+            place = _table[0]
+            if place >= MOST:
+                raise PluginError(f"more than {MOST} laws and behaviors of plugins in one process")
+            _table[1 + 2 * place], _table[2 + 2 * place] = number, slot.address
+            _slots[number] = slot
+            _table[0] = place + 1
+    return number
+
+
+def _compiled(model: type[Component], function: Any, layout: Layout, text: str, known: int | None) -> Slot:
+    """Machine code of a kernel, from the cache or compiled."""
+    name = hashlib.sha256(f"{text} {function.__qualname__}".encode()).hexdigest()
+    plugged = artifacts.kept_plugged(name) if model.digest else None
+    if plugged is not None:
+        return Slot(model, layout, function, plugged, artifacts.load_plugged(plugged))
+    from escort_mj.native.compiler.plugged import NotCompiledError, compile_function
+
+    views = (f"plugin {text}", layout, layout.plan, None), (model.view.__name__, LAYOUT, model.view, known)
+    robot = issubclass(model, Behavior)
+    try:
+        keep, address, plugged = compile_function(function, views, robot)
+    except NotCompiledError as error:
+        raise PluginError(str(error)) from None
+    if plugged is not None and model.digest:
+        artifacts.keep_plugged(name, plugged)
+    return Slot(model, layout, function, keep, address)
+
+
+def _called_back(model: type[Component], function: Callable[..., Any], layout: Layout) -> Slot:
+    """A C function that calls Python."""
+
+    def call(result: int, error: int, own: int, _: int, plan: int, state: int, *robot: int) -> int:
+        if state in _failures:
+            return RAISED
+        try:
+            parameters, view = _views(model, layout, own, plan, state)
+            returned = function(parameters, view, *robot)
+            if robot:
+                if returned not in (-1, 0, 1):
+                    raise TypeError(f"wish returned {returned!r}; expected ALONG, ACROSS or NOTHING")
+                ctypes.c_int64.from_address(result).value = int(returned)
+        except BaseException as raised:  # no error can pass through compiled code
+            _failures[state] = Failure(_time(plan, state), place_of(raised, function))
+            return RAISED
+        return 0
+
+    words = [ctypes.c_void_p] * 2 + [ctypes.c_int64] * (5 if issubclass(model, Behavior) else 4)
+    callback = ctypes.CFUNCTYPE(ctypes.c_int32, *words)(call)
+    return Slot(model, layout, function, callback, ctypes.cast(callback, ctypes.c_void_p).value or 0)
+
+
+def _views(model: type[Component], layout: Layout, own: int, plan: int, state: int) -> tuple[Any, Any]:
+    """Parameters and views of a mission, made once; what is not to be written cannot be."""
+    known = _seen.get(state)
+    if known is not None and known[0] == own:
+        return known[1], known[2]
+    parameters = model.unpacked(layout.read(layout.plan, own, own)._asdict())
+    view = LAYOUT.read(model.view, plan, state)
+    for name, value in view._asdict().items():
+        if isinstance(value, np.ndarray) and name not in model.outputs:
+            value.flags.writeable = False
+    _seen[state] = own, parameters, view
+    return parameters, view
+
+
+def _time(plan: int, state: int) -> float:
+    """Time of a mission's present step [s]."""
+    field = LAYOUT.fields[LAYOUT.state]["time"]  # type: ignore[index]
+    offset = int(vector_at(plan, LAYOUT.header_size)[field.place])
+    return float(vector_at(state + DOUBLE * offset, 1)[0])
+
+
+def invoke(number: int, own: int, plan: int, state: int, robot: int | None = None) -> int | None:
+    """Calls a law or behavior as the native loop does.
+
+    Args:
+        number: Under which it is known.
+        own: Address of its parameters.
+        plan: Address of the plan.
+        state: Address of the state.
+        robot: Which robot, of a behavior.
+
+    Returns:
+        What it returned; None if it raised an error, see `failure`.
+    """
+    given = [own, own, plan, state, *([] if robot is None else [robot])]
+    words = [ctypes.c_void_p] * 2 + [ctypes.c_int64] * len(given)
+    function = ctypes.CFUNCTYPE(ctypes.c_int32, *words)(_slots[number].address)
+    result, error = ctypes.c_int64(), ctypes.c_void_p()
+    status = function(ctypes.addressof(result), ctypes.addressof(error), *given)
+    if status not in (0, NONE):
+        _note_failure(own, plan, state, -1 if robot is None else robot)
+        return None
+    return result.value
+
+
+def interpret(number: int, own: int, plan: int, state: int, robot: int | None = None) -> None:
+    """Calls a law or behavior as `invoke` does, but as Python, whatever form it has; errors are its own."""
+    _interpret(_slots[number], own, plan, state, robot)
+
+
+def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
+    numbers = slot.layout.read(slot.layout.plan, own, own)
+    view = LAYOUT.read(slot.model.view, plan, state)
+    slot.function(numbers, view, *([robot] if issubclass(slot.model, Behavior) else []))
+
+
+def forget(state: int) -> None:
+    """A mission begins in the memory at an address: whatever was noted of an earlier one there is past."""
+    _seen.pop(state, None)
+    _failures.pop(state, None)
+
+
+def failure(state: int) -> Failure | None:
+    """The error that a plugin raised in the mission whose state is at an address; None if there was none."""
+    return _failures.get(state)
+
+
+def _place(function: Callable[..., Any]) -> str:
+    return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
+
+
+@ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 4)
+def _note_failure(own: int, plan: int, state: int, robot: int) -> None:
+    """Notes why a call failed; of compiled code the same is done again in Python, which says where."""
+    if state in _failures:
+        return
+    slot = _slots.get(int(vector_at(own, 1)[0]))
+    words = "the model needs a law or behavior of a plugin that this process has not loaded"
+    if slot is not None and robot <= NO_NUMBER:
+        written = "wish" if issubclass(slot.model, Behavior) else "force"
+        words = (
+            f"{_place(slot.function)}: {slot.model.__name__} gave robot {NO_NUMBER - robot + 1} a {written} "
+        )
+        words += "that is not a finite number"
+    elif slot is not None:
+        words = f"{_place(slot.function)}: the compiled form raised an error that its Python form does not"
+        try:
+            _interpret(slot, own, plan, state, robot)
+        except BaseException as raised:
+            words = place_of(raised, slot.function)
+    _failures[state] = Failure(_time(plan, state), words)
+
+
+table_address = place("escort_mj.plugins.table", ctypes.addressof(_table))
+
+
+@external(ctypes.cast(_note_failure, ctypes.c_void_p).value or 0, None, *[ctypes.c_void_p] * 4)
+def note_failure(own: int, plan: int, state: int, robot: int) -> None:
+    """Tells Python that a call has failed."""
+    _note_failure(own, plan, state, robot)

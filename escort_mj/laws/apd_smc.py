@@ -1,0 +1,45 @@
+"""APD-SMC, adaptive proportional-derivative sliding mode control (paper eqs. 9, 10, 17)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from pydantic import NonNegativeFloat
+
+from escort_mj.components.views import LawView
+from escort_mj.laws.sliding import SlidingModeLaw, switching
+from escort_mj.native.lanes import Lanes, load
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+
+class ApdSmc(SlidingModeLaw):
+    """The paper's law: PD for the nominal part, a sliding term for disturbances, adaptation for the rest."""
+
+    has_lyapunov: ClassVar[bool] = True
+    title: ClassVar[str] = "APD-SMC"
+    law: Literal["apd_smc"] = "apd_smc"
+    proportional_gain: NonNegativeFloat = 30.0
+    """Gain of the position error [N/m] (paper: k_p)."""
+    derivative_gain: NonNegativeFloat = 50.0
+    """Gain of the velocity error [N s/m] (paper: k_d)."""
+    switching_gain: NonNegativeFloat = 1.0
+    """Gain of the switching term [N] (paper: k)."""
+    adaptation_rate: NonNegativeFloat = 20.0
+    """Rate at which the estimate follows s [N/m] (paper: mu)."""
+    initial_estimate: float = 0.1
+    """Estimate of the reference torque at the start, every axis [N] (paper: rho_hat_0)."""
+
+    def force(self, robots: LawView) -> None:
+        """Write eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s), and eq. 10, d rho_hat/dt = mu s."""
+        pd = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
+        robots.tau[:] = robots.rho_hat + pd + self.switching_gain * self.switching(robots.s)
+        robots.rho_hat_rate[:] = self.adaptation_rate * robots.s
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        s = load(state.s, at)
+        tau = load(state.rho_hat, at) + self.proportional_gain * load(state.e, at)
+        tau = tau + self.derivative_gain * load(state.e_dot, at)
+        return tau + self.switching_gain * switching(self, s), self.adaptation_rate * s

@@ -1,0 +1,40 @@
+"""ASMC, adaptive sliding mode control: the baseline that the paper compares itself with (section 5)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from pydantic import NonNegativeFloat
+
+from escort_mj.components.views import LawView
+from escort_mj.laws.sliding import SlidingModeLaw, switching
+from escort_mj.native.lanes import Lanes, load
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+
+class Asmc(SlidingModeLaw):
+    """Adaptation and a strong switching term, no PD part."""
+
+    own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain"})  # k_a, far larger than k
+
+    has_lyapunov: ClassVar[bool] = True
+    title: ClassVar[str] = "ASMC"
+    law: Literal["asmc"] = "asmc"
+    switching_gain: NonNegativeFloat = 80.0
+    """Gain of the switching term [N] (paper: k_a)."""
+    adaptation_rate: NonNegativeFloat = 20.0
+    """Rate at which the estimate follows s [N/m] (paper: mu)."""
+    initial_estimate: float = 0.1
+    """Estimate of the reference torque at the start, every axis [N] (paper: rho_hat_0)."""
+
+    def force(self, robots: LawView) -> None:
+        """Write tau = rho_hat + k_a sgn(s), d rho_hat/dt = mu s: eq. 9 without its PD part."""
+        robots.tau[:] = robots.rho_hat + self.switching_gain * self.switching(robots.s)
+        robots.rho_hat_rate[:] = self.adaptation_rate * robots.s
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        s = load(state.s, at)
+        return load(state.rho_hat, at) + self.switching_gain * switching(self, s), self.adaptation_rate * s

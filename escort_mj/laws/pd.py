@@ -1,0 +1,41 @@
+"""PD with gravity compensation from the model: the plainest baseline."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from pydantic import NonNegativeFloat
+
+from escort_mj.components.views import LawView
+from escort_mj.laws.law import Law
+from escort_mj.native.lanes import Lanes, everywhere, load
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+
+class Pd(Law):
+    """PD and the model's bias force: tau = k_p e + k_d e_dot + g (Takegaki and Arimoto 1981).
+
+    The bias force is MuJoCo's own, exact: gravity and what velocities add (Coriolis, centrifugal). Nothing
+    in the law knows of disturbances, so a constant push leaves an error of push / k_p.
+    """
+
+    needs_model: ClassVar[bool] = True
+
+    title: ClassVar[str] = "PD, gravity compensated"
+    law: Literal["pd"] = "pd"
+    proportional_gain: NonNegativeFloat = 30.0
+    """Gain of the position error [N/m]."""
+    derivative_gain: NonNegativeFloat = 50.0
+    """Gain of the velocity error [N s/m]."""
+
+    def force(self, robots: LawView) -> None:
+        """Write tau = k_p e + k_d e_dot + bias."""
+        robots.tau[:] = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
+        robots.tau[:] += robots.model_bias
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        pd = self.proportional_gain * load(state.e, at) + self.derivative_gain * load(state.e_dot, at)
+        return pd + load(state.model_bias, at), everywhere(0.0)

@@ -1,0 +1,76 @@
+"""What the sliding-mode laws share: the smoothing of their switching term, and the gains of V1."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.laws.law import Law
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import WIDTH, Lanes, greatest, least, load, store, where
+from escort_mj.numerics.elementary import tanh
+
+Array = NDArray[np.float64]
+
+SMOOTHINGS = ("tanh", "saturation", "sign")
+
+
+class Gains(NamedTuple):
+    """Gains of tau = rho_hat + kp e + kd e_dot + k sw(s / boundary_layer), d rho_hat/dt = mu s, as in V1."""
+
+    kp: float
+    kd: float
+    k: float
+    mu: float
+
+
+class SlidingModeLaw(Law):
+    """Parameters of every sliding-mode law: what stands for the sign of s."""
+
+    smoothing: Literal["tanh", "saturation", "sign"] = "tanh"
+    """What stands for sgn(s): a tanh (remark 4), a clipped line, or the discontinuous sign itself."""
+    boundary_layer: PositiveFloat = 1.0
+    """Width of the smoothed zone of s [m/s]."""
+
+    def gains(self) -> Gains:
+        """Return the gains by which the proof's Lyapunov function goes; 0 for what the law lacks."""
+        names = ("proportional_gain", "derivative_gain", "switching_gain", "adaptation_rate")
+        return Gains(*(float(getattr(self, name, 0.0)) for name in names))
+
+    def switching(self, s: Array) -> Array:
+        """Return what stands for sgn(s) in eq. 9: tanh (eq. 17), a clipped line, or the sign itself."""
+        if self.smoothing == "sign":
+            return np.sign(s)
+        x = s / self.boundary_layer
+        return np.tanh(x) if self.smoothing == "tanh" else np.clip(x, -1.0, 1.0)
+
+
+@inlined
+def switching(law: Any, s: Lanes) -> Lanes:
+    """Return the same of eight numbers, compiled.
+
+    Args:
+        law: Parameters of a sliding-mode law.
+        s: Sliding variable [m/s].
+    """
+    return smooth_sign(s / law.boundary_layer, law.smoothing)
+
+
+@inlined
+def smooth_sign(x: Lanes, smoothing: int) -> Lanes:
+    """Return what stands for sgn(x): a tanh (0), a clipped line (1), or the sign itself (2)."""
+    if smoothing == 0:
+        return tanh(x)
+    if smoothing == 1:
+        return least(1.0, greatest(-1.0, x))
+    return where(x > 0.0, 1.0, where(x < 0.0, -1.0, x))
+
+
+@inlined
+def smooth_signs(x: Array, smoothing: int) -> None:
+    """Replace every x by what stands for its sign."""
+    for at in range(0, x.shape[0], WIDTH):
+        store(x, at, smooth_sign(load(x, at), smoothing))

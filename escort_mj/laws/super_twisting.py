@@ -1,0 +1,50 @@
+"""Super-twisting: a second-order sliding mode, continuous where first-order ones switch."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from pydantic import NonNegativeFloat, PositiveFloat
+
+from escort_mj.components.views import LawView
+from escort_mj.laws.sliding import SlidingModeLaw, switching
+from escort_mj.native.lanes import Lanes, load
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+
+class SuperTwisting(SlidingModeLaw):
+    """The law of Levant (1993): tau = k_1 |s|^(1/2) sgn(s) + w, w' = k_2 sgn(s); `rho_hat` is w.
+
+    With the sign itself s comes to 0 in finite time and stays there if the force that the law does not know
+    changes by less than k_2 per second and k_1^2 is large against mass times k_2. That force holds the term
+    mass * slope * s, so `slope` is smaller here than in the other laws: k_1 must outgrow it wherever s gets.
+    """
+
+    own_keys: ClassVar[frozenset[str]] = frozenset({"slope", "smoothing", "boundary_layer"})
+
+    title: ClassVar[str] = "super-twisting"
+    law: Literal["super_twisting"] = "super_twisting"
+    slope: PositiveFloat = 2.0
+    """Slope of s = e_dot + slope * e [1/s]."""
+    smoothing: Literal["tanh", "saturation", "sign"] = "sign"
+    """What stands for sgn(s); the sign itself already gives a continuous force."""
+    root_gain: NonNegativeFloat = 6.0
+    """Gain of the root of s [N (s/m)^(1/2)] (k_1)."""
+    integral_gain: NonNegativeFloat = 4.0
+    """Rate of the integral term [N/s] (k_2)."""
+
+    def force(self, robots: LawView) -> None:
+        """Write tau = k_1 |s|^(1/2) sgn(s) + w and w' = k_2 sgn(s), with w in `rho_hat`."""
+        sign = self.switching(robots.s)
+        robots.tau[:] = self.root_gain * np.sqrt(np.abs(robots.s)) * sign + robots.rho_hat
+        robots.rho_hat_rate[:] = self.integral_gain * sign
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        s = load(state.s, at)
+        sign = switching(self, s)
+        return load(state.rho_hat, at) + self.root_gain * root(abs(s)) * sign, self.integral_gain * sign

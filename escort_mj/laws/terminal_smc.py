@@ -1,0 +1,64 @@
+"""Nonsingular fast terminal sliding mode: the error is gone in finite time, without a singularity."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from pydantic import NonNegativeFloat, PositiveFloat
+
+from escort_mj.components.views import LawView
+from escort_mj.laws.sliding import SlidingModeLaw, switching
+from escort_mj.native.lanes import Lanes, copysign, everywhere, load
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+
+class TerminalSmc(SlidingModeLaw):
+    """The law of Yang and Yang (2011), on the surface z = e + a |e|^2 sgn(e) + b |e_dot|^(3/2) sgn(e_dot).
+
+    On z = 0 the error is gone in finite time: fast far away, by the square, and fast near by, by the root of
+    the velocity error. The equivalent part m |e_dot|^(1/2) sgn(e_dot) (1 + 2 a |e|) / (3/2 b) has no negative
+    power, so nothing is singular at e = 0. m is a guess at the mass; what it misses the reaching terms take.
+    The recorded `s`, by which anti-windup goes, stays e_dot + slope * e.
+
+    Yang, L.; Yang, J. Nonsingular fast terminal sliding-mode control for nonlinear dynamical systems.
+    Int. J. Robust Nonlinear Control 2011, 21, 1865-1879, doi 10.1002/rnc.1666.
+    """
+
+    own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain", "boundary_layer"})
+
+    title: ClassVar[str] = "terminal sliding mode"
+    law: Literal["terminal_smc"] = "terminal_smc"
+    boundary_layer: PositiveFloat = 0.05
+    """Width of the smoothed zone of z [m]."""
+    far_gain: NonNegativeFloat = 1.0
+    """Weight a of the squared error in z [1/m]."""
+    near_gain: PositiveFloat = 0.5
+    """Weight b of the velocity error in z [s^(3/2) / m^(1/2)]."""
+    nominal_mass: PositiveFloat = 1.0
+    """Mass m that the law assumes [kg]."""
+    reaching_gain: NonNegativeFloat = 60.0
+    """Gain of z [N/m]."""
+    switching_gain: NonNegativeFloat = 6.0
+    """Gain of what stands for sgn(z) [N]."""
+
+    def force(self, robots: LawView) -> None:
+        """Write tau = m |e'|^(1/2) sgn(e') (1 + 2 a |e|) / (3/2 b) + k z + k_s sgn(z)."""
+        e, e_dot = robots.e, robots.e_dot
+        size, speed = np.abs(e), np.sqrt(np.abs(e_dot))
+        z = e + self.far_gain * size * e + self.near_gain * speed * e_dot
+        equivalent = np.sign(e_dot) * speed * (1.0 + 2.0 * self.far_gain * size) / (1.5 * self.near_gain)
+        robots.tau[:] = self.nominal_mass * equivalent + self.reaching_gain * z
+        robots.tau[:] += self.switching_gain * self.switching(z)
+
+    def force_lanes(self, at: int, plan: Plan, state: State) -> tuple[Lanes, Lanes]:
+        """The same of eight axes, compiled."""
+        e, e_dot = load(state.e, at), load(state.e_dot, at)
+        size, speed = abs(e), root(abs(e_dot))
+        z = e + self.far_gain * size * e + self.near_gain * speed * e_dot
+        equivalent = copysign(speed, e_dot) * (1.0 + 2.0 * self.far_gain * size) / (1.5 * self.near_gain)
+        tau = self.nominal_mass * equivalent + self.reaching_gain * z
+        return tau + self.switching_gain * switching(self, z), everywhere(0.0)

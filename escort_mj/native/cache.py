@@ -1,0 +1,240 @@
+"""What this machine keeps between runs: compiled kernels, texts and formations that take long to find.
+
+Kernels lie in a folder named by a digest of whatever they depend on: nothing stale is ever read. What is read
+is run, so a folder or a file that another user can write is not used. Each file begins with a digest of its
+content: what is damaged is made again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import os
+import platform
+import re
+import shutil
+import stat
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+
+FOLDER = "ESCORT_MJ_CACHE_DIR"
+MOST_KEYS = 8  # folders of kernels that are kept, the latest used: versions, environments, checkouts
+AGAIN = "what is missing there is compiled again in each run"
+ROOMS = ("native/compiler", "behaviors", "laws", "control", "world/loop")
+_IMPORT = re.compile(r"^from (escort_mj[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+_KEY = re.compile(r"[0-9a-f]{16}")
+
+
+def sources(package: Path) -> list[Path]:
+    """Return the files that machine code depends on, in order: rooms with kernels, and what they import."""
+    left = [source for room in ROOMS for source in package.glob(f"{room}/*.py")]
+    found: set[Path] = set()
+    while left:
+        source = left.pop()
+        if source in found or source == package / "__init__.py":
+            continue
+        found.add(source)
+        for module, names in _IMPORT.findall(source.read_text("utf-8")):
+            place = package.joinpath(*module.split(".")[1:])
+            places = (place, *(place / name for name in re.findall(r"\w+", names)))
+            files = (place / "__init__.py", *(each.with_suffix(".py") for each in places))
+            left += [file for file in files if file.is_file()]
+    return sorted(found)
+
+
+def cache_key(package: Path = Path(__file__).parents[1]) -> str:
+    """Digest of everything machine code depends on: sources, versions, and the processor.
+
+    A kernel holds constants of other files and the layout of MuJoCo's structures. A folder per digest makes a
+    stale kernel impossible.
+
+    Args:
+        package: Where the package is.
+    """
+    import llvmlite.binding as llvm
+
+    digest = hashlib.sha256()
+    for name in ("mujoco", "dm-control", "numba", "llvmlite", "numpy"):
+        digest.update(f"{name}={importlib.metadata.version(name)};".encode())
+    digest.update(f"python={platform.python_version()};{llvm.get_process_triple()};".encode())
+    digest.update(f"{llvm.get_host_cpu_name()};{llvm.get_host_cpu_features().flatten()};".encode())
+    for name in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT"):
+        digest.update(f"{name}={os.environ.get(name)};".encode())
+    for source in sources(package):
+        content = source.read_bytes()
+        digest.update(f"{source.relative_to(package).as_posix()}:{len(content)};".encode())
+        digest.update(content)
+    return digest.hexdigest()[:16]
+
+
+def home() -> Path:
+    """Folder of all that is kept: the one asked for, or one in the user's cache."""
+    import platformdirs
+
+    asked = os.environ.get(FOLDER)
+    return Path(asked) if asked else platformdirs.user_cache_path("escort_mj")
+
+
+class Shelf:
+    """Files of one kind in a folder of this user's alone.
+
+    A folder that cannot be written, but only by this user or root (an image's, say), is read. What cannot be
+    written anywhere is kept in memory.
+    """
+
+    def __init__(self, wanted: Callable[[], Path], prune: bool = False) -> None:
+        """Name a shelf.
+
+        Args:
+            wanted: Returns its folder.
+            prune: Whether folders beside it that have not been used for long are removed.
+        """
+        self._wanted = wanted
+        self._prune = prune
+        self._unwritten: dict[str, bytes] = {}
+        self.read_only: Path | None = None
+
+    @cached_property
+    def folder(self) -> Path:
+        """Folder that files are written to; a temporary one where the wanted one cannot be used."""
+        wanted = self._wanted()
+        try:
+            made = _make(wanted)
+            if words := _unsafe(wanted.stat()):
+                _say(f"{wanted}: {words}, so it is not used; {AGAIN}")
+            elif os.access(wanted, os.W_OK | os.X_OK):
+                with suppress(OSError):
+                    os.utime(wanted)
+                if made and self._prune:
+                    _remove_oldest(wanted.parent, MOST_KEYS)
+                return wanted
+            else:
+                self.read_only = wanted
+        except OSError as error:
+            _say(f"{wanted}: {error.strerror}; {AGAIN}")
+        return _temporary()
+
+    def write(self, name: str, content: bytes) -> None:
+        """Write a file, at once or not at all, with a digest that tells if it is ever damaged."""
+        draft = ""
+        if self.read_only is not None:
+            _say(f"{self.read_only}: cannot be written; {AGAIN}")
+        try:
+            _make(self.folder)  # another process may have removed it
+            handle, draft = tempfile.mkstemp(dir=self.folder, prefix=f".{name}.")
+            with os.fdopen(handle, "wb") as file:
+                file.write(hashlib.sha256(content).digest() + content)
+            os.replace(draft, self.folder / name)
+        except OSError as error:
+            self._unwritten[name] = content
+            _say(f"{self.folder}: cannot be written: {error.strerror}; {AGAIN}")
+            if draft:
+                with suppress(OSError):
+                    os.unlink(draft)
+
+    def read(self, name: str) -> bytes | None:
+        """Return what was written; None where it is not there, or not as it was written."""
+        if name in self._unwritten:
+            return self._unwritten[name]
+        for kept in self._contents(name):
+            size = hashlib.sha256().digest_size
+            if kept[:size] == hashlib.sha256(kept[size:]).digest():
+                return kept[size:]
+        return None
+
+    def _contents(self, name: str) -> Iterator[bytes]:
+        for folder in filter(None, (self.folder, self.read_only)):
+            try:
+                with open(folder / name, "rb") as file:
+                    if words := _unsafe(os.fstat(file.fileno())):
+                        _say(f"{folder / name}: {words}, so it is not used")
+                    else:
+                        yield file.read()
+            except OSError:
+                continue
+
+    def trim(self, pattern: str, most: int) -> None:
+        """Remove files of a pattern but for the latest."""
+        _remove_all(sorted(self.folder.glob(pattern), key=_age)[most:])
+
+
+kernels = Shelf(lambda: home() / ("" if os.environ.get(FOLDER) else "kernels") / cache_key(), prune=True)
+formations = Shelf(lambda: home() / "formations")
+
+
+def remembered(name: str, make: Callable[[], str]) -> str:
+    """Return a text that depends on nothing but sources and versions, made once on each machine.
+
+    Args:
+        name: Of the file; whatever else the text depends on must be in it.
+        make: Makes the text.
+    """
+    kept = kernels.read(name)
+    if kept is not None:
+        return kept.decode()
+    text = make()
+    kernels.write(name, text.encode())
+    return text
+
+
+def _make(folder: Path) -> bool:
+    """Make a folder and those above it, for this user alone; whether it was missing."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    for path in reversed(missing):
+        path.mkdir(mode=0o700, exist_ok=True)
+    return bool(missing)
+
+
+def _unsafe(status: os.stat_result) -> str:
+    """Return why a folder or file may hold what another user put there; nothing where it may not."""
+    if status.st_uid not in (0, os.geteuid()):
+        return "belongs to another user"
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        return "can be written by other users"
+    return ""
+
+
+def _temporary() -> Path:
+    """A folder that goes with this process."""
+    from multiprocessing.util import Finalize  # unlike atexit's, done in worker processes as well
+
+    path = Path(tempfile.mkdtemp(prefix="escort_mj-"))
+    Finalize(None, shutil.rmtree, (path, True), exitpriority=0)
+    return path
+
+
+def _remove_oldest(folder: Path, most: int) -> None:
+    """Remove what other versions left: all folders named by a key, but for those used last."""
+    keys = [path for path in folder.iterdir() if _KEY.fullmatch(path.name) and not path.is_symlink()]
+    _remove_all(sorted(keys, key=_age)[most:])
+
+
+def _remove_all(paths: list[Path]) -> None:
+    for path in paths:
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            with suppress(OSError):
+                path.unlink()
+
+
+def _age(path: Path) -> float:
+    """Sorts the latest first; what has just gone is the oldest."""
+    try:
+        return -path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+_said: set[str] = set()
+
+
+def _say(words: str) -> None:
+    """Tell the user once."""
+    if words not in _said:
+        _said.add(words)
+        print(f"escort-mj: the cache {words}", file=sys.stderr)

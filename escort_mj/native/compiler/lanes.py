@@ -1,0 +1,383 @@
+"""The machine instructions of `lanes`: SIMD arithmetic on eight numbers at once."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import lower_builtin, models, register_model
+from numba.np.arrayobj import make_array, populate_array
+
+from escort_mj.native import lanes as names
+from escort_mj.native.compiler.machine import instructions
+from escort_mj.native.kernels import DOUBLE
+from escort_mj.native.lanes import STACK_ROWS, WIDTH
+
+
+class _LanesType(types.Type):
+    def __init__(self) -> None:
+        super().__init__(name="Lanes")
+
+
+class _MaskType(types.Type):
+    def __init__(self) -> None:
+        super().__init__(name="LanesMask")
+
+
+lanes, mask = _LanesType(), _MaskType()
+_DOUBLES = ir.VectorType(ir.DoubleType(), WIDTH)
+_BITS = ir.VectorType(ir.IntType(1), WIDTH)
+_INT = ir.IntType(32)
+_CONTRACT = ("contract",)  # as kernels.OPTIONS has it for floats
+
+
+@register_model(_LanesType)
+class _LanesModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: types.Type) -> None:
+        super().__init__(manager, kind, _DOUBLES)
+
+
+@register_model(_MaskType)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: types.Type) -> None:
+        super().__init__(manager, kind, _BITS)
+
+
+def spread(builder: Any, value: Any, kind: Any) -> Any:
+    """A value in all lanes of a kind, unless it is lanes already."""
+    if value.type == kind:
+        return value
+    nothing = ir.Constant(kind, ir.Undefined)
+    single = builder.insert_element(nothing, value, _INT(0))
+    return builder.shuffle_vector(single, nothing, ir.Constant(ir.VectorType(_INT, WIDTH), [0] * WIDTH))
+
+
+def teach_operator(
+    function: Any, result: types.Type, of: types.Type, single: types.Type, kind: Any, generate: Any
+) -> None:
+    """Teaches kernels what an operator makes of two lanes, or of lanes and a single number.
+
+    Args:
+        function: The operator.
+        result: Type in kernels of what comes of it.
+        of: Type in kernels of the lanes.
+        single: Type in kernels of one number.
+        kind: The lanes as LLVM has them.
+        generate: Called with the builder and both values, in lanes.
+    """
+    pairs = ((of, of), (of, single), (single, of))
+
+    @infer_global(function)
+    class Template(ConcreteTemplate):
+        cases = [signature(result, *pair) for pair in pairs]
+
+    for pair in pairs:
+
+        @lower_builtin(function, *pair)
+        def lower(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            return generate(builder, *(spread(builder, value, kind) for value in arguments))
+
+
+def _wide(builder: Any, value: Any) -> Any:
+    return spread(builder, value, _DOUBLES)
+
+
+def _binary(function: Any, result: types.Type, generate: Callable[[Any, Any, Any], Any]) -> None:
+    teach_operator(function, result, lanes, types.float64, _DOUBLES, generate)
+
+
+_binary(operator.add, lanes, lambda b, x, y: b.fadd(x, y, flags=_CONTRACT))
+_binary(operator.sub, lanes, lambda b, x, y: b.fsub(x, y, flags=_CONTRACT))
+_binary(operator.mul, lanes, lambda b, x, y: b.fmul(x, y, flags=_CONTRACT))
+_binary(operator.truediv, lanes, lambda b, x, y: b.fdiv(x, y))
+_binary(operator.lt, mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
+_binary(operator.gt, mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
+_binary(operator.ne, mask, lambda b, x, y: b.fcmp_unordered("!=", x, y))
+
+
+@infer_global(operator.and_)
+class _And(ConcreteTemplate):
+    cases = [signature(mask, mask, mask)]
+
+
+@lower_builtin(operator.and_, mask, mask)
+def _and(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    return builder.and_(*arguments)
+
+
+@infer_global(operator.neg)
+class _Negative(ConcreteTemplate):
+    cases = [signature(lanes, lanes)]
+
+
+@lower_builtin(operator.neg, lanes)
+def _negative(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    return builder.fneg(arguments[0])
+
+
+def _called(name: str) -> Callable[[Any, Any, Any, Any], Any]:
+    """Lowers to LLVM's own function of lanes."""
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(_DOUBLES, [_DOUBLES] * len(arguments))
+        function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64")
+        return builder.call(function, [_wide(builder, value) for value in arguments])
+
+    return generate
+
+
+@infer_global(abs)
+@infer_global(math.sqrt)
+class _Unary(ConcreteTemplate):
+    cases = [signature(lanes, lanes)]
+
+
+lower_builtin(abs, lanes)(_called("fabs"))
+lower_builtin(math.sqrt, lanes)(_called("sqrt"))
+
+
+@instructions(names.copysign)
+def _copysign(context: Any, size: Any, sign: Any) -> Any:
+    return lanes(size, sign), _called("copysign")
+
+
+@instructions(names.where)
+def _where(context: Any, condition: Any, yes: Any, no: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return builder.select(arguments[0], *(_wide(builder, value) for value in arguments[1:]))
+
+    return lanes(condition, yes, no), generate
+
+
+def _choose(function: Any, comparison: str) -> None:
+    """The one of two that compares so with the other; the second where one is no number."""
+
+    @instructions(function)
+    def choose(context: Any, x: Any, y: Any) -> Any:
+        def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            a, b = (_wide(builder, value) for value in arguments)
+            return builder.select(builder.fcmp_ordered(comparison, a, b), a, b)
+
+        return lanes(x, y), generate
+
+
+_choose(names.least, "<")
+_choose(names.greatest, ">")
+
+
+@instructions(names.any_of)
+def _any_of(context: Any, condition: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        bits = builder.bitcast(arguments[0], ir.IntType(WIDTH))
+        return builder.icmp_unsigned("!=", bits, ir.IntType(WIDTH)(0))
+
+    return types.boolean(condition), generate
+
+
+@instructions(names.total)
+def _total(context: Any, x: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        numbers = [builder.extract_element(arguments[0], _INT(lane)) for lane in range(WIDTH)]
+        while len(numbers) > 1:
+            numbers = [builder.fadd(*pair) for pair in zip(numbers[::2], numbers[1::2], strict=True)]
+        return numbers[0]
+
+    return types.float64(x), generate
+
+
+@instructions(names.largest)
+def _largest(context: Any, x: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        found = builder.extract_element(arguments[0], _INT(0))
+        for lane in range(1, WIDTH):
+            number = builder.extract_element(arguments[0], _INT(lane))
+            found = builder.select(builder.fcmp_ordered(">", found, number), found, number)
+        return found
+
+    return types.float64(x), generate
+
+
+@instructions(names.everywhere)
+def _everywhere(context: Any, x: Any) -> Any:
+    return lanes(x), lambda context, builder, sig, arguments: _wide(builder, arguments[0])
+
+
+def _address(context: Any, builder: Any, kind: types.Array, array: Any, at: Any) -> Any:
+    """Pointer to a number of an array of any shape, counted as in a flat one."""
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.gep(data, [at])
+
+
+@instructions(names.load)
+def _load(context: Any, array: Any, at: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        at = context.cast(builder, arguments[1], sig.args[1], types.intp)
+        pointer = _address(context, builder, sig.args[0], arguments[0], at)
+        return builder.load(builder.bitcast(pointer, _DOUBLES.as_pointer()), align=DOUBLE)
+
+    return lanes(array, at), generate
+
+
+@instructions(names.gather)
+def _gather(context: Any, array: Any, at: Any, stride: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        at, stride = (
+            context.cast(builder, value, kind, types.intp)
+            for value, kind in zip(arguments[1:], sig.args[1:], strict=True)
+        )
+        found = ir.Constant(_DOUBLES, ir.Undefined)
+        for lane in range(WIDTH):
+            number = builder.load(_address(context, builder, sig.args[0], arguments[0], at))
+            found = builder.insert_element(found, number, _INT(lane))
+            at = builder.add(at, stride)
+        return found
+
+    return lanes(array, at, stride), generate
+
+
+@instructions(names.pick)
+def _pick(context: Any, array: Any, places: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        found = ir.Constant(_DOUBLES, ir.Undefined)
+        whole = builder.fptosi(arguments[1], ir.VectorType(ir.IntType(64), WIDTH))
+        for lane in range(WIDTH):
+            at = builder.extract_element(whole, _INT(lane))
+            number = builder.load(_address(context, builder, sig.args[0], arguments[0], at))
+            found = builder.insert_element(found, number, _INT(lane))
+        return found
+
+    return lanes(array, places), generate
+
+
+@instructions(names.lane_numbers)
+def _lane_numbers(context: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return ir.Constant(_DOUBLES, [float(lane) for lane in range(WIDTH)])
+
+    return lanes(), generate
+
+
+def _whole(context: Any, builder: Any, sig: Any, arguments: Any, count: int) -> list[Any]:
+    """Pointers to so many lanes in a row, of an array and a place in it, the first two arguments."""
+    at = context.cast(builder, arguments[1], sig.args[1], types.intp)
+    places = [builder.add(at, at.type(WIDTH * k)) for k in range(count)]
+    pointers = [_address(context, builder, sig.args[0], arguments[0], place) for place in places]
+    return [builder.bitcast(pointer, _DOUBLES.as_pointer()) for pointer in pointers]
+
+
+@instructions(names.store)
+def _store(context: Any, array: Any, at: Any, x: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        (pointer,) = _whole(context, builder, sig, arguments, 1)
+        builder.store(_wide(builder, arguments[2]), pointer, align=DOUBLE)
+        return context.get_dummy_value()
+
+    return types.void(array, at, x), generate
+
+
+@instructions(names.scatter)
+def _scatter(context: Any, array: Any, at: Any, stride: Any, x: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        place, stride = (
+            context.cast(builder, value, kind, types.intp)
+            for value, kind in zip(arguments[1:3], sig.args[1:3], strict=True)
+        )
+        wide = _wide(builder, arguments[3])
+        for lane in range(WIDTH):
+            number = builder.extract_element(wide, _INT(lane))
+            builder.store(number, _address(context, builder, sig.args[0], arguments[0], place))
+            place = builder.add(place, stride)
+        return context.get_dummy_value()
+
+    return types.void(array, at, stride, x), generate
+
+
+def _chosen(builder: Any, rows: Sequence[Any], places: Sequence[tuple[int, int]]) -> Any:
+    """Lanes put together of others: of each lane the row that has it, and where."""
+    found, taken = rows[0], [lane if row == 0 else 0 for row, lane in places]
+    for number, row in enumerate(rows[1:], 1):
+        mask = [
+            WIDTH + lane if of == number else (taken[k] if number == 1 else k)
+            for k, (of, lane) in enumerate(places)
+        ]
+        found = builder.shuffle_vector(found, row, ir.Constant(ir.VectorType(_INT, WIDTH), mask))
+    return found
+
+
+def _woven(count: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """How rows of tuples of so many numbers are read, as lanes of each, and written."""
+    kinds = types.UniTuple(lanes, count)
+
+    def read(context: Any, array: Any, at: Any) -> Any:
+        def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            pointers = _whole(context, builder, sig, arguments, count)
+            rows = [builder.load(pointer, align=DOUBLE) for pointer in pointers]
+            found = [
+                _chosen(builder, rows, [divmod(lane * count + k, WIDTH) for lane in range(WIDTH)])
+                for k in range(count)
+            ]
+            return context.make_tuple(builder, kinds, found)
+
+        return kinds(array, at), generate
+
+    def write(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        pointers = _whole(context, builder, sig, arguments, count)
+        columns = [_wide(builder, value) for value in arguments[2:]]
+        for number, pointer in enumerate(pointers):
+            places = [divmod(number * WIDTH + lane, count)[::-1] for lane in range(WIDTH)]
+            builder.store(_chosen(builder, columns, places), pointer, align=DOUBLE)
+        return context.get_dummy_value()
+
+    return read, write
+
+
+_read_pairs, _write_pairs = _woven(2)
+_read_triples, _write_triples = _woven(3)
+instructions(names.load_pairs)(_read_pairs)
+instructions(names.load_triples)(_read_triples)
+
+
+@instructions(names.store_pairs)
+def _store_pairs(context: Any, array: Any, at: Any, x: Any, y: Any) -> Any:
+    return types.void(array, at, x, y), _write_pairs
+
+
+@instructions(names.store_triples)
+def _store_triples(context: Any, array: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
+    return types.void(array, at, x, y, z), _write_triples
+
+
+@instructions(names.two_to)
+def _two_to(context: Any, shifted: Any) -> Any:
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        integers = ir.VectorType(ir.IntType(64), WIDTH)
+        bits = builder.bitcast(arguments[0], integers)
+        exponent = builder.add(bits, ir.Constant(integers, [1023] * WIDTH))
+        exponent = builder.shl(exponent, ir.Constant(integers, [52] * WIDTH))
+        return builder.bitcast(exponent, _DOUBLES)
+
+    return lanes(shifted), generate
+
+
+@instructions(names.stack_rows)
+def _stack_rows(context: Any, rows: Any) -> Any:
+    kind = types.Array(types.float64, 2, "C")
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        rows = context.cast(builder, arguments[0], sig.args[0], types.intp)
+        width, item = rows.type(WIDTH), rows.type(DOUBLE)
+        with builder.goto_entry_block():
+            data = builder.alloca(ir.DoubleType(), size=rows.type(STACK_ROWS * WIDTH))
+            data.align = DOUBLE * WIDTH  # rows that lie across two lines of the cache cost twice
+        array = make_array(kind)(context, builder)
+        strides = [rows.type(DOUBLE * WIDTH), item]
+        populate_array(array, data=data, shape=[rows, width], strides=strides, itemsize=item, meminfo=None)
+        return array._getvalue()
+
+    return kind(rows), generate

@@ -1,0 +1,89 @@
+"""Compiles pieces of machine code and leaves them on disk, as `artifacts` loads them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any
+
+import llvmlite.binding as llvm
+import numba
+from llvmlite import ir
+from numba.core import codegen
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+
+from escort_mj.native import artifacts, on_demand
+from escort_mj.native.artifacts import Piece
+from escort_mj.native.compiler.declarations import ALONE, OPTIONS, teach, types_of
+
+# LLVM's model of Zen 3 and later unrolls the law's short loops until they miss the instruction cache:
+# tuned as for Zen 2, with all features of the machine, a controlled step takes 6 % less.
+if numba.config.CPU_NAME is None and llvm.get_host_cpu_name() in ("znver3", "znver4", "znver5"):
+    numba.config.CPU_NAME = "znver2"
+
+
+EVERY_KERNEL = "escort_mj.world.loop.step"  # a module that brings all kernels and views
+
+
+def compile_piece(piece: Piece) -> None:
+    """Compiles one piece.
+
+    Raises:
+        RuntimeError: If it needs what only a process with numba has.
+    """
+    import_module(EVERY_KERNEL)
+    function = getattr(import_module(piece.module), piece.function)
+    if function not in on_demand.declared:
+        function = function(piece.axes)  # it makes a callback
+    teach()
+    typed = types_of(function, piece.axes)
+    with global_compiler_lock:
+        with _not_run():
+            dispatcher = numba.njit(**ALONE, **OPTIONS)(function)
+            dispatcher.compile(typed.args)
+        library = _callable_from_c(str(piece), typed, dispatcher.overloads[typed.args])
+        module = library._final_module
+        _check_names(piece, module)
+        artifacts.keep(piece, cpu_target.target_context.codegen()._tm.emit_object(module))
+
+
+@contextmanager
+def _not_run() -> Iterator[None]:
+    """What is compiled inside is not put into memory."""
+    skipped: list[tuple[Any, str]] = [(codegen.JITCodeLibrary, "_finalize_specific")]
+    skipped += [(codegen.JITCPUCodegen, name) for name in ("_add_module", "set_env")]
+    before = [getattr(owner, name) for owner, name in skipped]
+    for owner, name in skipped:
+        setattr(owner, name, lambda *arguments: None)
+    try:
+        yield
+    finally:
+        for (owner, name), method in zip(skipped, before, strict=True):
+            setattr(owner, name, method)
+
+
+def _callable_from_c(symbol: str, typed: Any, compiled: Any) -> Any:
+    """Everything that a compiled function needs as one optimized module, with a C function that calls it."""
+    context = cpu_target.target_context
+    library = context.codegen().create_library(symbol)
+    module = library.create_ir_module(symbol)
+    kinds = [context.get_value_type(kind) for kind in typed.args]
+    function = ir.Function(module, ir.FunctionType(context.get_value_type(typed.return_type), kinds), symbol)
+    builder = ir.IRBuilder(function.append_basic_block())
+    callee = context.declare_function(module, compiled.fndesc)
+    _, result = context.call_conv.call_function(builder, callee, typed.return_type, typed.args, function.args)
+    builder.ret(result)
+    library.add_ir_module(module)
+    library.add_linking_library(compiled.library)
+    with _not_run():
+        library.finalize()
+    return library
+
+
+def _check_names(piece: Piece, module: Any) -> None:
+    """Machine code is loaded where there is no numba: what it names must be elsewhere."""
+    for function in module.functions:
+        if function.is_declaration and function.name.startswith(("numba", "NRT_", "Py", "_Py")):
+            raise RuntimeError(f"{piece}: uses {function.name}, which only numba has")

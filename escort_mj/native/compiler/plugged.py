@@ -1,0 +1,102 @@
+"""Compiles what plugins bring, in the process that runs it: functions of views, called as numba calls."""
+
+from __future__ import annotations
+
+import gc
+import re
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba import types
+from numba.core.registry import cpu_target
+from numba.core.runtime import rtsys
+
+from escort_mj.native.artifacts import Plugged
+from escort_mj.native.compiler import declarations, views
+from escort_mj.native.memory import Layout
+
+View = tuple[str, Layout, type, int | None]
+"""A name that tells its content, and what `views.name_view` takes."""
+
+
+class NotCompiledError(Exception):
+    """What a plugin brings cannot be compiled; says where and why in one line."""
+
+
+def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tuple[Any, int, Plugged | None]:
+    """Compile a function.
+
+    Unlike the package's own kernels it may make arrays, and is compiled with numba's reference counting.
+
+    Args:
+        function: Its arguments are views, and then perhaps a robot's number.
+        told: The views.
+        robot: Whether there is a robot's number; then it returns a whole number.
+
+    Returns:
+        What must live as long as it is called; its address; and its machine code, for other processes, unless
+        it holds what only this process has.
+
+    Raises:
+        NotCompiledError: If numba cannot.
+    """
+    declarations.teach()
+    options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, **declarations.ALONE}
+    dispatcher = numba.njit(**options)(function)
+    kinds = (*(views.name_view(*view) for view in told), *([types.intp] if robot else []))
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        dispatcher.compile(kinds)
+    except Exception as error:  # numba has several roots of errors, and stumbles over some code
+        raise NotCompiledError(_why(error, function)) from None
+    finally:
+        if collecting:
+            gc.enable()
+    (result,) = (each for each in dispatcher.overloads.values() if each.signature.args == kinds)
+    returned = result.signature.return_type
+    if robot and not isinstance(returned, types.Integer):
+        raise NotCompiledError(
+            f"{_place(function)}: {function.__name__} returns {returned}; "
+            "expected ALONG, ACROSS or NOTHING on every way out"
+        )
+    symbol = result.fndesc.llvm_func_name
+    return dispatcher, result.library.get_pointer_to_function(symbol), _plugged(result.library, symbol)
+
+
+# What is declared in LLVM's text, and the pointers to numba's environments, which hold Python's objects.
+_DECLARED = re.compile(r'^declare [^@]*@"?(?:numba|NRT_|Py|_Py)', re.MULTILINE)
+_ENVIRONMENT = re.compile(r"""@"?_ZN08NumbaEnv[^\s",=)]+""")
+
+
+def _plugged(library: Any, symbol: str) -> Plugged | None:
+    """The machine code of a library; None where it holds addresses or objects of this process."""
+    text = library.get_llvm_str()
+    environments = _ENVIRONMENT.findall(text)
+    if library.has_dynamic_globals or len(environments) > len(set(environments)):
+        return None
+    _, _, (code, _) = library.serialize_using_object_code()
+    return Plugged(symbol, _DECLARED.search(text) is not None, bytes(code))
+
+
+def give_names() -> None:
+    """Tell LLVM's linker where this process has numba's own functions, and prepare its memory of arrays."""
+    rtsys.initialize(cpu_target.target_context)
+
+
+def _place(function: Any) -> str:
+    return f"{function.__code__.co_filename}:{function.__code__.co_firstlineno}"
+
+
+def _why(error: Exception, function: Any) -> str:
+    """What numba says of a kernel that it cannot compile, in one line."""
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+    name = re.escape(Path(function.__code__.co_filename).name)
+    lines = re.findall(rf'{name}(?:", line | \()(\d+)', text)
+    said = [line.strip() for line in text.splitlines() if line.strip()]
+    said = [line for line in said if not line.startswith(("Failed in nopython", "File ", "During:", "- "))]
+    if "IMPORT_NAME" in text:
+        said = ["it cannot import; import at the top of the file"]
+    place = f"{function.__code__.co_filename}:{lines[-1]}" if lines else _place(function)
+    return f"{place}: numba cannot compile {function.__name__}: {said[0] if said else type(error).__name__}"

@@ -1,0 +1,182 @@
+"""What kernels are: functions of numbers and of views of memory, written in Python, that become machine code.
+
+The decorators say how; nothing is compiled here, and in Python a kernel stays the Python that it is. Only
+`compiler` imports numba, mostly in a process of its own; `artifacts` loads what came of it. So a process
+that finds its machine code on disk never imports numba.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+DOUBLE = 8  # bytes
+STACK_DOUBLES = 192  # the most that a kernel takes in nine axes: 2 p^2 numbers
+
+
+class External(NamedTuple):
+    """A C function that kernels call.
+
+    Attributes:
+        symbol: Its name in machine code.
+        result: ctypes type of what it returns.
+        arguments: Those of what it is told.
+    """
+
+    symbol: str
+    result: Any
+    arguments: tuple[Any, ...]
+
+
+declared: list[tuple[str, Any]] = []
+"""How kernels are compiled, and which: "kernel", "inlined" or "merged"."""
+externals: list[tuple[Any, External]] = []
+places: list[tuple[Any, str]] = []
+"""Functions that return an address, and what machine code calls it."""
+symbols: dict[str, int] = {}
+"""What machine code names, and where this process has it."""
+
+
+def kernel(function: F) -> F:
+    """Compiled by itself, and called by the kernels that use it."""
+    declared.append(("kernel", function))
+    return function
+
+
+def inlined(function: F) -> F:
+    """For functions that LLVM is to merge into the kernels that call them."""
+    declared.append(("inlined", function))
+    return function
+
+
+def merged(function: F) -> F:
+    """Like `inlined`, but merged before types are known: what is used once compiles a little faster so.
+
+    It also keeps what the caller knows of its arguments, such as a literal number of axes.
+    """
+    declared.append(("merged", function))
+    return function
+
+
+def reachable(function: F, name: str) -> F:
+    """Give a function that another one made a name in its module, by which machine code is looked up."""
+    function.__name__ = function.__qualname__ = name
+    setattr(sys.modules[function.__module__], name, function)
+    return function
+
+
+def external(address: int, result: Any, *arguments: Any) -> Callable[[F], F]:
+    """Marks what stands for a C function: kernels call that; Python gets what the body says.
+
+    Args:
+        address: Of the C function in this process.
+        result: ctypes type of what it returns.
+        arguments: Those of what it is told.
+    """
+
+    def declare(function: F) -> F:
+        symbol = f"{function.__module__}.{function.__qualname__}"
+        symbols[symbol] = address
+        externals.append((function, External(symbol, result, arguments)))
+        return function
+
+    return declare
+
+
+def place(symbol: str, address: int) -> Callable[[], int]:
+    """A function that returns an address, which machine code has a name for: it holds in any process."""
+
+    def found() -> int:
+        return address
+
+    symbols[symbol] = address
+    places.append((found, symbol))
+    return found
+
+
+def machine(function: F) -> F:
+    """For what only kernels can do, in a few machine instructions; `compiler` says in which."""
+
+    def no_python(*arguments: Any) -> Any:
+        raise TypeError(f"{function.__name__} is for kernels alone")
+
+    no_python.__name__, no_python.__doc__ = function.__name__, function.__doc__
+    found: F = no_python  # type: ignore[assignment]
+    return found
+
+
+# Inside kernels these are a handful of machine instructions.
+
+
+def matrix_at(address: int, rows: int, columns: int) -> NDArray[np.float64]:
+    """Views memory as a matrix of doubles, shape (rows, columns); nothing is copied or owned."""
+    if rows * columns == 0:
+        return np.zeros((rows, columns))
+    memory = (ctypes.c_double * (rows * columns)).from_address(address)
+    return np.ctypeslib.as_array(memory).reshape(rows, columns)
+
+
+def vector_at(address: int, size: int) -> NDArray[np.float64]:
+    """Views memory as a vector of doubles, shape (size,); nothing is copied or owned."""
+    return matrix_at(address, 1, size)[0]
+
+
+def flat(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    """An array's numbers in a row, where they lie."""
+    return array.reshape(-1)
+
+
+def double_at(address: int) -> float:
+    """The double at an address."""
+    return ctypes.c_double.from_address(address).value
+
+
+def int_at(address: int) -> int:
+    """The 32-bit integer at an address."""
+    return ctypes.c_int32.from_address(address).value
+
+
+def pointer_at(address: int) -> int:
+    """The address at an address."""
+    return ctypes.c_ssize_t.from_address(address).value
+
+
+@machine
+def stack_memory() -> int:
+    """Address of STACK_DOUBLES doubles on the machine's stack: scratch that nothing else can alias."""
+    raise NotImplementedError
+
+
+@machine
+def call_at(address: int, arguments: tuple[Any, ...]) -> None:
+    """Calls the C function at an address, which returns nothing."""
+
+
+@machine
+def call_function(address: int, arguments: tuple[Any, ...]) -> tuple[int, int]:
+    """Calls a function that numba compiled with whole numbers; gives its status and what it returned."""
+    raise NotImplementedError
+
+
+@machine
+def data_address(array: Any) -> int:
+    """Address of an array's first number."""
+    raise NotImplementedError
+
+
+@machine
+def view_addresses(view: Any) -> tuple[int, int]:
+    """Addresses of the plan, and of the state, that a view of the state reads."""
+    raise NotImplementedError
+
+
+@machine
+def high_product(a: Any, b: Any) -> Any:
+    """Upper 64 bits of the 128-bit product of two unsigned words."""

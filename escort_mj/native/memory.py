@@ -1,0 +1,213 @@
+"""Named views of flat memory: a class declares fields with their shapes; Python and kernels read the same.
+
+What a mission's kernels need lies in two flat vectors of numbers, so that it travels where MuJoCo keeps it.
+The first, the plan, begins with a header: its own length, the size of every dimension, where each array lies
+in either vector, and the scalars. In kernels a view is two addresses, whatever it holds: reading a field
+loads its place from the header. Python gets NumPy views, all at once.
+
+Every array has room for whole lanes, and arrays of robots for whole lanes of robots: kernels read and write
+them lanes at a time, never less, and what lies between two arrays belongs to nobody.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from math import prod
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.native.kernels import DOUBLE, matrix_at, vector_at
+from escort_mj.native.lanes import room_for
+
+Array = NDArray[np.float64]
+Extent = tuple[str | int, ...]
+"""A product of dimensions' names and whole numbers."""
+
+AXES = "p"  # the dimension that kernels may know when they are compiled
+MAGIC, LENGTH, FIRST = 0, 1, 2  # places in the header
+
+
+class Field(NamedTuple):
+    """One field of a view.
+
+    Attributes:
+        kind: `float`, `int` or `bool` for a scalar, ndarray for an array of floats.
+        shape: Extent of each of an array's dimensions.
+        place: Where the header has the scalar's value, or the array's offset in its vector.
+        in_plan: Whether an array lies in the plan.
+    """
+
+    kind: Any
+    shape: tuple[Extent, ...]
+    place: int
+    in_plan: bool
+
+
+class Layout:
+    """Where the fields of a plan and of a state lie.
+
+    Args:
+        magic: First number of every plan.
+        plan: Class whose annotations declare scalars, and arrays as `Annotated[Array, extent, ...]`; an
+            extent is a whole number, a dimension's name, or a product of such as in "n*p".
+        state: The same, arrays only; None where the plan is all there is.
+        whole: Dimensions of which arrays that begin with one have whole lanes, such as the number of robots.
+    """
+
+    def __init__(
+        self, magic: float, plan: type, state: type | None = None, whole: tuple[str, ...] = ()
+    ) -> None:
+        self.magic, self.whole = magic, whole
+        declared = {kind: _declared(kind) for kind in (plan, state) if kind is not None}
+        names = [AXES, *(name for fields in declared.values() for name in _dimensions(fields.values()))]
+        self.dimensions = {name: FIRST + k for k, name in enumerate(dict.fromkeys(names))}
+        place = FIRST + len(self.dimensions)
+        self.fields: dict[type, dict[str, Field]] = {}
+        for kind, fields in declared.items():
+            self.fields[kind] = {
+                name: Field(*field, place + k, kind is plan) for k, (name, field) in enumerate(fields.items())
+            }
+            place += len(fields)
+        self.header_size = room_for(place)
+        self.plan, self.state = plan, state
+
+    def part(self, kind: type) -> None:
+        """Makes a class readable that annotates some fields of the state, or else of the plan, by name."""
+        assert self.state is not None
+        known = self.fields[self.plan] | self.fields[self.state]
+        self.fields[kind] = {name: known[name] for name in get_type_hints(kind)}
+
+    def pack(self, sizes: Mapping[str, int], values: Mapping[str, Any]) -> Array:
+        """Writes a plan.
+
+        Args:
+            sizes: Size of each dimension.
+            values: Each field of the plan.
+
+        Raises:
+            ValueError: If something is missing, not known or of another shape than declared.
+        """
+        _same_names("dimensions", sizes, self.dimensions)
+        _same_names("fields", values, self.fields[self.plan])
+        plan = np.zeros(self.plan_size(sizes))
+        header, end = plan[: self.header_size], self.header_size
+        header[MAGIC] = self.magic
+        for name, place in self.dimensions.items():
+            header[place] = sizes[name]
+        for name, field in self.fields[self.plan].items():
+            if field.kind is not np.ndarray:
+                header[field.place] = values[name]
+                continue
+            block = np.asarray(values[name], dtype=float)
+            if block.shape != _shape(field, sizes):
+                raise ValueError(f"{name} has the shape {block.shape}; expected {_shape(field, sizes)}")
+            header[field.place] = end
+            plan[end : end + block.size] = block.ravel()
+            end += self._room(field, sizes)
+        header[LENGTH] = end
+        for name, (start, _) in self.places(sizes).items():
+            assert self.state is not None
+            header[self.fields[self.state][name].place] = start
+        return plan
+
+    def plan_size(self, sizes: Mapping[str, int]) -> int:
+        """Length of a plan with dimensions of these sizes."""
+        arrays = (field for field in self.fields[self.plan].values() if field.kind is np.ndarray)
+        return self.header_size + sum(self._room(field, sizes) for field in arrays)
+
+    def places(self, sizes: Mapping[str, int]) -> dict[str, tuple[int, int]]:
+        """Where each array of the state begins, and how many numbers it has.
+
+        Args:
+            sizes: Size of each dimension.
+        """
+        found, end = {}, 0
+        for name, field in self.fields[self.state].items() if self.state is not None else ():
+            found[name] = end, prod(_shape(field, sizes))
+            end += self._room(field, sizes)
+        return found
+
+    def state_size(self, plan: Array) -> int:
+        """Length of the state vector that belongs to a plan."""
+        assert self.state is not None
+        last = list(self.fields[self.state].values())[-1]
+        return int(plan[last.place]) + self._room(last, self._sizes(plan))
+
+    def read(self, kind: type, plan: int, memory: int) -> Any:
+        """NumPy views of all fields, as an instance of the class that declared them.
+
+        Args:
+            kind: The plan's or the state's class, or a part of them.
+            plan: Address of the plan.
+            memory: Address of the vector that holds the arrays: the plan's own, or the state's.
+        """
+        header = vector_at(plan, self.header_size)
+        sizes = self._sizes(header)
+        values: dict[str, Any] = {}
+        for name, field in self.fields[kind].items():
+            if field.kind is not np.ndarray:
+                values[name] = field.kind(header[field.place])
+                continue
+            shape = _shape(field, sizes)
+            base = plan if field.in_plan else memory
+            flat = matrix_at(base + DOUBLE * int(header[field.place]), 1, prod(shape))
+            values[name] = flat.reshape(shape)
+        return kind(**values)
+
+    def _room(self, field: Field, sizes: Mapping[str, int]) -> int:
+        """How many numbers an array has room for."""
+        rows, *others = _shape(field, sizes)
+        if field.shape[0] in [(name,) for name in self.whole]:
+            rows = room_for(rows)
+        return room_for(rows * prod(others))
+
+    def _sizes(self, header: Array) -> dict[str, int]:
+        return {name: int(header[place]) for name, place in self.dimensions.items()}
+
+
+def _declared(kind: type) -> dict[str, tuple[Any, tuple[Extent, ...]]]:
+    """Kind and shape of every field that a class annotates."""
+    fields: dict[str, tuple[Any, tuple[Extent, ...]]] = {}
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            fields[name] = np.ndarray, tuple(map(_extent, get_args(hint)[1:]))
+        else:
+            fields[name] = hint, ()
+    return fields
+
+
+def _extent(written: str | int) -> Extent:
+    """The factors of an extent as it is written in an annotation."""
+    parts = [part.strip() for part in str(written).split("*")]
+    return tuple(int(part) if part.isdigit() else part for part in parts)
+
+
+def _dimensions(fields: Iterable[tuple[Any, tuple[Extent, ...]]]) -> list[str]:
+    """Names of the dimensions that fields use."""
+    return [factor for _, shape in fields for extent in shape for factor in extent if isinstance(factor, str)]
+
+
+def _shape(field: Field, sizes: Mapping[str, int]) -> tuple[int, ...]:
+    return tuple(prod(sizes[f] if isinstance(f, str) else f for f in extent) for extent in field.shape)
+
+
+def _same_names(what: str, given: Iterable[str], expected: Iterable[str]) -> None:
+    if different := set(given) ^ set(expected):
+        raise ValueError(f"{what} missing or not known: {', '.join(sorted(different))}")
+
+
+viewers: list[tuple[Layout, type, Any]] = []
+
+
+def viewer(layout: Layout, kind: type, function: Any) -> None:
+    """Makes a Python function that reads a view known to kernels, which get theirs in its place.
+
+    Args:
+        layout: Where the fields lie.
+        kind: The plan's class, or the state's.
+        function: Called with addresses and the number of axes: (plan, axes), or (plan, state, axes). Kernels
+            that pass a literal number of axes know it in all shapes, so that loops over axes unroll.
+    """
+    viewers.append((layout, kind, function))

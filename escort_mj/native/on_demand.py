@@ -1,0 +1,96 @@
+"""Kernels that most missions never reach, compiled when one first does.
+
+Compiling all of them at once takes longer than most missions. A kernel marked `on_demand` is no part of those
+that call it: they find its address in a slot, one for each class of axes. While the slot is empty they ask
+for it, and the process gets the kernel's machine code from the cache, or has it compiled. From then on a call
+costs a load.
+
+Machine code names slots; their addresses are found anew by every process that loads it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import threading
+import time
+import traceback
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+from escort_mj import stopping
+from escort_mj.native import artifacts
+from escort_mj.native.artifacts import Piece
+from escort_mj.native.kernels import symbols
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+CLASSES = (2, 3, None)  # numbers of axes that kernels know when they are compiled; None: any more
+REQUEST = "escort_mj.native.on_demand.request"
+
+
+class Entry(NamedTuple):
+    """A kernel for one class of axes.
+
+    Attributes:
+        slot: Holds its address once it is there.
+        piece: Which machine code it is.
+    """
+
+    slot: ctypes.c_void_p
+    piece: Piece
+
+
+declared: list[Any] = []
+entries: dict[int, Entry] = {}  # by the slot's address
+_waited = threading.local()
+
+
+def on_demand(function: F) -> F:
+    """Marks a kernel that is compiled when another kernel first reaches it.
+
+    Args:
+        function: Its annotations must say all types: numbers, views, and `Array` for one row of numbers. One
+            view at least tells the class of axes.
+    """
+    declared.append(function)
+    for axes in CLASSES:
+        piece = Piece(function.__module__, function.__qualname__, axes)
+        slot = ctypes.c_void_p()
+        entries[ctypes.addressof(slot)] = Entry(slot, piece)
+        symbols[slot_name(piece)] = ctypes.addressof(slot)
+    return function
+
+
+def slot_name(piece: Piece) -> str:
+    """Name of a kernel's slot in machine code."""
+    return f"escort_mj.native.on_demand.{piece}"
+
+
+def waited() -> float:
+    """How long this thread has waited for kernels on demand so far [s]."""
+    return getattr(_waited, "seconds", 0.0)
+
+
+@ctypes.CFUNCTYPE(None, ctypes.c_void_p)
+def _request(address: int) -> None:
+    """Fills the slot at an address; machine code calls it, from any thread and without Python's lock.
+
+    It calls again where Ctrl-C came between. Any other error ends the process: none can pass through the
+    machine code that waits.
+    """
+    began = time.perf_counter()
+    try:
+        slot, piece = entries[address]
+        with stopping.deaf():
+            slot.value = artifacts.address(piece)
+    except KeyboardInterrupt:
+        raise
+    except BaseException:
+        traceback.print_exc()
+        os.abort()
+    finally:
+        _waited.seconds = waited() + time.perf_counter() - began
+
+
+symbols[REQUEST] = ctypes.cast(_request, ctypes.c_void_p).value or 0

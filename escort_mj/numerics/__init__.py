@@ -1,0 +1,1 @@
+"""Mathematics that knows no mission: elementary functions, neighbor lists, random streams, even points."""

@@ -1,0 +1,289 @@
+"""Who may be nearest to whom: lists of candidates that hold for many steps, built in linear time.
+
+As in a Verlet list (Phys. Rev. 159, 98, 1967), candidates are found once and hold while robots move little.
+His have everybody within a cutoff; these have whoever can come to be the nearest, however near or far that
+is: while no distance between two robots changes by more than the skin, the nearest one to robot i is among
+
+    j with d_ij <= min_j d_ij + 2 skin    (d at the time when the list was made),
+
+so the lists stay short in a dense crowd and find somebody in a sparse one, and what is found among
+candidates is what a look at all pairs would find. All of this holds center to center and surface to surface.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.native.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
+from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, least, there, where
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.cells import (
+    CELL_OF,
+    ORDER,
+    PLACE,
+    RADIUS,
+    SLOTS,
+    SQUARES,
+    choose_cells,
+    find_box,
+    high_end,
+    low_end,
+    slots_of,
+    sort_into_cells,
+)
+
+if TYPE_CHECKING:
+    from escort_mj.components.plan import Plan, State
+
+Array = NDArray[np.float64]
+
+COUNT, FIRST = 0, 1  # places in a robot's row: how many candidates follow
+ALL = -1.0  # in place of their number: more than a row holds, so all robots have to be looked at
+SKIN, AGE, SPACING, LENGTH = range(4)  # places in the note of a set of lists
+SHORT, LONG = 24.0, 96.0  # steps that a set should hold
+FULL = 8.0  # candidates, in the mean; more cost more than making the lists again
+THINNEST, THICKEST = 0.05, 0.7  # skin, as a share of the spacing
+ROUNDING = 1.000001
+
+
+@on_demand
+def keep_all_neighbors(plan: Plan, state: State) -> None:
+    """Keeps the lists of a crowd valid for the present step: by true positions, and by measured ones."""
+    keep_neighbors(
+        state.q, plan.robot_radius, state.neighbors, state.neighbors_places, state.neighbors_note,
+        state.cells,
+    )  # fmt: skip
+    if state.seen_neighbors.shape[0] > 0:
+        keep_neighbors(
+            state.q_measured, plan.robot_radius, state.seen_neighbors, state.seen_neighbors_places,
+            state.seen_neighbors_note, state.cells,
+        )  # fmt: skip
+
+
+@merged
+def keep_neighbors(
+    points: Array, radius: Array, lists: Array, places: Array, note: Array, cells: Array
+) -> None:
+    """Keeps a set of lists valid for the present step: makes it anew where robots have moved too far.
+
+    Args:
+        points: Positions of all robots, shape (n, p) [m].
+        radius: Shape (n,) [m].
+        lists: The set, a row per robot: number of candidates, and they in ascending order.
+        places: Positions when the set was made, shape (n, p) [m].
+        note: Its skin [m], how many steps it has held, the harmonic mean of the distances to
+            the nearest when it was made [m], and the mean number of candidates, shape (4,).
+        cells: Scratch, shape (CELL_ROWS, n).
+    """
+    note[AGE] += 1.0
+    if not _holds(points, places, note[SKIN]):  # the skin is 0 at first
+        _list_neighbors(points, radius, lists, places, note, cells)
+
+
+@merged
+def seen_neighbors(state: State) -> Array:
+    """The lists that belong to the measured positions; of no rows in a small team."""
+    return state.seen_neighbors if state.seen_neighbors.shape[0] > 0 else state.neighbors
+
+
+@inlined
+def number_of_candidates(i: int, n: int, lists: Array) -> int:
+    """How many robots have to be looked at to find the one nearest to robot i."""
+    return n if _looks_at_all(i, lists) else int(lists[i, COUNT])
+
+
+@inlined
+def candidate(i: int, c: int, lists: Array) -> int:
+    """The robot in place c of those."""
+    return c if _looks_at_all(i, lists) else int(lists[i, FIRST + c])
+
+
+@inlined
+def most_candidates(i: int, lists: Array) -> int:
+    """Most candidates that one of robots i to i + 7 has; 0 where one of them has none, or looks at all."""
+    most = 0.0
+    for robot in range(i, min(i + WIDTH, lists.shape[0])):
+        if lists[robot, COUNT] < 1.0:
+            return 0
+        most = max(most, lists[robot, COUNT])
+    return int(most)
+
+
+@inlined
+def _looks_at_all(i: int, lists: Array) -> bool:
+    return lists.shape[0] == 0 or lists[i, COUNT] == ALL
+
+
+@merged
+def _holds(points: Array, places: Array, skin: float) -> bool:
+    """Whether no distance between two robots can have changed by as much as the skin.
+
+    It changes by no more than the diagonal of the box of all ways gone, and by no more than twice the longest
+    of them, as seen from the middle of that box. So a team may go anywhere together.
+
+    Args:
+        points: Positions now, shape (n, p) [m].
+        places: Positions then, shape (n, p) [m].
+        skin: [m].
+    """
+    n, p = points.shape
+    middle, diagonal = vector_at(stack_memory(), p), 0.0
+    for k in range(p):
+        low, high = everywhere(math.inf), everywhere(-math.inf)
+        for i in range(0, n, WIDTH):
+            way = gather(points, i * p + k, p) - gather(places, i * p + k, p)
+            low, high = (
+                least(low, where(there(n - i), way, low)),
+                greatest(high, where(there(n - i), way, high)),
+            )
+        first, last = -largest(-low), largest(high)
+        middle[k] = 0.5 * (first + last)
+        diagonal += (last - first) * (last - first)
+    if diagonal < skin * skin:
+        return True
+    longest = everywhere(0.0)
+    for i in range(0, n, WIDTH):
+        square = everywhere(0.0)
+        for k in range(p):
+            way = gather(points, i * p + k, p) - gather(places, i * p + k, p) - middle[k]
+            square = square + way * way
+        longest = greatest(longest, where(there(n - i), square, 0.0))
+    return 4.0 * largest(longest) < skin * skin
+
+
+@kernel
+def _list_neighbors(
+    points: Array, radius: Array, lists: Array, places: Array, note: Array, cells: Array
+) -> None:
+    """Makes a set of lists from scratch, with a grid of cells."""
+    n, p = points.shape
+    memory = stack_memory()
+    corner, width, rate = (
+        vector_at(memory, 3),
+        vector_at(memory + 3 * DOUBLE, 3),
+        vector_at(memory + 6 * DOUBLE, 3),
+    )
+    counts, here = vector_at(memory + 9 * DOUBLE, 3), vector_at(memory + 12 * DOUBLE, 3)
+    find_box(points, corner, width)
+    least = 1.5 * note[SPACING] + 2.0 * note[SKIN]
+    size = choose_cells(n, least, width, rate, counts)
+    sort_into_cells(points, radius, corner, rate, counts, cells)
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, radius[i])
+        for k in range(p):
+            places[i, k] = points[i, k]
+    if note[LENGTH] > FULL:
+        note[SKIN] *= 0.7
+    elif note[AGE] < SHORT:
+        note[SKIN] = max(2.0 * note[SKIN], THINNEST * note[SPACING])
+    elif note[AGE] > LONG:
+        note[SKIN] *= 0.7
+    note[SKIN] = min(note[SKIN], THICKEST * note[SPACING])
+    total = length = 0.0
+    for slot in range(n):
+        total += 1.0 / _list_one(slot, note[SKIN], largest, size, counts, here, lists, points, cells)
+    for i in range(n):
+        length += lists[i, COUNT] if lists[i, COUNT] != ALL else lists.shape[1]
+    note[SPACING], note[LENGTH] = n / total, length / n
+    note[AGE] = 0.0
+
+
+@inlined
+def _list_one(
+    slot: int, skin: float, largest: float, size: float, counts: Array, here: Array, lists: Array,
+    points: Array, cells: Array,
+) -> float:  # fmt: skip
+    """Lists the candidates of the robot in one slot.
+
+    Args:
+        slot: Place in the order of cells.
+        skin: [m].
+        largest: Radius of the largest robot [m].
+        size: Of a cell [m].
+        counts: Cells along each axis, shape (3,).
+        here: Scratch, shape (3,).
+        lists: A row is written.
+        points: Positions of all robots, shape (n, p) [m].
+        cells: See `sort_into_cells`; `SQUARES` is scratch.
+
+    Returns:
+        Its distance to the nearest robot [m]; infinite where there is none.
+    """
+    order, own = cells[ORDER], cells[RADIUS, slot]
+    i = int(order[slot])
+    cell, widest = int(cells[CELL_OF, i]), 0
+    for k in range(3):
+        here[k] = cell % int(counts[k])
+        cell //= int(counts[k])
+        widest = max(widest, int(counts[k]) - 1)
+    around = 1
+    while True:
+        count, square, clearance = _list_block(slot, around, counts, here, points, cells)
+        distance = math.sqrt(square)
+        need = ROUNDING * (max(distance, clearance + own + largest) + 2.0 * skin)
+        if around >= widest or need <= around * size:
+            break
+        around = min(2 * around if need == math.inf else int(need / size) + 1, widest)
+    square = (ROUNDING * distance + 2.0 * skin) ** 2
+    clearance += 2.0 * skin
+    row, found = lists[i], 0
+    for place in range(count):
+        apart, other = cells[SQUARES, place], int(cells[SLOTS, place])
+        reach = ROUNDING * max(clearance + own + cells[RADIUS, other], 0.0)
+        if apart <= square or apart <= reach * reach:
+            found += 1
+            if found < row.shape[0]:
+                _insert(row, found, order[other])
+    row[COUNT] = found if found < row.shape[0] else ALL
+    return distance
+
+
+@inlined
+def _insert(row: Array, count: int, robot: float) -> None:
+    """Inserts a robot among `count - 1` others, in ascending order."""
+    place = count
+    while place > FIRST and row[place - 1] > robot:
+        row[place] = row[place - 1]
+        place -= 1
+    row[place] = robot
+
+
+@inlined
+def _list_block(
+    slot: int, around: int, counts: Array, here: Array, points: Array, cells: Array
+) -> tuple[int, float, float]:
+    """Finds the other robots in the block of cells around one: their slots and squared distances.
+
+    Returns:
+        How many there are, the least squared distance [m^2] and the least clearance [m].
+    """
+    own, count = cells[RADIUS, slot], 0
+    x, y, z = cells[PLACE, slot], cells[PLACE + 1, slot], cells[PLACE + 2, slot]
+    nearest = clearance = math.inf
+    for c in range(low_end(here, 2, around), high_end(here, counts, 2, around)):
+        for b in range(low_end(here, 1, around), high_end(here, counts, 1, around)):
+            begin, end = slots_of(b, c, around, counts, here, cells)
+            for other in range(begin, end):
+                apart = (
+                    (x - cells[PLACE, other]) ** 2
+                    + (y - cells[PLACE + 1, other]) ** 2
+                    + (z - cells[PLACE + 2, other]) ** 2
+                )
+                for k in range(3, points.shape[1]):
+                    i, j = int(cells[ORDER, slot]), int(cells[ORDER, other])
+                    apart += (points[i, k] - points[j, k]) ** 2
+                if other == slot:
+                    continue
+                cells[SQUARES, count], cells[SLOTS, count] = apart, other
+                count += 1
+                nearest = min(nearest, apart)
+                bodies = own + cells[RADIUS, other]
+                reach = max(clearance + bodies, 0.0)
+                if apart < reach * reach:
+                    clearance = math.sqrt(apart) - bodies
+    return count, nearest, clearance

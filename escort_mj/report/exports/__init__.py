@@ -1,0 +1,1 @@
+"""Runs for other programs: Foxglove, MuJoCo's own states."""

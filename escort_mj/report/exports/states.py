@@ -1,0 +1,57 @@
+"""A run as MuJoCo's own states over time: what any program that has MuJoCo can play."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from escort_mj.record.files import replaced
+from escort_mj.record.folder import MODEL, StoredRun
+from escort_mj.report.video.replay import replay_of
+from escort_mj.report.video.solids import load_model, pose
+from escort_mj.report.video.stages import stage_replays
+
+
+def write_states(run: StoredRun, path: Path) -> None:
+    """Writes the states of a run, one row per sample, as arrays of a NumPy archive without pickles.
+
+    `time` (T,) [s]; `qpos` (T, nq) and `qvel` (T, nv), by differences of qpos from sample to sample;
+    `mocap_pos` (T, nmocap, 3) [m] and `mocap_quat` (T, nmocap, 4, wxyz), which move the target; `model`, the
+    text of the world as MJCF.
+
+    Args:
+        run: A run folder with at least one sample.
+        path: A `.npz` file.
+
+    Raises:
+        RenderError: If there is no sample, or the model does not fit.
+        WriteError: If the file cannot be written; an earlier one stays as it was.
+    """
+    replay = replay_of(run.trace)
+    model = load_model(run.path / MODEL, replay.qpos.shape[1])
+    data = mujoco.MjData(model)
+    stages = [replay, *stage_replays(replay, model)]
+    count = len(replay.time)
+    qpos, qvel = np.empty((count, model.nq)), np.zeros((count, model.nv))
+    mocap_pos, mocap_quat = np.empty((count, model.nmocap, 3)), np.empty((count, model.nmocap, 4))
+    for row in range(count):
+        pose(model, data, replay.qpos[row], {stage.suffix: stage.target[row] for stage in stages})
+        qpos[row], mocap_pos[row], mocap_quat[row] = data.qpos, data.mocap_pos, data.mocap_quat
+        if row:
+            mujoco.mj_differentiatePos(
+                model, qvel[row], replay.time[row] - replay.time[row - 1], qpos[row - 1], qpos[row]
+            )
+    if count > 1:
+        qvel[0] = qvel[1]
+    text = (run.path / MODEL).read_text(encoding="utf-8")
+    arrays = {
+        "time": replay.time,
+        "qpos": qpos,
+        "qvel": qvel,
+        "mocap_pos": mocap_pos,
+        "mocap_quat": mocap_quat,
+    }
+    with replaced(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, model=np.array(text), **arrays)

@@ -1,0 +1,200 @@
+"""Curves over time that stay readable: thinned without losing a peak, averaged where noise hides them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
+
+from escort_mj import palette
+from escort_mj.report.figures.losses import LOST
+from escort_mj.report.figures.style import Key
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+BINS = 1200  # points across a panel; more cannot be seen
+AVERAGED = 1.0  # window of a running average [s]; less in a short run
+BOUND: Any = (0, (4, 2))
+TWIN: Any = (0, (4, 4))  # of the second color over the first
+CROWD = palette.from_hex("0072B2")
+ALL, NINE_TENTHS = 0.18, 0.35  # opacity of the bands of a crowd
+FAINT = 0.5  # width of a line that stands behind its own average
+LEAST, MOST = 1e-7, 1e9  # what a plot shows of a quantity that goes to zero or diverges
+
+
+def draw_curves(
+    axes: Axes,
+    time: Array,
+    values: Array,
+    colors: Sequence[Any],
+    average: Callable[[Array, Array], Array] | None = None,
+    lowest: bool = False,
+    lost: Flags | None = None,
+) -> None:
+    """One curve per column; of a crowd the range of all columns, of most, and their median.
+
+    Args:
+        axes: Where to draw.
+        time: Shape (T,) [s].
+        values: Shape (T, curves).
+        colors: A color per curve, or a pair of colors, the second dashed over the first.
+        average: Draw the curve faintly, and this running average of it (over time, values) boldly.
+        lowest: Keep the lowest of each bin only, for quantities of which only the worst matters.
+        lost: Which robots, one per curve, the team has lost, shape (T, curves): behind a cross their
+            curves are gray and faint.
+    """
+    many = values.shape[1] > palette.MOST_DISTINCT
+    width = 0.6 if many else 1.1
+    values = np.clip(values, -MOST, MOST)
+    if values.shape[1] > palette.MOST_LINES:
+        _draw_bands(axes, time, values if lost is None else np.where(lost, np.nan, values))
+        return
+    for column, color in enumerate(colors):
+        curve = values[:, column]
+        end = len(time) if lost is None else int((~lost[:, column]).sum())
+        if end < len(time):
+            axes.plot(*thin(time[end:], curve[end:]), color=LOST, linewidth=FAINT, zorder=1.8)
+            axes.plot(time[end], curve[end], "x", color=color, markersize=6, markeredgewidth=1.6, zorder=3.2)
+            curve = curve[:end]
+        first, *second = color if isinstance(color[0], tuple) else (color,)
+        style: dict[str, Any] = {"marker": "o", "markersize": 3} if len(curve) == 1 else {}
+        if average is not None:
+            if not many:
+                axes.plot(*thin(time[:end], curve), color=first, linewidth=FAINT, alpha=0.3)
+            curve = average(time[:end], curve)
+        x, y = thin(time[:end], curve, lowest)
+        axes.plot(x, y, color=first, linewidth=width, **style)
+        for other in second:
+            axes.plot(x, y, color=other, linewidth=width, linestyle=TWIN, **style)
+
+
+def _draw_bands(axes: Axes, time: Array, values: Array) -> None:
+    """What a crowd does: the range of all, of 90 %, and the median at each time; lost robots are NaN."""
+    gone = np.isnan(values).all(axis=1)
+    rows = np.flatnonzero(~gone)[:: max(1, len(time) // BINS)]
+    least, low, middle, high, most = np.nanpercentile(values[rows], [0, 5, 50, 95, 100], axis=1)
+    for below, above, alpha in ((least, most, ALL), (low, high, NINE_TENTHS)):
+        axes.fill_between(time[rows], below, above, color=CROWD, alpha=alpha, linewidth=0)
+    axes.plot(time[rows], middle, color=CROWD, linewidth=1.3)
+
+
+def curve_keys(count: int, words: str) -> list[Key]:
+    """Legend entries that say how the curves of so many robots are drawn.
+
+    Args:
+        count: Number of robots.
+        words: What the average of a robot's curve is, where robots have one.
+    """
+    if count > palette.MOST_LINES:
+        return [
+            ("median robot", Line2D([], [], color=CROWD, linewidth=1.3)),
+            ("90 % of robots", Patch(color=CROWD, alpha=NINE_TENTHS, linewidth=0)),
+            ("all robots", Patch(color=CROWD, alpha=ALL, linewidth=0)),
+        ]
+    return average_keys(words) if words and count <= palette.MOST_DISTINCT else []
+
+
+def thin(time: Array, values: Array, lowest: bool = False) -> tuple[Array, Array]:
+    """A curve with at most two points per bin: the least and the largest, so that no peak is lost.
+
+    Args:
+        time: Shape (T,).
+        values: Shape (T,).
+        lowest: Keep the least of each bin only.
+    """
+    size = len(time) // BINS
+    if size < 3:
+        return time, values
+    rows = len(time) // size
+    blocks = values[: rows * size].reshape(rows, size)
+    picks = np.argmin(blocks, axis=1)[:, None]
+    if not lowest:
+        picks = np.sort(np.hstack([picks, np.argmax(blocks, axis=1)[:, None]]), axis=1)
+    kept = (np.arange(rows)[:, None] * size + picks).ravel()
+    kept = np.unique(np.append(kept, [0, len(time) - 1]))
+    return time[kept], values[kept]
+
+
+def running_rms(time: Array, values: Array) -> Array:
+    """Root mean square over a window around each sample, shape (T,)."""
+    return np.sqrt(np.maximum(running_mean(time, np.square(values)), 0.0))
+
+
+def running_mean(time: Array, values: Array) -> Array:
+    """Mean over a window around each sample, shape (T,)."""
+    if len(time) < 3:
+        return values
+    window = min(AVERAGED, (time[-1] - time[0]) / 60)
+    half = max(round(window / 2 / max(float(np.median(np.diff(time))), 1e-9)), 1)
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    index = np.arange(len(values))
+    low, high = np.maximum(index - half, 0), np.minimum(index + half + 1, len(values))
+    return (total[high] - total[low]) / (high - low)
+
+
+def average_keys(words: str) -> list[Key]:
+    """Legend entries of curves drawn with their average."""
+    grey = "#777777"
+    return [
+        ("recorded", Line2D([], [], color=grey, linewidth=FAINT, alpha=0.6)),
+        (words, Line2D([], [], color=grey, linewidth=1.3)),
+    ]
+
+
+def limit_line(axes: Axes, value: float, words: str, color: palette.Color = palette.LIMIT) -> None:
+    """A bound, named outside of the panel, where nothing is hidden by it."""
+    axes.axhline(value, color=color, linestyle=BOUND, linewidth=1.0, zorder=2.6)
+    axes.annotate(
+        words,
+        (1.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(3, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=7.5,
+        color=color,
+        annotation_clip=True,
+    )
+
+
+def log_scale(axes: Axes) -> None:
+    """A logarithmic scale over what the bold curves span, at least a decade, at most nine.
+
+    Linear where all is zero.
+    """
+    bold = [
+        np.asarray(line.get_ydata(), float)
+        for line in axes.lines
+        if line.get_linewidth() > FAINT and line.get_marker() != "x"
+    ]
+    values = np.concatenate([*bold, np.zeros(0)])
+    values = values[np.isfinite(values) & (values > 0.0)]
+    if not len(values):  # nothing but zeros, which a logarithm cannot show
+        return
+    high = float(np.clip(values.max(initial=LEAST), 10 * LEAST, MOST))
+    low = float(np.percentile(values, 1.0)) / 2
+    low = float(np.clip(low, max(LEAST, high * 1e-9), high / 10))
+    axes.set_yscale("log")
+    axes.set_ylim(low, high * 1.8)
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    if high / low < 100:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
+        axes.yaxis.set_major_formatter("{x:g}")
+    else:
+        axes.yaxis.set_major_locator(LogLocator(numticks=6))
+
+
+def timeline(grid: Iterable[Axes], time: Array) -> None:
+    """The same span of time for every panel; the last one names it."""
+    panels = list(grid)
+    end = float(time[-1])
+    for axes in panels:
+        axes.set_xlim(float(time[0]), end if end > time[0] else float(time[0]) + 1.0)
+    panels[-1].set_xlabel("time [s]")

@@ -1,0 +1,110 @@
+"""Draws the figures of a run folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from matplotlib.figure import Figure
+
+from escort_mj.errors import RenderError
+from escort_mj.record.folder import FIGURES, StoredRun, open_run
+from escort_mj.report.figures import nearness, paths, tasks, timelines, truth
+from escort_mj.report.figures.style import figure
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Plot(NamedTuple):
+    """One figure of a run.
+
+    Attributes:
+        name: File name without suffix.
+        title: What it shows.
+        height: In inches, for this trace.
+        draw: Draws it.
+        applies: Whether this trace has something to show.
+    """
+
+    name: str
+    title: str
+    height: Callable[[xarray.Dataset], float]
+    draw: Callable[[Figure, xarray.Dataset], None]
+    applies: Callable[[xarray.Dataset], bool] = lambda trace: True
+
+
+PLOTS: tuple[Plot, ...] = (
+    Plot("panels", "distances and tracking errors", lambda trace: 6.4, timelines.panels),
+    Plot("paths", "paths", paths.plan_height, paths.plan_view, lambda trace: trace.sizes["axis"] == 2),
+    Plot("paths", "paths", lambda trace: 5.2, paths.space_view, lambda trace: trace.sizes["axis"] == 3),
+    Plot(
+        "paths",
+        "paths, cast on two axes each",
+        paths.pairs_height,
+        paths.pairs_view,
+        lambda trace: trace.sizes["axis"] > 3,
+    ),
+    Plot(
+        "obstacle_distances",
+        "distances to obstacles",
+        nearness.obstacle_distances_height,
+        nearness.obstacle_distances,
+        lambda trace: trace.sizes["obstacle"] > 0,
+    ),
+    Plot(
+        "clearances",
+        "clearances and contacts",
+        nearness.clearances_height,
+        nearness.clearances,
+        lambda trace: bool(nearness.spaces(trace)),
+    ),
+    Plot("tasks", "behaviors and their conflicts", tasks.tasks_height, tasks.tasks),
+    Plot(
+        "truth",
+        "what the law is not told",
+        truth.truth_height,
+        truth.truth,
+        lambda trace: "mass_matrix" in trace,
+    ),
+    Plot("forces", "forces of the motors", lambda trace: 1.0 + 1.7 * trace.sizes["axis"], timelines.forces),
+)
+
+
+def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png",)) -> list[Path]:
+    """Draws every figure that a run folder has data for, into its `figures/`.
+
+    Args:
+        folder: A run folder.
+        formats: File formats: `png`, `pdf`, `svg`.
+
+    Returns:
+        The files written.
+
+    Raises:
+        RunFolderError: If the folder cannot be read.
+        RenderError: If there is no sample to draw.
+        WriteError: If a file cannot be written.
+    """
+    run = open_run(folder)
+    if run.trace.sizes["time"] == 0:
+        raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
+    written = []
+    for plot in PLOTS:
+        if not plot.applies(run.trace):
+            continue
+        for suffix in formats:
+            path = run.path / FIGURES / f"{plot.name}.{suffix}"
+            title = f"{run.trace.attrs['title']}: {plot.title}"
+            with figure(path, plot.height(run.trace), title, _note(run)) as canvas:
+                plot.draw(canvas, run.trace)
+            written.append(path)
+    return written
+
+
+def _note(run: StoredRun) -> str:
+    """What a reader must know of a run that did not end well."""
+    words = str(run.outcome["outcome"])
+    return "" if words == "completed" else f"{words}: {run.outcome['message']}"

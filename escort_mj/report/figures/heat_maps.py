@@ -1,0 +1,116 @@
+"""Heat maps: a quantity over two factors, a panel per level of a third."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from numpy.typing import NDArray
+
+from escort_mj.report.figures.scales import Scale, heading, logarithmic, number, scale_of
+from escort_mj.report.figures.style import figure
+from escort_mj.study.sweeps.quantities import QUANTITIES, RATES
+from escort_mj.study.sweeps.results import Factor, Results
+from escort_mj.study.sweeps.statistics import rate, summary
+
+__all__ = ["draw_map", "heading"]
+
+Array = NDArray[np.float64]
+
+ACROSS = 3  # panels
+LETTER = 0.075  # inches, of a label beside a panel
+MOST_WORDS = 150  # numbers written into the cells of one panel
+NOTHING = "#DDDFE3"
+
+
+def draw_map(
+    path: Path, results: Results, quantity: str, x: Factor, y: Factor, panels: Factor | None = None
+) -> None:
+    """Draws medians, or of something that happens its share, over two factors.
+
+    Args:
+        path: Where to save it.
+        results: The study's.
+        quantity: Of `QUANTITIES`.
+        x: Factor from left to right.
+        y: Factor from below upward.
+        panels: A third, a panel per level; what else varies is taken together.
+    """
+    levels = [None] if panels is None else list(range(len(panels.levels)))
+    tables = [_table(results, quantity, x, y, panels, level) for level in levels]
+    scale = scale_of(quantity, np.concatenate([table.ravel() for table in tables]))
+    across = min(len(levels), ACROSS)
+    down = -(-len(levels) // across)
+    height = 0.7 + down * (0.75 + max(0.3 * len(y.levels), 0.9, LETTER * len(y.title)))
+    with figure(path, height, f"{results.name}: {heading(quantity).lower()}") as canvas:
+        grid = canvas.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+        image: Any = None
+        for axes, level, table in zip(grid.ravel(), levels, tables, strict=False):
+            image = _panel(axes, scale.factor * table, scale, quantity, x, y)
+            if panels is not None and level is not None:
+                axes.set_title(f"{panels.name} = {panels.levels[level]}")
+        for axes in grid.ravel()[len(levels) :]:
+            axes.set_visible(False)
+        for place, axes in enumerate(grid.ravel()[: len(levels)]):
+            if place + across >= len(levels):
+                axes.set_xlabel(x.title)
+                axes.tick_params(labelbottom=True)
+        for axes in grid[:, 0]:
+            axes.set_ylabel(y.title)
+        bar = canvas.colorbar(image, ax=list(grid.ravel()), fraction=0.035, pad=0.015, aspect=25)
+        bar.set_label(f"[{scale.unit}]" if scale.unit else "")
+        if scale.log:
+            logarithmic(bar.ax.yaxis)
+        bar.outline.set_visible(False)
+
+
+def _table(
+    results: Results, quantity: str, x: Factor, y: Factor, panels: Factor | None, level: int | None
+) -> Array:
+    """Share or median per level of both factors, shape (levels of y, levels of x); NaN for none."""
+    values = results.values(quantity)
+    inside = np.ones(len(values), dtype=bool)
+    if panels is not None:
+        inside = results.levels[panels.name] == level
+    found = np.full((len(y.levels), len(x.levels)), np.nan)
+    for row in range(len(y.levels)):
+        for column in range(len(x.levels)):
+            here = inside & (results.levels[x.name] == column) & (results.levels[y.name] == row)
+            some = values[here]
+            found[row, column] = rate(some).share if quantity in RATES else summary(some).median
+    return found
+
+
+def _panel(axes: Axes, table: Array, scale: Scale, quantity: str, x: Factor, y: Factor) -> Any:
+    """One heat map; its numbers stand in its cells where they have room."""
+    colors = matplotlib.colormaps["cividis" if QUANTITIES[quantity].more_is_better else "cividis_r"]
+    norm = (LogNorm if scale.log else Normalize)(scale.low, scale.high)
+    axes.set_facecolor(NOTHING)
+    image = axes.pcolormesh(
+        np.ma.masked_invalid(table), cmap=colors, norm=norm, edgecolors="white", linewidth=0.8
+    )
+    axes.grid(visible=False)
+    axes.spines[:].set_visible(False)
+    axes.tick_params(length=0)
+    axes.set_xticks(np.arange(len(x.levels)) + 0.5, x.levels)
+    axes.set_yticks(np.arange(len(y.levels)) + 0.5, y.levels)
+    if max(map(len, x.levels)) * len(x.levels) > 40:
+        axes.tick_params(axis="x", labelrotation=30)
+    if table.size <= MOST_WORDS:
+        for (row, column), value in np.ndenumerate(table):
+            red, green, blue, _ = colors(norm(value)) if np.isfinite(value) else (1.0, 1.0, 1.0, 1.0)
+            dark = 0.3 * red + 0.59 * green + 0.11 * blue < 0.5
+            axes.text(
+                column + 0.5,
+                row + 0.5,
+                number(value),
+                ha="center",
+                va="center",
+                fontsize=6.5,
+                color="white" if dark else "#222222",
+            )
+    return image

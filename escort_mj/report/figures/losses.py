@@ -1,0 +1,54 @@
+"""Who is left at a time, and who is whose neighbor then."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from escort_mj.numerics.thomson import nearest_edges
+from escort_mj.record.evenness import lost
+from escort_mj.report.figures.style import Key
+
+if TYPE_CHECKING:
+    import xarray
+
+    from escort_mj.record.recording import Recorded
+
+LOST = (0.55, 0.56, 0.58)  # color of a robot that the team has lost
+MOST_LINKED = 200  # robots of a formation that is found anew
+
+
+def links(trace: Recorded) -> list[tuple[int, NDArray[np.int64]]]:
+    """The formation's neighbors: from which sample on, and pairs of robots from 0, shape (edges, 2).
+
+    A loss ends a formation. The next is what those that are left stand in before another loss, or the end.
+    """
+    gone = lost(trace)
+    count = gone.sum(axis=1)
+    first = [0, *(np.flatnonzero(np.diff(count)) + 1).tolist()]
+    formations = []
+    for start, end in zip(first, [*first[1:], len(gone)], strict=True):
+        if not count[start] or not len(trace["neighbors"].values):
+            pairs = trace["neighbors"].values.astype(np.int64) - 1
+        elif len(gone[start]) - count[start] > MOST_LINKED:
+            pairs = np.zeros((0, 2), dtype=np.int64)
+        else:
+            left = np.flatnonzero(~gone[start])
+            pairs = left[nearest_edges(trace["q"].values[end - 1, left])[0]]
+        formations.append((start, pairs))
+    return formations
+
+
+def links_at(formations: list[tuple[int, NDArray[np.int64]]], sample: int) -> NDArray[np.int64]:
+    """Neighbors at a sample, shape (edges, 2)."""
+    return next(pairs for start, pairs in reversed(formations) if start <= sample)
+
+
+def lost_keys(trace: xarray.Dataset) -> list[Key]:
+    """Legend entry of lost robots, where there are any."""
+    if not lost(trace).any():
+        return []
+    return [("lost", Line2D([], [], color=LOST, linewidth=0.8, marker="x", markersize=5))]

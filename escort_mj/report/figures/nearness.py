@@ -1,0 +1,156 @@
+"""Figures of how near robots come to obstacles, to each other and to the target."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from escort_mj import palette
+from escort_mj.record.episodes import apart_from, pair
+from escort_mj.record.evenness import lost
+from escort_mj.report.figures.curves import BOUND, curve_keys, draw_curves, limit_line, timeline
+from escort_mj.report.figures.losses import lost_keys
+from escort_mj.report.figures.style import Key, name_robots
+from escort_mj.report.video.replay import safe_radius
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+MOST_PANELS = 4  # obstacles with a panel of their own
+
+
+def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
+    """The paper's fig. 10: how near the robots come to each obstacle, and when avoidance ruled whom."""
+    time, count = trace["time"].values, trace.sizes["robot"]
+    colors = palette.robot_colors(count)
+    distance, safe = trace["obstacle_distance"].values, safe_radius(trace)
+    touch = trace["robot_radius"].values[:, None] + trace["obstacle_radius"].values
+    obstacles = trace.sizes["obstacle"]
+    rows = obstacles if obstacles <= MOST_PANELS else 1
+    grid = figure.subplots(rows + 1, 1, sharex=True, height_ratios=[2.0] * rows + [_lanes_height(count)])
+    others: list[Key] = [("safe distance", Line2D([], [], color=palette.CONTACT, linestyle=BOUND))]
+    if rows == obstacles:
+        for j, axes in enumerate(grid[:rows]):
+            axes.set_title(f"To {trace['obstacle'].values[j]}")
+            draw_curves(axes, time, distance[:, :, j], colors, lost=lost(trace))
+            top = _window(distance[:, :, j], 4.0 * max(safe[:, j].max(), touch[:, j].max()))
+            axes.set_ylim(0.0, top)
+            axes.axhspan(0.0, float(touch[:, j].min()), color=palette.OBSTACLE, alpha=0.45, linewidth=0)
+            limit_line(axes, float(safe[:, j].max()), f"{safe[:, j].max():.3g} m", palette.CONTACT)
+            point = trace["obstacle_radius"].values[j] == 0.0  # a shape: distances are to its nearest point
+            axes.set_ylabel("center to its surface [m]" if point else "centers apart [m]")
+        others.append(("would touch", Patch(color=palette.OBSTACLE, alpha=0.45, linewidth=0)))
+    else:
+        beyond = (distance - safe).min(axis=2)
+        grid[0].set_title(f"Beyond the safe distance of the nearest of {obstacles} obstacles")
+        draw_curves(grid[0], time, beyond, colors, lost=lost(trace))
+        grid[0].set_ylim(min(0.0, float(beyond.min())) - 0.2, _window(beyond, 3.0 * float(safe.max()) + 1.0))
+        limit_line(grid[0], 0.0, "", palette.CONTACT)
+        grid[0].set_ylabel("m")
+    _lanes(grid[-1], trace)
+    timeline(grid, time)
+    name_robots(figure, grid, count, [*others, *curve_keys(count, ""), *lost_keys(trace)])
+
+
+def clearances(figure: Figure, trace: xarray.Dataset) -> None:
+    """Least free space around each robot, surface to surface, and how hard bodies touched."""
+    time, count = trace["time"].values, trace.sizes["robot"]
+    free, pushed = spaces(trace), _pushed(trace)
+    rows = len(free) + pushed
+    heights = [2.0] * rows + [_lanes_height(count)]
+    grid = np.atleast_1d(figure.subplots(rows + 1, 1, sharex=True, height_ratios=heights))
+    for axes, (whom, space) in zip(grid, free.items(), strict=False):
+        axes.set_title(f"Clearance to {whom}")
+        draw_curves(axes, time, space, palette.robot_colors(count), lowest=True, lost=lost(trace))
+        top = _window(space, 4.0 * float(trace.attrs["mission_radius"]))
+        axes.set_ylim(min(0.0, float(space.min())) - 0.03 * top, top)
+        limit_line(axes, 0.0, "contact", palette.CONTACT)
+        axes.set_ylabel("surfaces apart [m]")
+    if pushed:
+        axes, touches = grid[len(free)], _touches(trace)
+        axes.set_title("Contacts: mean force (the area is the impulse) and peaks")
+        start, lasts, impulse, when, force = (
+            touches[f"episode_{name}"].values
+            for name in ("start", "touch_time", "impulse", "peak_time", "peak_force")
+        )
+        axes.bar(start, impulse / lasts, lasts, align="edge", color=palette.CONTACT, alpha=0.35, linewidth=0)
+        axes.vlines(when, 0.0, force, color=palette.CONTACT, linewidth=0.8)
+        axes.plot(when, force, ".", color=palette.CONTACT, ms=5)
+        axes.set_ylim(0.0, 1.1 * max(float(force.max()), 1e-3))
+        axes.set_ylabel("N")
+    _lanes(grid[-1], trace)
+    timeline(grid, time)
+    name_robots(figure, grid, count, [*curve_keys(count, ""), *lost_keys(trace)])
+
+
+def clearances_height(trace: xarray.Dataset) -> float:
+    """Height of `clearances` [inches]."""
+    return _height(trace, len(spaces(trace)) + _pushed(trace))
+
+
+def obstacle_distances_height(trace: xarray.Dataset) -> float:
+    """Height of `obstacle_distances` [inches]."""
+    return _height(trace, trace.sizes["obstacle"] if trace.sizes["obstacle"] <= MOST_PANELS else 1)
+
+
+def _height(trace: xarray.Dataset, rows: int) -> float:
+    """Height of so many panels above the lanes [inches]."""
+    count = trace.sizes["robot"]
+    return 1.4 + 1.5 * rows + (0.11 * count if count <= palette.MOST_DISTINCT else 1.0)
+
+
+def spaces(trace: xarray.Dataset) -> dict[str, Array]:
+    """Free space around each robot, surface to surface, by what is around it, shape (T, n) each [m]."""
+    names = {"other robots": "robots", "obstacles": "obstacles", "walls": "walls"}
+    if any("target" in pair(trace, episode) for episode in range(trace.sizes["episode"])):
+        names["the target"] = "target"
+    found = {whom: trace["clearance"].sel(group=name).values for whom, name in names.items()}
+    return {whom: space for whom, space in found.items() if np.isfinite(space).any()}
+
+
+def _touches(trace: xarray.Dataset) -> xarray.Dataset:
+    """Contact episodes but those with the floor."""
+    return trace.isel(episode=apart_from(trace, "floor"))
+
+
+def _pushed(trace: xarray.Dataset) -> bool:
+    """Whether anything touched with a force: beyond three axes bodies go through one another."""
+    return bool(_touches(trace).sizes["episode"]) and trace.sizes["axis"] <= 3
+
+
+def _window(values: Array, most: float) -> float:
+    """Top of a scale that shows what is near; what is farther leaves the panel."""
+    return max(min(float(np.nanmax(values, initial=0.0)) * 1.05, most), 1e-3)
+
+
+def _lanes_height(count: int) -> float:
+    return 0.5 + 0.09 * count if count <= palette.MOST_DISTINCT else 1.0
+
+
+def _lanes(axes: Axes, trace: xarray.Dataset) -> None:
+    """When avoidance ruled whom: a lane per robot, or how many robots where there are too many."""
+    time, active = trace["time"].values, trace["avoidance_active"].values > 0
+    count = active.shape[1]
+    axes.set_title("Avoidance active")
+    if count > palette.MOST_DISTINCT:
+        busy = active.sum(axis=1)
+        axes.fill_between(time, busy, step="post", color=palette.OBSTACLE, linewidth=0)
+        axes.set_ylabel(f"robots\nof {count}")
+        axes.set_ylim(0.0, max(1.1 * float(busy.max()), 1.0))
+        return
+    for index, color in enumerate(palette.robot_colors(count)):
+        axes.fill_between(
+            time, index + 0.6, index + 1.4, where=active[:, index], step="post", color=color, linewidth=0
+        )
+    axes.set_ylim(count + 0.7, 0.3)
+    axes.set_yticks(range(1, count + 1))
+    axes.set_ylabel("robot")
+    axes.grid(axis="y", visible=False)

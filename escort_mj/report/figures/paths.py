@@ -1,0 +1,357 @@
+"""Where everyone went: a plan of a planar mission, a view in space, several plans of more than three axes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.patheffects import Normal, Stroke
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+from numpy.typing import NDArray
+
+from escort_mj import palette
+from escort_mj.palette import MOST_DISTINCT, MOST_LINES
+from escort_mj.record.evenness import lost
+from escort_mj.report.figures.curves import BOUND
+from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
+from escort_mj.report.figures.style import WIDTH, Key, name_robots
+from escort_mj.report.video.replay import outlines, safe_radius
+from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+Formations = list[tuple[int, NDArray[np.int64]]]
+"""See `losses.links`."""
+
+MOMENTS = 5  # at which the formation is drawn
+POINTS = 4000  # of a path at most
+ESCORT = (0.45, 0.50, 0.56)
+RANGE = 1e7  # [m]; a run that diverged farther is cut there
+
+
+def bounds(trace: xarray.Dataset) -> tuple[Array, Array]:
+    """Lower and upper corner of everything that happens, shape (axes,) each [m]."""
+    target, radius = trace["target_position"].values, float(trace.attrs["mission_radius"])
+    parts = [target - radius, target + radius, trace["q"].values[~lost(trace)]]
+    if trace.sizes["obstacle"]:
+        reach = np.maximum(safe_radius(trace).max(axis=0), trace["obstacle_radius"].values)[:, None]
+        for center in trace["obstacle_position"].values[[0, -1]]:
+            around = (center[:, None] + outlines(trace)[..., : center.shape[1]]).reshape(-1, center.shape[1])
+            parts += [center - reach, center + reach, around]
+    every = np.clip(np.concatenate(parts), -RANGE, RANGE)
+    return every.min(axis=0), every.max(axis=0)
+
+
+def plan_height(trace: xarray.Dataset) -> float:
+    """Height of a figure whose plan view fills its width [inches]."""
+    low, high = bounds(trace)
+    shape = (high[1] - low[1]) / max(high[0] - low[0], 1e-9)
+    wide = WIDTH - (0.6 if trace.sizes["robot"] <= MOST_DISTINCT else 1.4)
+    return float(np.clip(wide * shape, 1.2, 5.0)) + 1.4
+
+
+def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
+    """Paths on the plane: equal axes, obstacles to scale, the formation at a few moments."""
+    axes = figure.subplots()
+    moments = _moments(trace)
+    _plan(axes, trace, moments, links(trace))
+    _words(axes, trace, moments)
+    name_robots(figure, [axes], trace.sizes["robot"], _keys(trace), one_by_one=True)
+
+
+def pairs_height(trace: xarray.Dataset) -> float:
+    """Height of `pairs_view` [inches]."""
+    rows = -(-len(_pairs(trace)) // 2)
+    return 3.5 * rows + 1.2
+
+
+def pairs_view(figure: Figure, trace: xarray.Dataset) -> None:
+    """Paths in more than three axes: the shadow that all of it casts on planes of two axes each."""
+    pairs = _pairs(trace)
+    grid = figure.subplots(-(-len(pairs) // 2), 2, squeeze=False).ravel()
+    formations = links(trace)
+    for axes, pair in zip(grid, pairs, strict=False):
+        _plan(axes, trace.isel(axis=pair), [trace.sizes["time"] - 1], formations)
+    for axes in grid[len(pairs) :]:
+        axes.set_axis_off()
+    name_robots(figure, grid, trace.sizes["robot"], _keys(trace), one_by_one=True)
+
+
+def _pairs(trace: xarray.Dataset) -> list[list[int]]:
+    """Two axes for each panel, every axis at least once."""
+    last = trace.sizes["axis"] - 1
+    return [[first, first + 1] if first < last else [last - 1, last] for first in range(0, last + 1, 2)]
+
+
+def _plan(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: Formations) -> None:
+    """Paths along the two axes of a trace, with the formations at some samples."""
+    low, high = bounds(trace)
+    margin = 0.03 * float((high - low).max())
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal")
+    step = _step(float((high - low).max()))
+    axes.xaxis.set_major_locator(MultipleLocator(step))
+    axes.yaxis.set_major_locator(MultipleLocator(step))
+    across, up = trace["axis"].values
+    axes.set_xlabel(f"{across} [m]")
+    axes.set_ylabel(f"{up} [m]")
+
+    safe = safe_radius(trace).max(axis=0, initial=0.0)
+    for way, radius, clear, points in zip(
+        trace["obstacle_position"].values.swapaxes(0, 1),
+        trace["obstacle_radius"].values,
+        safe,
+        outlines(trace)[..., :2],
+        strict=True,
+    ):
+        _obstacle(axes, way, radius, clear, points)
+
+    q, target = trace["q"].values, trace["target_position"].values
+    for moment in moments:
+        rim = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
+        axes.add_patch(Circle(target[moment], float(trace.attrs["mission_radius"]), **rim, zorder=1.2))
+    _formations(axes, trace, moments, formations)
+    rows = _rows(len(q))
+    axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    _ways(axes, trace, rows)
+    _ends(axes, trace)
+
+
+def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array) -> None:
+    """An obstacle of a plan where it ends, with what keeps robots off it; where it moved also its way.
+
+    Args:
+        axes: Where to draw.
+        way: Its center at the samples, shape (T, 2) [m].
+        radius: Of a circle, 0 for another outline [m].
+        clear: How near avoidance lets a robot's center come to a circle's center, or to the outline [m].
+        points: Its outline relative to its center, shape (k, 2) [m]; not looked at where it is a circle.
+    """
+
+    def around(center: Array, beyond: float, **look: Any) -> None:
+        if radius > 0.0:
+            axes.add_patch(Circle((center[0], center[1]), beyond or radius, **look))
+        else:
+            axes.add_patch(Polygon(center + points + beyond * outward(2), closed=True, **look))
+
+    start, end = way[0], way[-1]
+    if (way != start).any():
+        axes.plot(*way[_rows(len(way))].T, color=palette.OBSTACLE, linewidth=1.0, linestyle=BOUND, zorder=1.9)
+        around(start, 0.0, color=palette.OBSTACLE, alpha=0.3, linewidth=0, zorder=1.8)
+    around(end, 0.0, color=palette.OBSTACLE, linewidth=0, zorder=2)
+    if clear > 0:
+        around(end, clear, color=palette.CONTACT, alpha=0.06, linewidth=0, zorder=0.9)
+        rim = {"fill": False, "color": palette.CONTACT, "linestyle": BOUND, "linewidth": 0.9}
+        around(end, clear, **rim, zorder=1.0)
+
+
+def space_view(figure: Figure, trace: xarray.Dataset) -> None:
+    """Paths in space, seen from the side of the target's way, with their shadows below."""
+    axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
+    low, high = bounds(trace)
+    middle, half = (low + high) / 2, np.maximum((high - low) / 2 * 1.03, 1e-3)
+    for name, center, size in zip("xyz", middle, half, strict=True):
+        getattr(axes, f"set_{name}lim")(center - size, center + size)
+        getattr(axes, f"set_{name}label")(f"{name} [m]")
+        getattr(axes, f"{name}axis").set_pane_color((0.97, 0.975, 0.98, 1.0))
+        ticks = int(np.clip(round(7 * size / half.max()), 2, 7))
+        getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(ticks))
+    axes.set_box_aspect(half, zoom=1.05)
+    axes.view_init(elev=22, azim=-62)
+    floor = middle[2] - half[2]
+
+    q, target = trace["q"].values, trace["target_position"].values
+    rows, count = _rows(len(q)), q.shape[1]
+    colors = palette.robot_colors(count)
+    for index, color in enumerate(colors if count <= MOST_LINES else ()):
+        x, y, _ = np.clip(q[rows, index][~lost(trace)[rows, index]], -RANGE, RANGE).T
+        axes.plot(x, y, floor, color=color, linewidth=0.5, alpha=0.25, zorder=1)
+    safe = safe_radius(trace).max(axis=0, initial=0.0)
+    for way, radius, clear, points in zip(
+        trace["obstacle_position"].values.swapaxes(0, 1),
+        trace["obstacle_radius"].values,
+        safe,
+        outlines(trace),
+        strict=True,
+    ):
+        center = way[-1]
+        if (way != center).any():
+            axes.plot(*way[rows].T, color=palette.OBSTACLE, linewidth=1.0, linestyle=BOUND, zorder=1.9)
+        if radius == 0.0:
+            _solid(axes, center + points, palette.OBSTACLE, 1.0, 2.1)
+            if clear > 0:
+                _solid(axes, center + points + clear * outward(3), palette.CONTACT, 0.08, 2.0)
+            continue
+        if clear > 0:
+            _ball(axes, center, clear, palette.CONTACT, 0.08, 2.0)
+        _ball(axes, center, radius, palette.OBSTACLE, 1.0, 2.1)
+    moments = sorted({_moments(trace)[(len(_moments(trace)) - 1) // 2], len(q) - 1})
+    for moment in moments:
+        _globe(axes, target[moment], float(trace.attrs["mission_radius"]))
+    _formations(axes, trace, moments, links(trace))
+    axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    _ways(axes, trace, rows)
+    _ends(axes, trace)
+    for artist in (*axes.lines, *axes.collections):
+        artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
+        artist.set_in_layout(False)
+    name_robots(figure, [axes], count, _keys(trace), one_by_one=True)
+
+
+def _step(span: float) -> float:
+    """A round distance between ticks, the same along every axis of a plan [m]."""
+    steps = MaxNLocator(12, steps=[1, 2, 5, 10]).tick_values(0.0, span)
+    return float(steps[1] - steps[0])
+
+
+def _width(count: int) -> float:
+    return 1.3 if count <= MOST_DISTINCT else 0.7
+
+
+def _rows(samples: int) -> NDArray[np.int64]:
+    return np.unique(np.linspace(0, samples - 1, min(samples, POINTS)).astype(np.int64))
+
+
+def _moments(trace: xarray.Dataset) -> list[int]:
+    """Samples at which to draw the formation: fewer where the circles would lie on each other."""
+    target = trace["target_position"].values
+    traveled = float(np.linalg.norm(np.diff(target, axis=0), axis=1).sum())
+    count = int(np.clip(1 + traveled // (0.8 * float(trace.attrs["mission_radius"])), 1, MOMENTS))
+    return np.linspace(0, len(target) - 1, count + 1).astype(int)[1:].tolist()
+
+
+def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: Formations) -> None:
+    """Links between neighbors and the robots' places at a few moments; of a crowd also where it starts."""
+    q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
+    crowd = q.shape[1] > MOST_LINES
+    for moment in [0, *moments] if crowd else moments:
+        pairs = q[moment][links_at(formations, moment)]
+        if len(pairs) and not crowd:
+            look: dict[str, Any] = {"colors": [ESCORT], "linewidths": 0.7, "alpha": 0.7, "zorder": 2.5}
+            lines = Line3DCollection if q.shape[2] == 3 else LineCollection
+            axes.add_collection(lines(pairs, **look))
+        if crowd:
+            dots: dict[str, Any] = {"s": 4.0, "linewidths": 0, "zorder": 3.6}
+            here = ~gone[moment]
+            dots["c"] = np.array(palette.robot_colors(q.shape[1]))[here]
+            axes.scatter(*q[moment, here].T, **dots)
+        if crowd or moment == moments[-1] or q.shape[1] > MOST_DISTINCT:
+            continue
+        for index, color in enumerate(palette.robot_colors(q.shape[1])):
+            if gone[moment, index]:
+                continue
+            axes.plot(*q[moment, index][:, None], "o", color=color, markersize=3.0, zorder=3.6)
+
+
+def _ways(axes: Axes, trace: xarray.Dataset, rows: NDArray[np.int64]) -> None:
+    """Every robot's path, none of a crowd's; gray and faint from where it was lost, to the picture's rim."""
+    q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
+    if q.shape[1] > MOST_LINES:
+        return
+    low, high = bounds(trace)
+    width = _width(q.shape[1])
+    for index, color in enumerate(palette.robot_colors(q.shape[1])):
+        kept = rows[~gone[rows, index]]
+        axes.plot(*q[kept, index].T, color=color, linewidth=width, zorder=3.5)
+        drift = q[rows[gone[rows, index]], index]
+        if len(drift):
+            outside = ((drift < low) | (drift > high)).any(axis=1)
+            seen = drift[: int(np.argmax(outside)) if outside.any() else len(drift)]
+            axes.plot(*seen.T, color=LOST, linewidth=0.8, zorder=3.4)
+
+
+def _ends(axes: Axes, trace: xarray.Dataset) -> None:
+    """Start and end of every path."""
+    q, target = np.clip(trace["q"].values, -RANGE, RANGE), trace["target_position"].values
+    size = 6.5 if q.shape[1] <= MOST_DISTINCT else 3.5
+    known = (~lost(trace)).sum(axis=0)
+    colors = palette.robot_colors(q.shape[1]) if q.shape[1] <= MOST_LINES else ()
+    for path, color, scale in [
+        (target, palette.TARGET, 1.1),
+        *((q[: known[i] or 1, i], color, 1.0) for i, color in enumerate(colors)),
+    ]:
+        start, end = path[0][:, None], path[-1][:, None]
+        axes.plot(
+            *start, "o", color="white", markeredgecolor=color, markersize=0.75 * size * scale, zorder=3.8
+        )
+        shape = "o" if len(path) == len(q) else "x"
+        (mark,) = axes.plot(*end, shape, color=color, markersize=size * scale, zorder=4.0, clip_on=False)
+        mark.set_in_layout(False)
+
+
+def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
+    """The time of each formation, beside its target."""
+    for moment in moments:
+        axes.annotate(
+            f"{float(trace['time'][moment]):.4g} s",
+            trace["target_position"].values[moment],
+            xytext=(0, 6),
+            textcoords="offset points",
+            ha="center",
+            fontsize=7.0,
+            color="#333333",
+            zorder=5,
+            path_effects=[Stroke(linewidth=2.0, foreground="white"), Normal()],
+        )
+
+
+def _keys(trace: xarray.Dataset) -> list[Key]:
+    """Legend entries of what is no robot."""
+    dot: dict[str, Any] = {"linestyle": "none", "marker": "o"}
+    keys: list[Key] = [
+        ("target", Line2D([], [], color=palette.TARGET)),
+        ("start", Line2D([], [], **dot, color="#555555", markerfacecolor="white", markersize=5)),
+        ("end", Line2D([], [], **dot, color="#555555", markersize=6.5)),
+        ("escort radius", Line2D([], [], color=ESCORT, linestyle=(0, (1, 2)))),
+    ]
+    keys += lost_keys(trace)
+    if trace.sizes["obstacle"]:
+        keys.append(("obstacle", Line2D([], [], **dot, color=palette.OBSTACLE, markersize=7)))
+        if float(trace.attrs["safe_distance"]) > 0:
+            rim = Line2D([], [], color=palette.CONTACT, linestyle=BOUND)
+            shade = Patch(color=palette.CONTACT, alpha=0.15, linewidth=0)
+            keys.append(("safe distance", shade if trace.sizes["axis"] == 3 else rim))
+    return keys
+
+
+def _sphere(center: Array, radius: float, fine: int) -> tuple[Array, Array, Array]:
+    around, down = np.meshgrid(np.linspace(0, 2 * np.pi, 2 * fine + 1), np.linspace(0, np.pi, fine + 1))
+    unit = np.sin(down) * np.cos(around), np.sin(down) * np.sin(around), np.cos(down)
+    x, y, z = (c + radius * u for c, u in zip(center, unit, strict=True))
+    return x, y, z
+
+
+def _ball(
+    axes: Axes3D, center: Array, radius: float, color: palette.Color, alpha: float, zorder: float
+) -> None:
+    looks: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0, "zorder": zorder, "shade": False}
+    axes.plot_surface(*_sphere(center, radius, 16), **looks, rstride=1, cstride=1)
+
+
+def _solid(axes: Axes3D, points: Array, color: palette.Color, alpha: float, zorder: float) -> None:
+    """A shape by the points around it, lit from the side, or an even halo of it."""
+    grid = points.reshape(*OUTLINE_POINTS[3], 3)
+    looks: dict[str, Any] = {"color": color, "alpha": alpha, "linewidth": 0, "zorder": zorder}
+    axes.plot_surface(*np.moveaxis(grid, -1, 0), **looks, shade=alpha == 1.0)
+
+
+def _globe(axes: Axes3D, center: Array, radius: float) -> None:
+    """The escort sphere as three great circles."""
+    angle = np.linspace(0, 2 * np.pi, 91)
+    ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle])
+    for order in ([0, 1, 2], [0, 2, 1], [2, 0, 1]):
+        x, y, z = center[:, None] + radius * ring[order]
+        axes.plot(x, y, z, color=ESCORT, linewidth=0.8, linestyle=(0, (1, 2)), zorder=1.5)
+
+
+__all__ = ["bounds", "pairs_height", "pairs_view", "plan_height", "plan_view", "space_view"]

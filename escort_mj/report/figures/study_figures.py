@@ -1,0 +1,93 @@
+"""Figures of a study: heat maps, curves with bands, intervals, and safety against precision and effort."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple
+
+from escort_mj.record.folder import FIGURES
+from escort_mj.report.figures import heat_maps, study_curves, tradeoff
+from escort_mj.study.sweeps.quantities import EFFORT, PASSED, PRECISION, SAFETY
+from escort_mj.study.sweeps.results import Factor, Results
+
+DRAWN = (PASSED, PRECISION, SAFETY, EFFORT)
+MOST_MAPS = 3  # pairs of factors
+BANDS = "share of runs that pass with its exact 95 % interval, medians with that of the median."
+TOGETHER = " Levels of everything else are taken together."
+TRADEOFF = (
+    "Safety against precision, one mark per cell (medians). Ringed: no other cell is as good in safety, "
+    "precision and effort at once. Dashed: the front of safety and precision alone."
+)
+
+
+class Drawn(NamedTuple):
+    """A figure that was drawn.
+
+    Attributes:
+        path: The file.
+        words: What it shows, and how it is to be read.
+    """
+
+    path: Path
+    words: str
+
+
+def draw_study(
+    results: Results, folder: Path, compare: str | None = None, formats: Sequence[str] = ("svg",)
+) -> list[Drawn]:
+    """Draws every figure that a study has data for.
+
+    Args:
+        results: The study's.
+        folder: Where they go, into its `figures/`.
+        compare: The factor whose levels are told apart by color; None for what `Results.compared` finds.
+        formats: File formats: `svg`, `png`, `pdf`.
+
+    Returns:
+        What was drawn, in the first of the formats.
+
+    Raises:
+        UsageError: If there is no such factor.
+        WriteError: If a file cannot be written.
+    """
+    by, drawn = results.compared(compare), []
+    quantities = results.known(DRAWN)
+    for suffix in reversed(formats):
+        drawn = list(_all(results, folder / FIGURES, suffix, by, quantities))
+    return drawn
+
+
+def _all(
+    results: Results, folder: Path, suffix: str, by: Factor | None, quantities: list[str]
+) -> list[Drawn]:
+    """Every figure in one format."""
+    drawn = []
+
+    def add(name: str, words: str) -> Path:
+        drawn.append(Drawn(folder / f"{name}.{suffix}", words))
+        return drawn[-1].path
+
+    others = [f for f in results.factors.values() if f is not by and len(f.levels) > 1]
+    laid_out = [factor for factor in others if not factor.drawn]
+    for factor in (f for f in others if f.numbers):
+        words = f"Against {factor.name}: {BANDS}" + TOGETHER * (len(others) > 1)
+        study_curves.draw_curves(add(f"curves_{factor.name}", words), results, factor, by, quantities)
+    pairs = [(x, y, by) for x, y in combinations(laid_out, 2)]
+    if not pairs and by is not None and laid_out:
+        pairs = [(laid_out[0], by, None)]
+    for x, y, panels in pairs[:MOST_MAPS]:
+        for quantity in quantities:
+            words = (
+                f"{heat_maps.heading(quantity)} over {x.name} and {y.name}; the brighter the better."
+                + TOGETHER * (len(laid_out) > 2)
+            )
+            name = f"map_{quantity}_{x.name}_{y.name}"
+            heat_maps.draw_map(add(name, words), results, quantity, x, y, panels)
+    if not any(factor.numbers for factor in others):
+        words = f"Each cell: {BANDS}"
+        study_curves.draw_intervals(add("intervals", words), results, by, quantities)
+    if {SAFETY, PRECISION} <= set(quantities):
+        tradeoff.draw_tradeoff(add("tradeoff", TRADEOFF), results, by)
+    return drawn

@@ -1,0 +1,142 @@
+"""One style for every figure: figures as objects, never matplotlib's global state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from escort_mj import palette
+from escort_mj.record.files import make_folder, replaced
+from escort_mj.report.figures.letters import FONT, spell, take_literally
+
+WIDTH = 7.2  # inches: two columns of a journal page
+DPI = 200
+LEGEND_LETTERS = 104  # that fit side by side in a legend
+TITLE = 10.0
+FAILED = palette.from_hex("B00020")
+
+Key = tuple[str, Any]
+"""A legend entry: its words, and an artist, or artists drawn on each other."""
+
+_STYLE: Any = {
+    "font.family": FONT,
+    "font.size": 8.5,
+    "axes.titlesize": 9.0,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "#E3E5E8",
+    "grid.linewidth": 0.6,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "xtick.labelcolor": "#222222",
+    "ytick.labelcolor": "#222222",
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "lines.linewidth": 1.1,
+    "lines.solid_capstyle": "round",
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 1.4,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "figure.constrained_layout.use": True,
+    "agg.path.chunksize": 20000,
+    "svg.hashsalt": "escort_mj",  # the same figure, the same file
+}
+
+
+@contextmanager
+def figure(path: Path, height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Figure]:
+    """A figure in this project's style, saved when the block ends.
+
+    Args:
+        path: Where to save it; the suffix chooses the format.
+        height: In inches.
+        title: Name of the scenario and what is shown.
+        note: What a reader must know of the run, such as that it diverged; drawn in red.
+        width: In inches.
+
+    Raises:
+        WriteError: If it cannot be saved; an earlier file of that name stays.
+    """
+    with matplotlib.rc_context(_STYLE):
+        canvas = Figure(figsize=(width, height), dpi=DPI)
+        FigureCanvasAgg(canvas)
+        line = 1.5 * TITLE / 72 / height
+        canvas.text(0.01, 1.0 - 0.4 * line, title, va="top", fontsize=TITLE, fontweight="bold")
+        if note:
+            canvas.text(0.01, 1.0 - 1.3 * line, note, va="top", fontsize=8.5, color=FAILED, fontweight="bold")
+        below = 1.0 - line * (2.3 if note else 1.4)
+        canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, below))
+        yield canvas
+        spell(canvas)
+        take_literally(canvas)
+        make_folder(path.parent)
+        kind = path.suffix.removeprefix(".")
+        with replaced(path) as temporary:
+            canvas.savefig(
+                temporary, format=kind, dpi=DPI, metadata={"Date": None} if kind == "svg" else None
+            )
+
+
+def name_robots(
+    figure: Figure, axes: Iterable[Axes], count: int, others: Sequence[Key] = (), one_by_one: bool = False
+) -> None:
+    """Says which color is which robot, outside of every panel: entries, or a color bar for a large team.
+
+    Args:
+        figure: The figure.
+        axes: Its panels, beside which a color bar may stand.
+        count: Number of robots.
+        others: Further legend entries: words, and one artist or several on top of each other.
+        one_by_one: Whether robots have their colors in a crowd, too.
+    """
+    keys = list(others)
+    if count > palette.MOST_LINES and not one_by_one:
+        pass
+    elif count <= palette.MOST_DISTINCT:
+        keys = robot_keys(count) + keys
+    else:
+        ramp = ScalarMappable(Normalize(0.5, count + 0.5), ListedColormap(palette.robot_colors(count)))
+        bar = figure.colorbar(ramp, ax=list(axes), fraction=0.025, pad=0.01, aspect=40)
+        bar.set_label("robot")
+        bar.outline.set_visible(False)
+    legend(figure, keys)
+
+
+def legend(figure: Figure, keys: Sequence[Key]) -> None:
+    """A legend below every panel, in rows that fit the figure's width."""
+    if keys:
+        words, handles = zip(*keys, strict=True)
+        figure.legend(handles, words, loc="outside lower center", ncols=_columns(words), columnspacing=1.3)
+
+
+def robot_keys(count: int) -> list[Key]:
+    """One legend entry per robot."""
+    colors = palette.robot_colors(count)
+    return [(f"robot {i}", Line2D([], [], color=color, linewidth=2.0)) for i, color in enumerate(colors, 1)]
+
+
+def _columns(words: Sequence[str]) -> int:
+    """Columns of a legend that fits the figure's width, in rows as even as can be."""
+    widest = max(len(word) for word in words) + 5.0
+    rows = -(-len(words) // max(int(LEGEND_LETTERS / widest), 1))
+    return -(-len(words) // rows)

@@ -1,0 +1,171 @@
+"""Figures over time: the paper's four panels, and the forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from escort_mj import palette
+from escort_mj.record.evenness import energy_ratios, lost
+from escort_mj.report.figures.curves import (
+    BOUND,
+    TWIN,
+    curve_keys,
+    draw_curves,
+    limit_line,
+    log_scale,
+    running_mean,
+    running_rms,
+    timeline,
+)
+from escort_mj.report.figures.losses import lost_keys
+from escort_mj.report.figures.style import Key, name_robots
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+MOST_LIMITS = 4  # wanted distances that have a line each
+NO_LIMIT = 1e100  # [N]; the trace writes 1e300 where a motor has no limit
+
+
+def panels(figure: Figure, trace: xarray.Dataset) -> None:
+    """The paper's figs. 5, 6, 8, 12, 13, 15: distances to target and neighbors, and tracking errors."""
+    count = trace.sizes["robot"]
+    colors = palette.robot_colors(count)
+    time = trace["time"].values
+    grid = figure.subplots(3, 2, sharex=True, height_ratios=(1.25, 0.8, 1.25))
+    radius, spacing = np.array([trace.attrs["mission_radius"]], float), trace["spacing"].values
+
+    offset = trace["q"].values - trace["target_position"].values[:, None]
+    distance = np.linalg.norm(offset, axis=2)
+    ends, edges = _neighbors(trace)
+    gone = lost(trace)
+    _above_and_below(grid[:2, 0], time, distance, radius, colors, "(a) Distance to the target", "R", gone)
+    if gone.any():
+        _nearest_robot(grid[0, 1], trace, colors)
+        _evenness(grid[1, 1], trace)
+        ends = ends[:0]
+    elif len(ends):
+        pairs, name = _edge_colors(ends, colors), "(b) Distance between neighbors"
+        _above_and_below(grid[:2, 1], time, edges, spacing, pairs, name, "ℓ")
+    else:
+        _nearest_robot(grid[0, 1], trace, colors)
+        grid[1, 1].set_axis_off()
+    for axes, name, title, unit in (
+        (grid[2, 0], "e", "(c) Position tracking error |e|", "m"),
+        (grid[2, 1], "e_dot", "(d) Velocity tracking error |ė|", "m/s"),
+    ):
+        error = np.linalg.norm(trace[name].values, axis=2)
+        error[1:][gone[:-1]] = np.nan  # nobody asks a lost robot to follow
+        draw_curves(axes, time, error, colors, running_rms, lost=gone)
+        axes.set_title(title)
+        axes.set_ylabel(unit)
+        log_scale(axes)
+        axes.set_xlabel("time [s]")
+    timeline(grid.ravel(), time)
+    keys: list[Key] = [("wanted", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))]
+    keys += curve_keys(count, "running rms")
+    if count <= palette.MOST_DISTINCT:
+        if len(ends):
+            both = [
+                Line2D([], [], color=colors[i], linestyle=dash)
+                for i, dash in zip(ends[0], ("-", TWIN), strict=True)
+            ]
+            keys.append((f"neighbors {ends[0, 0] + 1}, {ends[0, 1] + 1}", tuple(both)))
+    keys += lost_keys(trace)
+    name_robots(figure, grid.ravel(), count, keys)
+
+
+def _above_and_below(
+    pair: NDArray[np.object_],
+    time: Array,
+    values: Array,
+    wanted: Array,
+    colors: Sequence[Any],
+    title: str,
+    symbol: str,
+    gone: Flags | None = None,
+) -> None:
+    """Distances as they are, and below how far they are from the wanted ones, down to millimeters."""
+    above, below = pair
+    above.set_title(title)
+    draw_curves(above, time, values, colors, lost=gone)
+    lines = np.unique(np.round(wanted, 3))
+    for value in lines if len(lines) <= MOST_LIMITS else [float(np.median(wanted))]:
+        limit_line(above, float(value), f"{symbol} = {value:.4g}")
+    above.set_ylabel("m")
+    above.set_ylim(bottom=0.0)
+    if gone is not None and gone.any():
+        above.set_ylim(top=1.4 * float(values[~gone].max()))
+    draw_curves(below, time, np.abs(values - wanted), colors, running_rms, lost=gone)
+    below.set_ylabel(f"from {symbol} [m]")
+    log_scale(below)
+
+
+def _nearest_robot(axes: Axes, trace: xarray.Dataset, colors: Sequence[palette.Color]) -> None:
+    """What stands in for neighbors where the mission has no formation."""
+    if "robot_distance_min" not in trace:
+        axes.set_axis_off()
+        return
+    axes.set_title("(b) Distance to the nearest robot")
+    distance, gone = trace["robot_distance_min"].values, lost(trace)
+    draw_curves(axes, trace["time"].values, distance, colors, lost=gone)
+    axes.set_ylabel("m")
+    axes.set_ylim(0.0, 1.4 * float(distance[~gone].max()) if gone.any() else None)
+
+
+def _evenness(axes: Axes, trace: xarray.Dataset) -> None:
+    """How much more energy the directions of the robots that are left have than the least of that many."""
+    ratios = energy_ratios(trace)
+    if ratios is None:
+        axes.set_axis_off()
+        return
+    draw_curves(axes, trace["time"].values, np.abs(ratios - 1.0)[:, None], [palette.TARGET])
+    axes.set_ylabel("energy above\nleast [share]")
+    log_scale(axes)
+
+
+def forces(figure: Figure, trace: xarray.Dataset) -> None:
+    """Forces that the motors applied, one panel per axis as each axis has its motor, with the limit."""
+    time, count = trace["time"].values, trace.sizes["robot"]
+    limits = trace["force_limit"].values
+    limits = np.unique(limits[limits < NO_LIMIT])
+    grid = np.atleast_1d(figure.subplots(trace.sizes["axis"], 1, sharex=True, sharey=True))
+    for axes, name in zip(grid, trace["axis"].values, strict=True):
+        values = trace["force"].sel(axis=name).values
+        draw_curves(axes, time, values, palette.robot_colors(count), running_mean, lost=lost(trace))
+        for limit in limits[:3]:
+            limit_line(axes, float(limit), f"{limit:.4g} N")
+            limit_line(axes, -float(limit), f"-{limit:.4g} N")
+        axes.set_title(f"Force along {name}")
+        axes.set_ylabel("N")
+        if len(limits):
+            axes.set_ylim(-1.08 * limits.max(), 1.08 * limits.max())
+    timeline(grid, time)
+    keys: list[Key] = [("limit", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))] if len(limits) else []
+    keys += curve_keys(count, "running mean")
+    keys += lost_keys(trace)
+    name_robots(figure, grid, count, keys)
+
+
+def _neighbors(trace: xarray.Dataset) -> tuple[NDArray[np.int64], Array]:
+    """Neighbors as indices, shape (edges, 2), and their distances, shape (T, edges) [m]."""
+    ends = trace["neighbors"].values.astype(np.int64) - 1
+    q = trace["q"].values
+    return ends, np.linalg.norm(q[:, ends[:, 0]] - q[:, ends[:, 1]], axis=2)
+
+
+def _edge_colors(ends: NDArray[np.int64], colors: list[palette.Color]) -> list[tuple[palette.Color, ...]]:
+    """Both ends' colors for each pair of neighbors; one is enough in a large team."""
+    if len(colors) > palette.MOST_DISTINCT:
+        return [(colors[i],) for i, _ in ends]
+    return [(colors[i], colors[j]) for i, j in ends]

@@ -1,0 +1,131 @@
+"""The figure of what the simulator knows and the law does not: mass, reference torque, Lyapunov function."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from escort_mj import palette
+from escort_mj.report.figures.curves import (
+    curve_keys,
+    draw_curves,
+    log_scale,
+    running_mean,
+    running_rms,
+    thin,
+    timeline,
+)
+from escort_mj.report.figures.style import Key, name_robots
+
+if TYPE_CHECKING:
+    import xarray
+
+SECOND: Any = (0, (3, 1.5))  # the estimate beside the true torque, the largest eigenvalue beside the least
+PLAYS_A_PART = 1e-9  # share of the largest cause; a smaller one is rounding
+REFERENCE: Any = {
+    "linewidth": 0.6,
+    "alpha": 0.8,
+    "zorder": 1.9,
+}  # noise makes it jump: it stands behind the others
+LEGEND_ROOM = 0.35  # of the panel of causes, above its curves
+
+
+def truth_height(trace: xarray.Dataset) -> float:
+    """Height of the figure [inches]."""
+    return 7.6 if "lyapunov" in trace else 3.4
+
+
+def truth(figure: Figure, trace: xarray.Dataset) -> None:
+    """Bounds of the mass matrix, reference torque beside its estimate, V1, and why V1 changes."""
+    time, count = trace["time"].values, trace.sizes["robot"]
+    colors = palette.robot_colors(count)
+    rows = [["mass", "torque"]]
+    if "lyapunov" in trace:
+        rows += [["value", "value"], ["causes", "causes"]]
+    panels = figure.subplot_mosaic(cast(Any, rows), sharex=True, height_ratios=[1.0, 1.0, 1.25][: len(rows)])
+    _masses(panels["mass"], trace, colors)
+    _torques(panels["torque"], trace, colors)
+    if "lyapunov" in trace:
+        axes = panels["value"]
+        draw_curves(axes, time, trace["lyapunov"].values, colors, running_mean)
+        axes.set_title("(c) Each robot's share of the Lyapunov function V1")
+        axes.set_ylabel("J")
+        log_scale(axes)
+        _causes(panels["causes"], trace)
+    bottom = [panels[name] for name in rows[-1]]
+    timeline(panels.values(), time)
+    for axes in bottom:
+        axes.set_xlabel("time [s]")
+    grey: dict[str, Any] = {"color": "#777777", "linewidth": 1.3}
+    keys: list[Key] = [
+        ("largest eigenvalue, estimate", Line2D([], [], linestyle=SECOND, **grey)),
+        ("least eigenvalue, true torque", Line2D([], [], **grey)),
+    ]
+    keys += curve_keys(count, "running rms (b), mean (c)")
+    name_robots(figure, panels.values(), count, keys)
+
+
+def _dashed(axes: Axes, trace: xarray.Dataset, values: np.ndarray, colors: list[palette.Color]) -> None:
+    """One dashed curve per robot over those that are there; of a crowd the median."""
+    if len(colors) > palette.MOST_LINES:
+        values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
+    for column, color in enumerate(colors):
+        axes.plot(
+            *thin(trace["time"].values, values[:, column]), color=color, linestyle=SECOND, linewidth=0.9
+        )
+
+
+def _masses(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> None:
+    """Least and largest eigenvalue of each robot's mass matrix, and what its differences say."""
+    eigenvalues = np.linalg.eigvalsh(trace["mass_matrix"].values)
+    draw_curves(axes, trace["time"].values, eigenvalues[..., 0], colors)
+    _dashed(axes, trace, eigenvalues[..., -1], colors)
+    axes.set_title("(a) Mass matrix: eigenvalues")
+    axes.set_ylabel("kg")
+    axes.set_ylim(0.0, 1.6 * float(eigenvalues.max()))
+    axes.yaxis.set_major_locator(MaxNLocator(5))
+    skew, coriolis = (float(trace[name].max()) for name in ("skew_residual", "coriolis_residual"))
+    words = f"Ṁ - 2C: symmetric part ≤ {skew:.1g} kg/s\nCv + g: off MuJoCo's bias by ≤ {coriolis:.1g} N"
+    axes.text(0.03, 0.96, words, transform=axes.transAxes, va="top", fontsize=7.5)
+
+
+def _torques(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> None:
+    """The true reference torque's size beside its estimate's."""
+    draw_curves(
+        axes,
+        trace["time"].values,
+        np.linalg.norm(trace["reference_torque"].values, axis=2),
+        colors,
+        running_rms,
+    )
+    _dashed(axes, trace, np.linalg.norm(trace["rho_hat"].values, axis=2), colors)
+    axes.set_title("(b) Reference torque |ρ|")
+    axes.set_ylabel("N")
+    log_scale(axes)
+
+
+def _causes(axes: Axes, trace: xarray.Dataset) -> None:
+    """How fast each cause changes the whole team's V1; those that play no part are left out."""
+    time, total = trace["time"].values, trace["lyapunov_change"].sum("robot").values
+    axes.set_title("(d) Rate of the team's V1 by cause (absolute; in brackets: total)")
+    axes.set_ylabel("W")
+    if len(time) < 2:
+        return
+    size = float(np.abs(total).max(initial=0.0))
+    for index, (cause, color) in enumerate(zip(trace["cause"].values, palette.CAUSES, strict=True)):
+        if np.abs(total[:, index]).max() <= PLAYS_A_PART * size:
+            continue
+        rate = np.abs(running_mean(time[1:], np.diff(total[:, index]) / np.diff(time)))
+        words = f"{str(cause).replace('_', '-')} ({total[-1, index]:+.3g} J)"
+        axes.plot(
+            *thin(time[1:], rate), color=color, label=words, **(REFERENCE if cause == "reference" else {})
+        )
+    log_scale(axes)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high * (high / low) ** LEGEND_ROOM)
+    axes.legend(loc="upper right", ncols=3)

@@ -1,0 +1,200 @@
+"""Tables of a study: what happened how often in each cell, medians and means, and levels compared."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from html import escape
+from pathlib import Path
+
+from escort_mj.record.files import comma_separated, write_text
+from escort_mj.report.figures.scales import number
+from escort_mj.report.pages.html import Text, table
+from escort_mj.study.sweeps.design import Planned
+from escort_mj.study.sweeps.quantities import (
+    COLLIDED,
+    COMPLETED,
+    EFFORT,
+    PASSED,
+    PRECISION,
+    QUANTITIES,
+    RATES,
+    SAFETY,
+    VALUES,
+)
+from escort_mj.study.sweeps.results import Factor, Results
+from escort_mj.study.sweeps.statistics import Interval, Rate, Summary
+
+SHOWN = (PRECISION, "settling_time", SAFETY, EFFORT, "force_rms", "chattering")
+MOST_CELLS = 500  # rows of a table
+HEADS = {PASSED: "passed", COMPLETED: "completed", COLLIDED: "contacts"}
+STATISTICS = ("known", "never", "mean", "mean_low", "mean_high", "median", "median_low", "median_high")
+
+COMPARING = """
+Pairs have the same seed and the same level of everything else; differences are the level's value minus the
+first level's. Pairs of one {block} are not independent, so {block}s are what is drawn again for intervals and
+what Wilcoxon's test ranks. Dominance is the share of pairs in which the level's value is the larger one,
+minus the share in which it is the smaller one (Cliff's delta of paired data, from -1 to 1): it needs no
+common scale over cells, and counts never. p is adjusted for the number of levels (Holm).
+"""
+
+
+def run_cell(results: Results, run: Planned) -> list[Text]:
+    """A run's cell and seed."""
+    words = results.title(run.cell) or "all runs"
+    return [Text(f"{run.cell}: {words}", run.cell), Text(str(run.seed), run.seed, kind="number")]
+
+
+def number_cell(value: float, unit: str = "") -> Text:
+    """A number, sorted by its value."""
+    return Text(number(value, unit), value, kind="number")
+
+
+def with_interval(value: float, interval: Interval) -> Text:
+    """A number and its interval."""
+    words = number(value)
+    if not math.isnan(interval.low):
+        words += f" [{number(interval.low)}, {number(interval.high)}]"
+    return Text(words, value, kind="number")
+
+
+def shown_rate(happened: Rate) -> str:
+    """A share with its interval, in percent."""
+    if not happened.of:
+        return "unknown"
+    low, high = (f"{100 * end:.0f}" for end in happened.interval)
+    return f"{100 * happened.share:.0f} % [{low}, {high}]"
+
+
+def cell_rates(results: Results) -> str:
+    """How often runs of each cell passed, completed, and touched something."""
+    head = [
+        ("cell", ""),
+        *((factor.title, "") for factor in results.factors.values()),
+        ("runs", "made of asked for"),
+    ]
+    head += [(HEADS[name], QUANTITIES[name].meaning) for name in RATES]
+    rows = []
+    for index in _cells(results):
+        made, asked = results.rate(PASSED, index).of, len(results.of_cell(PASSED, index))
+        row = [
+            *_named(results, index),
+            Text(str(made) if made == asked else f"{made} of {asked}", made, kind="number"),
+        ]
+        for name in RATES:
+            happened = results.rate(name, index)
+            row.append(Text(shown_rate(happened), happened.share, kind="number"))
+        rows.append(row)
+    return table(f"How often, with exact 95 % intervals{_cut(results)}", head, rows)
+
+
+def cell_values(results: Results, quantities: Sequence[str]) -> str:
+    """Median and mean of quantities in each cell."""
+    head = [("cell", ""), *((factor.title, "") for factor in results.factors.values())]
+    for name in quantities:
+        unit = "" if VALUES[name].unit == "1" else f" [{VALUES[name].unit}]"
+        head += [(f"{name}{unit}, median", VALUES[name].meaning), ("mean", VALUES[name].meaning)]
+    rows = []
+    for index in _cells(results):
+        row = _named(results, index)
+        for name in quantities:
+            found = results.summary(name, index)
+            row += [with_interval(found.median, found.median_interval), _mean(found)]
+        rows.append(row)
+    return table(f"Medians and means, with 95 % bootstrap intervals{_cut(results)}", head, rows)
+
+
+def _mean(found: Summary) -> Text:
+    """A mean; how many it leaves out."""
+    cell = with_interval(found.mean, found.mean_interval)
+    return cell._replace(shown=f"{cell.shown}, never {found.never} of {found.known}") if found.never else cell
+
+
+def _cells(results: Results) -> range:
+    return range(min(len(results.cells), MOST_CELLS))
+
+
+def _cut(results: Results) -> str:
+    more = len(results.cells) > MOST_CELLS
+    return f"; the first {MOST_CELLS} of {len(results.cells)} cells, all are in cells.csv" if more else ""
+
+
+def _named(results: Results, index: int) -> list[Text]:
+    """A cell's number and levels."""
+    row = [Text(str(index), index)]
+    for name, factor in results.factors.items():
+        level = int(results.level_of_cell[name][index])
+        value = factor.numbers[level] if factor.numbers else level
+        row.append(Text(factor.levels[level], value, kind="number" if factor.numbers else ""))
+    return row
+
+
+def comparison_tables(results: Results, factor: Factor | None, quantities: Sequence[str]) -> Iterator[str]:
+    """Each level of a factor against its first."""
+    if factor is None or len(factor.levels) < 2:
+        return
+    yield f"<h2>Compared: {escape(factor.name)}</h2>"
+    yield f"<p class=soft>{escape(COMPARING.strip().format(block=results.block))}</p>"
+    head = [
+        ("quantity", ""),
+        ("level", ""),
+        ("pairs", f"pairs, and independent {results.block}s that they come from"),
+        ("mean difference", "level minus first, with its 95 % interval"),
+        ("dominance", "share of pairs larger minus share smaller, with its 95 % interval"),
+        ("better", "where the interval of the dominance excludes nought"),
+        ("p", "Wilcoxon, adjusted (Holm)"),
+    ]
+    rows = []
+    for quantity, first, level, found, p in results.comparisons(factor, [*results.known(RATES), *quantities]):
+        unit = QUANTITIES[quantity].unit
+        notes = [f"{found.unpaired} without a value"] if found.unpaired else []
+        notes += [f"{found.never} with never"] if found.never else []
+        pairs = f"{found.pairs} of {found.blocks} {results.block}s" + (
+            f" ({', '.join(notes)})" if notes else ""
+        )
+        rows.append(
+            [
+                Text(quantity + ("" if unit == "1" else f" [{unit}]"), kind="word"),
+                Text(f"{level} - {first}", kind="word"),
+                Text(pairs, found.pairs),
+                with_interval(found.difference, found.interval),
+                with_interval(found.dominance, found.dominance_interval),
+                Text(_better(quantity, first, level, found.dominance_interval)),
+                Text("-" if math.isnan(p) else f"{p:.2g}", p, kind="number"),
+            ]
+        )
+    yield table(f"Levels of {factor.name} against {factor.levels[0]}", head, rows)
+
+
+def _better(quantity: str, first: str, level: str, dominance: Interval) -> str:
+    """Which level is better, where that can be told."""
+    if math.isnan(dominance.low) or dominance.low <= 0.0 <= dominance.high:
+        return "-"
+    larger = dominance.low > 0.0
+    return level if larger == QUANTITIES[quantity].more_is_better else first
+
+
+def write_cells(results: Results, path: Path) -> None:
+    """Writes every statistic of every cell as comma-separated values, in SI units, for other programs."""
+    known = results.known(VALUES)
+    head = ["cell", *results.factors, "runs"]
+    head += [f"{name}_{part}" for name in RATES for part in ("times", "of", "share", "low", "high")]
+    head += [f"{name}_{part}" for name in known for part in STATISTICS]
+    lines: list[list[object]] = [[*head]]
+    for index in range(len(results.cells)):
+        line: list[object] = [index, *results.labels(index).values(), results.rate(PASSED, index).of]
+        for name in RATES:
+            happened = results.rate(name, index)
+            line += [happened.times, happened.of, happened.share, *happened.interval]
+        for name in known:
+            found = results.summary(name, index)
+            line += [
+                found.known,
+                found.never,
+                found.mean,
+                *found.mean_interval,
+                found.median,
+                *found.median_interval,
+            ]
+        lines.append(["" if isinstance(cell, float) and math.isnan(cell) else cell for cell in line])
+    write_text(path, comma_separated(lines))

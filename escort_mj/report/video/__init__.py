@@ -1,0 +1,1 @@
+"""Videos of runs, and clips around the worst moment."""

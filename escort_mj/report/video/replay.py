@@ -1,0 +1,214 @@
+"""A recorded run as plain arrays in space, to be read at any time between its samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import RenderError
+from escort_mj.record.episodes import touched
+from escort_mj.record.evenness import lost
+from escort_mj.report.figures.losses import links
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Moment:
+    """The mission at one time.
+
+    Attributes:
+        time: [s].
+        sample: Index of the sample at or before this time.
+        share: How far the time is from that sample to the next, 0..1.
+        qpos: MuJoCo's generalized positions.
+        robots: Positions, shape (n, 3) [m].
+        target: Position, shape (3,) [m].
+        obstacles: Centers, shape (m, 3) [m].
+    """
+
+    time: float
+    sample: int
+    share: float
+    qpos: Array
+    robots: Array
+    target: Array
+    obstacles: Array
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What a video needs of a run.
+
+    Planar missions happen at one height, that of their robots' centers; of missions in more than three axes
+    this is what happens along x, y, z (see `stages.py` for the rest).
+
+    Attributes:
+        time: Times of the samples, shape (T,) [s].
+        qpos: MuJoCo's generalized positions, shape (T, coordinates).
+        robots: Positions, shape (T, n, 3) [m].
+        target: Positions, shape (T, 3) [m].
+        target_coordinates: The same in all axes of the mission, shape (T, p) [m].
+        avoiding: Whether obstacle avoidance rules a robot, shape (T, n).
+        touching: Whether a robot touched something since the previous sample, shape (T, n).
+        robot_radius: Shape (n,) [m].
+        target_radius: [m].
+        obstacles: Centers, shape (T, m, 3) [m].
+        obstacle_radius: Shape (m,) [m].
+        outlines: Points around each, relative to its center, shape (m, k, 3) [m]; (m, 0, 3) where all are
+            spheres.
+        safe_radius: How near to each obstacle's center a robot's center may come, shape (m,) [m].
+        radius: Distance to keep from the target [m].
+        lost: Whether the team has lost a robot, shape (T, n).
+        formations: From which sample on who is whose neighbor: pairs of robots from 0, shape (edges, 2).
+        planar: Whether the mission has two axes.
+        axes: Names of the axes that are seen.
+        suffix: What names of its bodies end with, in the model.
+        facing: Whether to look straight along y: at an abacus, for example.
+    """
+
+    time: Array
+    qpos: Array
+    robots: Array
+    target: Array
+    target_coordinates: Array
+    avoiding: Flags
+    touching: Flags
+    robot_radius: Array
+    target_radius: float
+    obstacles: Array
+    outlines: Array
+    obstacle_radius: Array
+    safe_radius: Array
+    radius: float
+    lost: Flags
+    formations: list[tuple[int, NDArray[np.int64]]]
+    planar: bool
+    axes: tuple[str, ...]
+    suffix: str = ""
+    facing: bool = False
+
+    @property
+    def count(self) -> int:
+        """Number of robots."""
+        return self.robots.shape[1]
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample [s]."""
+        return float(self.time[-1])
+
+    def at(self, time: float) -> Moment:
+        """The mission at a time, straight between the samples around it."""
+        last = len(self.time) - 1
+        sample = int(np.clip(np.searchsorted(self.time, time, side="right") - 1, 0, max(last - 1, 0)))
+        after = min(sample + 1, last)
+        gap = self.time[after] - self.time[sample]
+        share = float(np.clip((time - self.time[sample]) / gap, 0.0, 1.0)) if gap > 0 else 0.0
+
+        def between(values: Array) -> Array:
+            return (1.0 - share) * values[sample] + share * values[after]
+
+        qpos = between(self.qpos)
+        obstacles = between(self.obstacles)
+        return Moment(time, sample, share, qpos, between(self.robots), between(self.target), obstacles)
+
+    def past(self, values: Array, moment: Moment, duration: float, pieces: int) -> Array:
+        """Where something was lately, at evenly spaced times that stay put as time goes on.
+
+        Args:
+            values: Shape (T, ...).
+            moment: Now.
+            duration: How far back to look [s].
+            pieces: How many times to look at most.
+
+        Returns:
+            Shape (k, ...), oldest first, without the present.
+        """
+        step = duration / pieces
+        first = max(np.ceil((moment.time - duration) / step), np.ceil(self.time[0] / step))
+        times = np.arange(first, np.ceil(moment.time / step)) * step
+        rows = np.clip(np.searchsorted(self.time, times), 0, len(self.time) - 1)
+        return values[rows]
+
+    def lately(self, flags: Flags, moment: Moment, duration: float) -> Flags:
+        """Which robots had a flag raised lately: a short event must stay visible.
+
+        Args:
+            flags: Shape (T, n).
+            moment: Now.
+            duration: How far back to look [s].
+
+        Returns:
+            Shape (n,).
+        """
+        first = int(np.searchsorted(self.time, moment.time - duration, side="left"))
+        raised: Flags = np.any(flags[min(first, moment.sample) : moment.sample + 1], axis=0)
+        return raised
+
+
+def replay_of(trace: Recorded) -> Replay:
+    """A trace as a replay.
+
+    Raises:
+        RenderError: If the trace holds no sample.
+    """
+    if trace.sizes["time"] == 0:
+        raise RenderError("the trace holds no sample, so there is nothing to draw")
+    planar = trace.sizes["axis"] == 2
+    robot_radius = trace["robot_radius"].values
+    height = float(trace.attrs.get("height", robot_radius.max()))
+
+    def in_space(name: str) -> Array:
+        values = trace[name].values[..., :3]
+        return (
+            np.concatenate([values, np.full((*values.shape[:-1], 1), height)], axis=-1) if planar else values
+        )
+
+    return Replay(
+        time=trace["time"].values,
+        qpos=trace["qpos"].values,
+        robots=in_space("q"),
+        target=in_space("target_position"),
+        target_coordinates=trace["target_position"].values,
+        avoiding=trace["avoidance_active"].values > 0,
+        touching=touched(trace),
+        robot_radius=robot_radius,
+        target_radius=float(trace.attrs["target_radius"]),
+        obstacles=in_space("obstacle_position"),
+        outlines=outlines(trace),
+        obstacle_radius=trace["obstacle_radius"].values,
+        safe_radius=safe_radius(trace).max(axis=0, initial=0.0),
+        radius=float(trace.attrs["mission_radius"]),
+        lost=lost(trace),
+        formations=links(trace),
+        planar=planar,
+        axes=tuple(trace["axis"].values[:3]),
+    )
+
+
+def outlines(trace: Recorded) -> Array:
+    """Points around each obstacle, relative to its center, shape (m, k, 3) [m]; k is 0 for spheres only."""
+    if "obstacle_outline" not in trace:
+        return np.zeros((trace.sizes["obstacle"], 0, 3))
+    points = trace["obstacle_outline"].values
+    return np.asarray(np.pad(points, ((0, 0), (0, 0), (0, 3 - points.shape[2]))))
+
+
+def safe_radius(trace: Recorded) -> Array:
+    """How near avoidance lets a robot's center come to an obstacle's, shape (n, m) [m]; 0 without it.
+
+    To one that is no sphere: to its nearest point.
+    """
+    shape = trace.sizes["robot"], trace.sizes["obstacle"]
+    safe = float(trace.attrs["safe_distance"])
+    if safe > 0.0 and trace.attrs["safe_distance_measure"] == "surface":
+        return safe + trace["robot_radius"].values[:, None] + trace["obstacle_radius"].values
+    return np.full(shape, safe)

@@ -1,0 +1,49 @@
+"""Checks of failures: of robots that exist, within the mission, and survivable by the formation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from escort_mj.behaviors import Chords
+from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.schema.scenario import Scenario
+
+
+def check_failures(scenario: Scenario) -> Iterator[Finding]:
+    """Each robot fails at most once, in time and with a force; some robot and its formation stay."""
+    robots, count = scenario.robots, robot_count(scenario)
+    if not robots.failures:
+        return
+    limits = {o.robot: o.force_limit for o in robots.overrides if o.force_limit is not None}
+    first: dict[int, int] = {}
+    for index, failure in enumerate(robots.failures):
+        path: Path = ("robots", "failures", index)
+        if failure.robot > count:
+            yield Finding((*path, "robot"), f"found robot {failure.robot}; expected 1 to {count}")
+        elif failure.robot in first:
+            yield Finding(
+                (*path, "robot"),
+                f"found robot {failure.robot} again; failures[{first[failure.robot]}] has it",
+            )
+        first.setdefault(failure.robot, index)
+        if failure.at >= scenario.duration:
+            yield Finding((*path, "at"), f"found {failure.at:g} s; the run ends at {scenario.duration:g} s")
+        if failure.kind != "mad" and failure.force is not None:
+            yield Finding((*path, "force"), f"found {failure.force:g} N; only a mad robot has a force")
+        unlimited = limits.get(failure.robot, robots.force_limit) is None
+        if failure.kind == "mad" and failure.force is None and unlimited:
+            yield Finding(path, f"robot {failure.robot} has no force_limit; give the force of its madness")
+    if len(first) >= count and max(first) <= count:
+        yield Finding(
+            ("robots", "failures"), f"found a failure of each of {count} robots; at least one must stay"
+        )
+    for path, behavior in behaviors_of(scenario):
+        if isinstance(behavior, Chords) and scenario.axes != 2:
+            yield Finding(
+                path,
+                f"chords has no formation in {scenario.axes} axes for the robots that failures leave; "
+                "expected vertices in its place",
+                related=(("robots", "failures"),),
+            )

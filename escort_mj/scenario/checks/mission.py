@@ -1,0 +1,142 @@
+"""Checks of the mission: behaviors, formation, and the supervisor's phases."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from escort_mj.behaviors import AvoidObstacles, Behavior, Chords
+from escort_mj.control.supervisor import Condition
+from escort_mj.numerics.formation import chords_exist, widest_spacing
+from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.schema.scenario import Scenario
+
+
+def _ladders(scenario: Scenario) -> Iterator[tuple[Path, tuple[Behavior, ...]]]:
+    """The mission's own behaviors and those of each phase, with their places in the file."""
+    yield ("mission", "behaviors"), scenario.mission.behaviors
+    for index, phase in enumerate(scenario.mission.supervisor):
+        yield ("mission", "supervisor", index, "behaviors"), phase.behaviors
+
+
+def behaviors_of(scenario: Scenario) -> Iterator[tuple[Path, Behavior]]:
+    """Every behavior with its place in the file."""
+    for path, ladder in _ladders(scenario):
+        yield from (((*path, index), behavior) for index, behavior in enumerate(ladder))
+
+
+def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
+    """Each behavior at most once in a ladder, and chords in one order only."""
+    for path, ladder in _ladders(scenario):
+        seen: set[str] = set()
+        for index, behavior in enumerate(ladder):
+            if behavior.behavior in seen:
+                yield Finding((*path, index), f"found {behavior.behavior} a second time")
+            seen.add(behavior.behavior)
+    orders = [(path, b.order) for path, b in behaviors_of(scenario) if isinstance(b, Chords)]
+    for path, order in orders[1:]:
+        if order != orders[0][1]:
+            yield Finding(
+                (*path, "order"), f"differs from that of {key_path(orders[0][0])}; expected the same"
+            )
+
+
+def check_supervisor(scenario: Scenario) -> Iterator[Finding]:
+    """Each phase has a time or a condition that can come true."""
+    names: dict[str, int] = {}
+    for index, phase in enumerate(scenario.mission.supervisor):
+        path: Path = ("mission", "supervisor", index)
+        name = phase.name or f"phase_{index + 1}"
+        if name in names:
+            yield Finding((*path, "name"), f"found {name} again; supervisor[{names[name]}] has it")
+        names.setdefault(name, index)
+        if phase.after == 0.0 and phase.before is None and phase.when is None:
+            yield Finding(path, "would rule all the time; give after, before or when")
+        if phase.after >= scenario.duration:
+            yield Finding(
+                (*path, "after"), f"found {phase.after:g} s; the run ends at {scenario.duration:g} s"
+            )
+        if phase.before is not None and phase.before <= phase.after:
+            yield Finding(path, f"never rules: after {phase.after:g} s and before {phase.before:g} s")
+        if phase.when is not None:
+            yield from _check_condition(scenario, phase.when, (*path, "when"))
+
+
+def check_trigger(scenario: Scenario) -> Iterator[Finding]:
+    """Updates are due some time after they are allowed."""
+    trigger = scenario.mission.trigger
+    if trigger is not None and trigger.longest <= trigger.dwell:
+        yield Finding(
+            ("mission", "trigger", "longest"),
+            f"found {trigger.longest:g} s; expected more than dwell, {trigger.dwell:g} s",
+        )
+
+
+def _check_condition(scenario: Scenario, when: Condition, path: Path) -> Iterator[Finding]:
+    if (when.below is None) == (when.above is None):
+        found = "neither below nor above" if when.below is None else "both below and above"
+        yield Finding(path, f"found {found}; give one of them")
+        return
+    if when.release is not None:
+        wrong = when.release < when.threshold if when.below is not None else when.release > when.threshold
+        if wrong:
+            side = "at least" if when.below is not None else "at most"
+            yield Finding(
+                (*path, "release"),
+                f"found {when.release:g} m; expected {side} {when.threshold:g} m, where the phase begins",
+            )
+    if "obstacle" in when.quantity and not obstacles_of(scenario):
+        yield Finding((*path, "quantity"), f"found {when.quantity}; there are no obstacles")
+    if when.quantity == "robot_distance" and robot_count(scenario) < 2:
+        yield Finding((*path, "quantity"), f"found {when.quantity}; there is one robot")
+
+
+def check_formation(scenario: Scenario) -> Iterator[Finding]:
+    """The behaviors suit the number of robots and their size."""
+    count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
+    behaviors = list(behaviors_of(scenario))
+    robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
+    body = scenario.target.radius + robot_radius
+    if mission.radius <= body:
+        yield Finding(
+            ("mission", "radius"),
+            f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",
+            related=(("target", "radius"), ("robots", "radius")),
+        )
+    spread = any(behavior.spreads for _, behavior in behaviors)
+    edge = widest_spacing(count, axes, mission.radius) if spread else math.inf
+    if edge <= 2.0 * robot_radius:
+        yield Finding(
+            ("mission", "radius"),
+            f"found {mission.radius:g} m, which puts neighbors {edge:.3g} m apart; expected more than "
+            f"their diameter, {2.0 * robot_radius:g} m",
+            related=(("robots", "radius"), ("robots", "count")),
+        )
+    for path, chords in behaviors:
+        if not isinstance(chords, Chords):
+            continue
+        if not chords_exist(count, axes):
+            needed = {2: "at least 2 robots, or ", 3: "6 robots, or "}.get(axes, "")
+            yield Finding(
+                path,
+                f"chords has no even formation of {count} robots in {axes} axes; expected {needed}"
+                "vertices or repulsion, which spread any number, in its place",
+                related=(("robots", "count"), ("robots", "positions"), ("mission", "behaviors"), ("axes",)),
+            )
+        if chords.order is not None and sorted(chords.order) != list(range(1, count + 1)):
+            yield Finding(
+                (*path, "order"),
+                f"found {list(chords.order)[:20]}; expected each robot from 1 to {count} once",
+            )
+    for path, avoid in behaviors:
+        if not isinstance(avoid, AvoidObstacles) or avoid.teammate_distance is None:
+            continue
+        reach = avoid.teammate_distance + (2.0 * robot_radius if avoid.measure == "surface" else 0.0)
+        if avoid.teammates and reach > edge:
+            yield Finding(
+                (*path, "teammate_distance"),
+                f"found {avoid.teammate_distance:g} m, which reaches beyond the formation's neighbors at "
+                f"{edge:.4g} m: avoidance would never let them take their places",
+            )

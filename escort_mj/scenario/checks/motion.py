@@ -1,0 +1,62 @@
+"""Checks of what moves or pushes as a function of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.schema.expressions import Expression
+from escort_mj.scenario.schema.fields import Component
+from escort_mj.scenario.schema.obstacle_tables import Motion
+from escort_mj.scenario.schema.scenario import Scenario
+
+SAMPLES = 20_001
+LARGEST = 1e6  # m, N: far beyond any mission, far below where MuJoCo gives up
+
+
+def check_motion(scenario: Scenario) -> Iterator[Finding]:
+    """Waypoints in order, and every expression defined, with its derivative, through the whole run."""
+    motions: list[tuple[Path, Motion]] = [(("target",), scenario.target)]
+    for index, obstacle in enumerate(scenario.obstacles):
+        if obstacle.motion is not None:
+            path: Path = ("obstacles", index, "motion")
+            motions.append((path, obstacle.motion))
+            if obstacle.motion.position is None and obstacle.motion.waypoints is None:
+                yield Finding(path, "says nothing; give position or waypoints")
+    for path, motion in motions:
+        if motion.position is not None and motion.waypoints is not None:
+            yield Finding(path, "found both position and waypoints; give one of them")
+        times = [waypoint.time for waypoint in motion.waypoints or ()]
+        for index in range(1, len(times)):
+            if times[index] <= times[index - 1]:
+                yield Finding(
+                    (*path, "waypoints", index, "time"),
+                    f"found {times[index]:g} s after {times[index - 1]:g} s; waypoints are in order of time",
+                )
+        yield from _defined(scenario, (*path, "position"), motion.position or ())
+    yield from _defined(scenario, ("uncertainty", "disturbance"), scenario.uncertainty.disturbance or ())
+
+
+def _defined(scenario: Scenario, path: Path, components: tuple[Component, ...]) -> Iterator[Finding]:
+    t = np.linspace(0.0, scenario.duration, SAMPLES)
+    for axis, component in enumerate(components):
+        value, rate = Expression(component).evaluate(t)
+        for what, values in (("value", value), ("time derivative", rate)):
+            wrong = np.flatnonzero(~np.isfinite(values))
+            if len(wrong):
+                yield Finding(
+                    (*path, axis),
+                    f"has no finite {what} at t = {t[wrong[0]]:g} s; "
+                    f"expected one from 0 to {scenario.duration:g} s",
+                )
+                break
+            large = np.flatnonzero(np.abs(values) > LARGEST)
+            if len(large):
+                yield Finding(
+                    (*path, axis),
+                    f"has the {what} {values[large[0]]:.3g} at t = {t[large[0]]:g} s; "
+                    f"expected at most {LARGEST:g}",
+                )
+                break

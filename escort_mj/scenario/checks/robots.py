@@ -1,0 +1,156 @@
+"""Checks of the team: robots that exist, kinds that can be where they are, motors that kinds have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.geometry.placement import gravity_of, kinds_of, robot_count
+from escort_mj.scenario.schema.kinds import Kind, Loaded, Quadrotor
+from escort_mj.scenario.schema.robots import Actuators
+from escort_mj.scenario.schema.scenario import Scenario
+
+
+def check_team(scenario: Scenario) -> Iterator[Finding]:
+    """As many positions as robots, and overrides of robots that exist."""
+    robots, count = scenario.robots, robot_count(scenario)
+    if robots.positions is not None and len(robots.positions) != count:
+        yield Finding(
+            ("robots", "positions"),
+            f"found {len(robots.positions)} positions; expected {count}, as robots.count says",
+        )
+    if robots.velocities is not None and len(robots.velocities) != count:
+        yield Finding(
+            ("robots", "velocities"),
+            f"found {len(robots.velocities)} velocities; expected {count}, one per robot",
+        )
+    if robots.positions is not None and robots.placement is not None:
+        yield Finding(("robots", "placement"), "found both positions and placement; give one of them")
+    first: dict[int, int] = {}
+    for index, override in enumerate(robots.overrides):
+        path: Path = ("robots", "overrides", index, "robot")
+        if override.robot > count:
+            yield Finding(path, f"found robot {override.robot}; expected 1 to {count}")
+        elif override.robot in first:
+            yield Finding(
+                path, f"found robot {override.robot} again; overrides[{first[override.robot]}] has it"
+            )
+        first.setdefault(override.robot, index)
+
+
+def check_kinds(scenario: Scenario) -> Iterator[Finding]:
+    """Kinds that have room for all axes, and parameters that fit the robot's body."""
+    robots = scenario.robots
+    cases: list[tuple[Path, Kind, float]] = [(("robots", "kind"), robots.kind, robots.radius)]
+    for index, override in enumerate(robots.overrides):
+        if override.kind is not None or override.radius is not None:
+            kind, radius = override.kind or robots.kind, override.radius or robots.radius
+            key = "radius" if override.kind is None else "kind"
+            cases.append((("robots", "overrides", index, key), kind, radius))
+    for path, kind, radius in cases:
+        if scenario.axes > kind.most_axes:
+            why = "it rolls on a floor: axes 2" if kind.rolls else f"expected axes 2 to {kind.most_axes}"
+            yield Finding(path, f"found {kind.kind} in {scenario.axes} axes; {why}")
+        yield from (Finding(path, words) for words in _misfits(kind, radius))
+
+
+def _misfits(kind: Kind, radius: float) -> Iterator[str]:
+    """What of a kind's parameters does not fit a hull of this radius."""
+    if isinstance(kind, Loaded) and kind.offset >= radius:
+        yield f"found a load {kind.offset:g} m off the center of a ball of radius {radius:g} m; it is inside"
+    if isinstance(kind, Quadrotor):
+        if kind.arm_length(radius) >= radius:
+            yield f"found arms of {kind.arm:g} m in a hull of radius {radius:g} m; expected them inside"
+        largest = max(moments := kind.moments(1.0, radius))
+        if 2.0 * largest > sum(moments):
+            yield (
+                f"found moments of inertia of which {largest:g} kg m^2 is more than the two others together; "
+                "no body has such"
+            )
+
+
+def check_motors(scenario: Scenario) -> Iterator[Finding]:
+    """One gain for each motor that a robot has, given or drawn."""
+    robots = scenario.robots
+    everyone: tuple[Path, Actuators] = (("robots", "actuators"), robots.actuators)
+    owners = [everyone] * robot_count(scenario)
+    for index, override in enumerate(robots.overrides):
+        if override.actuators is not None:
+            owners[override.robot - 1] = ("robots", "overrides", index, "actuators"), override.actuators
+    cases = {
+        (path, kind.kind): (actuators, kind)
+        for (path, actuators), kind in zip(owners, kinds_of(scenario), strict=True)
+    }
+    for (path, name), (actuators, kind) in cases.items():
+        if actuators.gains is None:
+            continue
+        if actuators.gain_error > 0.0:
+            yield Finding((*path, "gains"), "found both gains and gain_error; give one of them")
+        if len(actuators.gains) != kind.motors(scenario.axes):
+            yield Finding(
+                (*path, "gains"),
+                f"found {len(actuators.gains)} gains; expected {kind.motors(scenario.axes)}, one for each "
+                f"motor of a {name}",
+            )
+
+
+def check_heights(scenario: Scenario) -> Iterator[Finding]:
+    """Gravity to fly against; and in the plane one height for all, where distances are measured."""
+    kinds, gravity = kinds_of(scenario), gravity_of(scenario)
+    flying = next((robot for robot, kind in enumerate(kinds) if kind.flies), None)
+    if flying is not None and not (gravity[2] < 0.0 and gravity[0] == gravity[1] == 0.0):
+        yield Finding(
+            ("physics", "gravity"),
+            f"found {list(gravity)} m/s^2; robot {flying + 1} is a quadrotor, which hovers against gravity "
+            "that pulls straight down",
+            related=(_kind_path(scenario, flying),),
+        )
+    if scenario.axes != 2:
+        return
+    heights = [kind.height(radius) for kind, radius in zip(kinds, _each(scenario, "radius"), strict=True)]
+    high = heights.index(max(heights))
+    low = next((i for i, kind in enumerate(kinds) if kind.rolls and heights[i] != heights[high]), None)
+    if low is not None:
+        yield Finding(
+            _kind_path(scenario, high),
+            f"robot {high + 1}, a {kinds[high].kind}, is at least {heights[high]:g} m above the floor, and "
+            f"robot {low + 1}, a {kinds[low].kind}, rolls at {heights[low]:g} m; planar missions happen at "
+            "one height",
+        )
+
+
+def check_weights(scenario: Scenario) -> Iterator[Finding]:
+    """In space motors can hold what gravity pulls, unless the scenario itself asks for that gravity."""
+    if scenario.axes != 3 or scenario.physics.gravity is not None:
+        return
+    pull = -gravity_of(scenario)[2]
+    masses, limits = _each(scenario, "mass"), _each(scenario, "force_limit")
+    for robot, (kind, mass, limit) in enumerate(zip(kinds_of(scenario), masses, limits, strict=True)):
+        weight = (mass + kind.burden()) * pull
+        if not kind.flies and limit is not None and weight >= limit:
+            yield Finding(
+                ("robots", "force_limit"),
+                f"robot {robot + 1}, a {kind.kind}, weighs {weight:.3g} N and has motors of {limit:g} N, "
+                "which cannot hold it; give a larger force_limit, or physics.gravity",
+                related=(_kind_path(scenario, robot),),
+            )
+            return
+
+
+def _each(scenario: Scenario, key: str) -> list[Any]:
+    """A value of each robot."""
+    values = [getattr(scenario.robots, key)] * robot_count(scenario)
+    for override in scenario.robots.overrides:
+        values[override.robot - 1] = getattr(override, key) or values[override.robot - 1]
+    return values
+
+
+def _kind_path(scenario: Scenario, robot: int) -> Path:
+    """Where a scenario says what a robot is, or else how large."""
+    for index, override in enumerate(scenario.robots.overrides):
+        if override.robot == robot + 1:
+            for key in ("radius", "kind"):
+                if getattr(override, key) is not None:
+                    return ("robots", "overrides", index, key)
+    return ("robots", "kind")

@@ -1,0 +1,74 @@
+"""Checks of the table `sensing`: delays in whole steps, biases of as many axes, sight as far as safety."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from escort_mj.behaviors import AvoidObstacles
+from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.sensing import NAMES
+
+MAX_PAST = 64 * 2**20  # bytes that delays may keep
+
+
+def check_biases(scenario: Scenario) -> Iterator[Finding]:
+    """One number per axis."""
+    for name, sensor in zip(NAMES, scenario.sensing.channels, strict=True):
+        if not isinstance(sensor.bias, float) and len(sensor.bias) != scenario.axes:
+            yield Finding(
+                ("sensing", name, "bias"),
+                f"found {len(sensor.bias)} numbers; expected {scenario.axes}, as axes says, or one radius",
+            )
+
+
+def check_delays(scenario: Scenario) -> Iterator[Finding]:
+    """A whole number of steps, less than the run, and no more than memory holds."""
+    timestep, count = scenario.physics.timestep, robot_count(scenario)
+    for number, (name, sensor) in enumerate(zip(NAMES, scenario.sensing.channels, strict=True)):
+        path: Path = ("sensing", name, "delay")
+        steps = sensor.delay / timestep
+        size = 8.0 * steps * scenario.axes * (count if number < 2 else 1)
+        if sensor.delay >= scenario.duration:
+            yield Finding(
+                path,
+                f"found {sensor.delay:g} s; the run ends at {scenario.duration:g} s: it would see the start",
+            )
+        elif size > MAX_PAST:
+            most = MAX_PAST / size * sensor.delay
+            yield Finding(
+                path,
+                f"found {steps:.4g} steps to remember, {size / 2**20:.3g} MiB; expected at most {most:.3g} s",
+            )
+        elif not math.isclose(steps, round(steps), rel_tol=1e-6, abs_tol=1e-9):
+            near = sorted({timestep * whole for whole in (math.floor(steps), math.ceil(steps))})
+            yield Finding(
+                path,
+                f"found {sensor.delay:g} s, {steps:.6g} steps of {timestep:g} s; expected a whole number "
+                f"of steps, as with {' or '.join(f'{value:.9g}' for value in near)} s",
+                related=(("physics", "timestep"),),
+            )
+
+
+def check_sight(scenario: Scenario) -> Iterator[Finding]:
+    """Robots see what they are to avoid before it is too near: avoidance never meets a sudden intruder."""
+    sight = scenario.sensing.radius
+    for path, avoid in behaviors_of(scenario):
+        if not isinstance(avoid, AvoidObstacles):
+            continue
+        mates = avoid.teammate_distance or avoid.safe_distance
+        needed = {"robots": mates if avoid.teammates else 0.0, "obstacles": avoid.safe_distance}
+        if scenario.robots.failures:  # a lost robot is an obstacle
+            needed["robots"] = max(needed["robots"], avoid.safe_distance)
+        for name, least in needed.items():
+            found = getattr(sight, name)
+            if found is not None and found < least:
+                yield Finding(
+                    ("sensing", "radius", name),
+                    f"found {found:g} m, less than the safe distance of {key_path(path)}; expected at least "
+                    f"{least:g} m, or a smaller safe distance there",
+                    related=(path,),
+                )

@@ -1,0 +1,116 @@
+"""Checks of positions: their dimension, their number, and that nothing stands inside something else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario.checks.obstacles import check_drive, vectors_of_obstacles
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
+from escort_mj.scenario.geometry.placement import Team, team
+from escort_mj.scenario.geometry.trajectory import target_trajectory
+from escort_mj.scenario.schema.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+MOST_OVERLAPS = 20  # reported at once
+
+
+def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
+    """Every vector has one number per axis, and gravity pulls where there is physics of three axes."""
+    axes, target, robots = scenario.axes, scenario.target, scenario.robots
+    vectors: list[tuple[Path, Sequence[Any] | None]] = [
+        (("target", "position"), target.position),
+        *((("target", "waypoints", i, "position"), w.position) for i, w in enumerate(target.waypoints or ())),
+        *((("robots", "positions", i), position) for i, position in enumerate(robots.positions or ())),
+        *((("robots", "velocities", i), velocity) for i, velocity in enumerate(robots.velocities or ())),
+        *((("robots", "overrides", i, "position"), o.position) for i, o in enumerate(robots.overrides)),
+        (("robots", "placement", "center"), robots.placement.center if robots.placement else None),
+        *vectors_of_obstacles(scenario),
+        (("uncertainty", "disturbance"), scenario.uncertainty.disturbance),
+    ]
+    for path, vector in vectors:
+        if vector is not None and len(vector) != axes:
+            yield Finding(path, f"found {len(vector)} numbers; expected {axes}, as axes says")
+    gravity = scenario.physics.gravity
+    if axes > 3 and gravity is not None and any(gravity):
+        yield Finding(
+            ("physics", "gravity"),
+            f"found {list(gravity)} m/s^2 in {axes} axes; gravity pulls along x, y, z only: give "
+            "uncertainty.disturbance instead, one force per axis",
+        )
+
+
+def check_body(scenario: Scenario) -> Iterator[Finding]:
+    """A target that can be bumped has axes to be bumped along, and a drive that the timestep can follow."""
+    if scenario.target.body is None:
+        return
+    if scenario.axes > 3:
+        yield Finding(("target", "body"), f"found in {scenario.axes} axes; there the target moves as told")
+    yield from check_drive(scenario, scenario.target.body, ("target", "body"))
+
+
+def check_clearance(scenario: Scenario) -> Iterator[Finding]:
+    """Nothing overlaps at the start, and there is room for robots that are placed at random."""
+    target = target_trajectory(scenario).position(0.0)
+    for body in obstacles_of(scenario):
+        gap = float(body.gaps(target[np.newaxis])[0]) - scenario.target.radius
+        if gap < 0.0:
+            yield Finding(
+                (*body.path, "position"), f"{_the(body)}overlaps the target by {-gap:.3g} m at the start"
+            )
+    try:
+        robots = team(scenario)
+    except ScenarioError as error:
+        yield from (Finding(("robots", "placement"), fault.message) for fault in error.faults)
+        return
+    yield from _overlaps(scenario, robots, target)
+
+
+def _overlaps(scenario: Scenario, robots: Team, target: Array) -> Iterator[Finding]:
+    """Pairs of which one is a robot and which overlap at the start."""
+    obstacles, count = obstacles_of(scenario), len(robots.radius)
+    to_target = np.linalg.norm(robots.position - target, axis=1) - scenario.target.radius
+    others = np.array([*(body.gaps(robots.position) for body in obstacles), to_target]).T
+    reported = 0
+    for robot in range(count):
+        distance = np.linalg.norm(robots.position[robot + 1 :] - robots.position[robot], axis=1)
+        gap = np.concatenate([distance - robots.radius[robot + 1 :], others[robot]]) - robots.radius[robot]
+        for place in np.flatnonzero(gap < 0.0):
+            reported += 1
+            if reported > MOST_OVERLAPS:
+                return
+            other = robot + 1 + int(place)
+            mover, fixed = (other, robot) if other < count else (robot, other)
+            bodies = (*(body.path for body in obstacles), ("target",))
+            yield Finding(
+                _position_path(scenario, mover),
+                f"robot {mover + 1} overlaps {_body(obstacles, fixed, count)} "
+                f"by {-gap[place]:.3g} m at the start",
+                related=((*bodies[fixed - count], "position"),) if fixed >= count else (),
+            )
+
+
+def _body(obstacles: Sequence[Body], index: int, count: int) -> str:
+    if index < count:
+        return f"robot {index + 1}"
+    if index - count < len(obstacles):
+        return obstacles[index - count].name
+    return "the target"
+
+
+def _the(body: Body) -> str:
+    """Which part of a wall, or which of the clutter; what stands alone in the file needs no name."""
+    return "" if body.path[0] == "obstacles" else f"{body.name} "
+
+
+def _position_path(scenario: Scenario, robot: int) -> Path:
+    for index, override in enumerate(scenario.robots.overrides):
+        if override.robot == robot + 1 and (override.position or override.radius):
+            return ("robots", "overrides", index)
+    return ("robots", "positions", robot) if scenario.robots.positions else ("robots", "placement")

@@ -1,0 +1,152 @@
+"""What must hold between the keys of a scenario, beyond the type and bounds of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator
+
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
+from escort_mj.scenario.checks.failures import check_failures
+from escort_mj.scenario.checks.mission import (
+    check_behaviors,
+    check_formation,
+    check_supervisor,
+    check_trigger,
+)
+from escort_mj.scenario.checks.motion import check_motion
+from escort_mj.scenario.checks.obstacles import (
+    check_clutter,
+    check_environment,
+    check_obstacle_names,
+    check_obstacles,
+    check_walls,
+)
+from escort_mj.scenario.checks.robots import (
+    check_heights,
+    check_kinds,
+    check_motors,
+    check_team,
+    check_weights,
+)
+from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_sight
+from escort_mj.scenario.checks.space import check_body, check_clearance, check_dimensions
+from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.geometry.bodies import bodies_of
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
+from escort_mj.scenario.geometry.steps import last_step
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.signals import record_size, truth_sizes
+
+MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
+MAX_TRACE = 4 * 2**30  # bytes
+
+
+def check_recording(scenario: Scenario) -> Iterator[Finding]:
+    """Samples are a whole number of steps apart, and steps and samples are few enough to be taken."""
+    timestep, rate, duration = scenario.physics.timestep, scenario.recording.rate, scenario.duration
+    path: Path = ("recording", "rate")
+    if last_step(duration, timestep) < 1 or duration / timestep > MAX_STEPS:
+        limit = f"from {timestep:g} to {MAX_STEPS * timestep:g} s" if duration >= timestep else "at least one"
+        yield Finding(
+            ("duration",),
+            f"found {duration / timestep:.3g} steps of {timestep:g} s; expected a duration {limit}",
+            related=(("physics", "timestep"),),
+        )
+    steps = 1.0 / (rate * timestep)
+    whole = max(round(steps), 1)
+    if not math.isclose(steps, whole, rel_tol=1e-6):
+        rates = sorted({1.0 / (k * timestep) for k in (max(math.floor(steps), 1), math.ceil(steps))})
+        yield Finding(
+            path,
+            f"found {rate:g} samples per second, {steps:.6g} steps of {timestep:g} s apart; expected a whole "
+            f"number of steps, as with {' or '.join(f'{near:.9g}' for near in rates)}",
+            related=(("physics", "timestep"),),
+        )
+    count, axes = robot_count(scenario), scenario.axes
+    bodies = obstacles_of(scenario)
+    moving = sum(body.motion is not None for body in bodies) + (scenario.target.body is not None)
+    coordinates = coordinates_of(kinds_of(scenario), axes) + moving * axes
+    ladders = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
+    sizes = {
+        "robot": count,
+        "axis": axes,
+        "obstacle": len(bodies),
+        "behavior": len({behavior.behavior for ladder in ladders for behavior in ladder}),
+        "coordinate": coordinates,
+        "group": len(bodies_of(scenario).watched),
+    }
+    sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
+    size = 8.0 * record_size(sizes) * (duration * rate + 1.0)
+    if size > MAX_TRACE:
+        yield Finding(
+            path,
+            f"found a trace of {size / 2**30:.3g} GiB; expected at most {MAX_TRACE / 2**30:g}: "
+            "lower recording.rate or duration",
+            related=(("duration",), ("robots", "count"), ("robots",)),
+        )
+
+
+AROUND = ("obstacles", "walls", "clutter", "environment")
+CLUTTERED = ("axes", "seed", "duration", "target", "robots")  # what clutter is drawn by, beside those
+Check = Callable[[Scenario], Iterator[Finding]]
+
+# Which parts of a scenario each check looks at: a check waits until those are right by themselves.
+SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
+    (check_dimensions, ("axes",)),  # a part that is wrong by itself holds its defaults, which fit any axes
+    (check_biases, ("axes", "sensing")),
+    (check_team, ("axes", "robots")),
+    (check_kinds, ("axes", "robots")),
+    (check_motion, ("axes", "duration", "target", "uncertainty", "obstacles")),
+    (check_obstacles, ("axes", "physics", "obstacles")),
+    (check_walls, ("axes", "walls")),
+    (check_environment, ("axes", "environment")),
+    (check_body, ("axes", "physics", "target")),
+)
+ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
+RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
+    (check_recording, ("duration", "physics", "recording", "robots", "axes", "mission", *AROUND)),
+    (check_bounds, ("expect",)),
+    (check_windows, ("expect", "duration", "physics")),
+    (check_sides, ("expect", "axes", "robots", *AROUND)),
+    (check_obstacle_names, ("axes", *AROUND)),
+    (check_behaviors, ("mission",)),
+    (check_trigger, ("mission",)),
+    (check_supervisor, ("duration", "robots", "mission", *AROUND)),
+    (check_formation, ("axes", "target", "robots", "mission")),
+    (check_motors, ("axes", "robots")),
+    (check_heights, ("axes", "physics", "robots")),
+    (check_weights, ("axes", "physics", "robots")),
+    (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
+    (check_sight, ("mission", "robots", "sensing")),
+    (check_failures, ("axes", "duration", "robots", "mission")),
+    (check_clearance, ("axes", "seed", "target", "robots", "mission", *AROUND)),
+)
+
+
+def findings(scenario: Scenario, wrong: Collection[str] = ()) -> list[Finding]:
+    """Everything wrong between the keys of a scenario.
+
+    Args:
+        scenario: Whose keys are right one by one, but for the parts in `wrong`.
+        wrong: Top-level keys that are known to be wrong and hold defaults; checks of them are left out.
+    """
+    found: list[Finding] = []
+    for checks in (SHAPES, ROOM, RELATIONS):
+        parts = {*wrong, *(str(finding.path[0]) for finding in found)}
+        for check, needs in checks:
+            around = "clutter" in needs and scenario.clutter is not None
+            if parts.isdisjoint(needs) and not (around and parts.intersection(CLUTTERED)):
+                found += check(scenario)
+    return found
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Checks a scenario that was built in Python; one that was loaded has been checked.
+
+    Raises:
+        ScenarioError: With everything wrong between its keys.
+    """
+    if found := findings(scenario):
+        raise ScenarioError([Fault(finding.message, key_path(finding.path)) for finding in found])

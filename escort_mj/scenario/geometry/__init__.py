@@ -1,0 +1,1 @@
+"""Where everything is: shapes, obstacles, robots at their start, trajectories."""

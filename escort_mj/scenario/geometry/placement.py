@@ -1,0 +1,207 @@
+"""The team as it starts: how many robots, what each is like, and where each stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.geometry.obstacles import Body, least_gaps, obstacles_of
+from escort_mj.scenario.geometry.trajectory import target_trajectory
+from escort_mj.scenario.schema.environment import tilted
+from escort_mj.scenario.schema.kinds import MOST_MOTORS, Kind
+from escort_mj.scenario.schema.robots import Actuators, RandomPlacement
+from escort_mj.scenario.schema.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+DEFAULT_COUNT = {2: 5}  # the paper's teams; in more axes a cross-polytope: two robots an axis
+TRIES_PER_ROBOT = 2000
+TRIES_AT_ONCE = 4
+GAINS = 1  # stream of random numbers beside that of positions, with the same seed
+STANDARD_GRAVITY = 9.81
+
+
+class Team(NamedTuple):
+    """The robots, one row each.
+
+    Attributes:
+        position: Where they start, shape (n, p) [m].
+        velocity: At the start, shape (n, p) [m/s].
+        mass: Shape (n,) [kg].
+        radius: Shape (n,) [m].
+        force_limit: Largest force per axis, shape (n,) [N]; inf for none.
+        kind: What each is.
+        actuators: What the motors of each do to commands.
+        gains: Gain of each of their motors, 1 for what the controller believes.
+    """
+
+    position: Array
+    velocity: Array
+    mass: Array
+    radius: Array
+    force_limit: Array
+    kind: tuple[Kind, ...]
+    actuators: tuple[Actuators, ...]
+    gains: tuple[Array, ...]
+
+    @property
+    def height(self) -> float:
+        """Height at which a planar mission happens [m]: what hangs below robots clears the floor."""
+        return max(kind.height(radius) for kind, radius in zip(self.kind, self.radius, strict=True))
+
+    @property
+    def coordinates(self) -> int:
+        """Number of generalized positions of all robots."""
+        return coordinates_of(self.kind, self.position.shape[1])
+
+
+def coordinates_of(kinds: Sequence[Kind], axes: int) -> int:
+    """Number of generalized positions of robots of these kinds in a mission of so many axes."""
+    return sum(kind.coordinates(axes) for kind in kinds)
+
+
+def kinds_of(scenario: Scenario) -> tuple[Kind, ...]:
+    """What each robot is."""
+    kinds = [scenario.robots.kind] * robot_count(scenario)
+    for override in scenario.robots.overrides:
+        kinds[override.robot - 1] = override.kind or kinds[override.robot - 1]
+    return tuple(kinds)
+
+
+def gravity_of(scenario: Scenario) -> tuple[float, ...]:
+    """Gravity, world frame, shape (3,) [m/s^2]: as told, or downward where kind of robot or slope need it.
+
+    On a slope the world's frame is that of the floor: gravity is tilted.
+    """
+    slope, gravity = scenario.environment.slope, scenario.physics.gravity
+    if gravity is None:
+        heavy = slope.angle > 0.0 or any(kind.needs_gravity for kind in kinds_of(scenario))
+        gravity = (0.0, 0.0, -STANDARD_GRAVITY if heavy else 0.0)
+    return tuple(map(float, tilted(gravity, slope)))
+
+
+def _gains(seed: int, kinds: Sequence[Kind], actuators: Sequence[Actuators], axes: int) -> tuple[Array, ...]:
+    """Gain of each motor of each robot; a robot's are the same whatever the others are."""
+    random = np.random.Generator(np.random.Philox([seed, GAINS]))
+    drawn = 2.0 * random.random((len(kinds), MOST_MOTORS)) - 1.0
+    return tuple(
+        1.0 + each.gain_error * row[: kind.motors(axes)] if each.gains is None else np.array(each.gains)
+        for kind, each, row in zip(kinds, actuators, drawn, strict=True)
+    )
+
+
+def robot_count(scenario: Scenario) -> int:
+    """Number of robots: as told, as many as have positions, or the default team for the axes."""
+    robots = scenario.robots
+    if robots.count is not None:
+        return robots.count
+    if robots.positions is not None:
+        return len(robots.positions)
+    return DEFAULT_COUNT.get(scenario.axes, 2 * scenario.axes)
+
+
+def team(scenario: Scenario) -> Team:
+    """The robots of a scenario; random positions come from its seed, the same on every machine.
+
+    Raises:
+        ScenarioError: If random positions are asked for and there is no room for them.
+    """
+    robots, count = scenario.robots, robot_count(scenario)
+    mass = np.full(count, robots.mass)
+    radius = np.full(count, robots.radius)
+    force_limit = np.full(count, np.inf if robots.force_limit is None else robots.force_limit)
+    actuators = [robots.actuators] * count
+    position = np.full((count, scenario.axes), np.nan)
+    if robots.positions is not None:
+        position[:] = robots.positions
+    for override in robots.overrides:
+        robot = override.robot - 1
+        mass[robot] = override.mass or mass[robot]
+        radius[robot] = override.radius or radius[robot]
+        force_limit[robot] = override.force_limit or force_limit[robot]
+        actuators[robot] = override.actuators or actuators[robot]
+        if override.position is not None:
+            position[robot] = override.position
+    if robots.positions is None:
+        _place(scenario, position, radius)
+    kinds = kinds_of(scenario)
+    gains = _gains(scenario.seed, kinds, actuators, scenario.axes)
+    velocity = np.zeros((count, scenario.axes))
+    if robots.velocities is not None:
+        velocity[:] = robots.velocities
+    return Team(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
+
+
+def _place(scenario: Scenario, position: Array, radius: Array) -> None:
+    """Draws positions for the rows that are NaN, clear of one another and of everything else."""
+    placement = scenario.robots.placement or RandomPlacement(within=2.0 * scenario.mission.radius)
+    target = target_trajectory(scenario).position(0.0)
+    center = target if placement.center is None else np.array(placement.center)
+    random = np.random.Generator(np.random.Philox(scenario.seed))
+    free = np.isnan(position).any(axis=1)
+    obstacles = obstacles_of(scenario)
+    spheres = [body for body in obstacles if body.is_sphere]
+    taken = np.concatenate(
+        [
+            target[np.newaxis],
+            np.array([body.position for body in spheres]).reshape(-1, scenario.axes),
+            position[~free],
+        ]
+    )
+    taken_radius = np.concatenate(
+        [
+            [scenario.target.radius],
+            [body.bounding_radius for body in spheres],
+            radius[~free],
+        ]
+    )
+    others = [body for body in obstacles if not body.is_sphere]
+    for robot in np.flatnonzero(free):
+        reach = taken_radius + radius[robot] + placement.least_gap
+        drawn = _draw(
+            random, center, placement.within, taken, reach, others, radius[robot] + placement.least_gap
+        )
+        if drawn is None:
+            raise ScenarioError([Fault(_no_room(placement, int(robot), len(radius)), "robots.placement")])
+        position[robot] = drawn
+        taken = np.concatenate([taken, drawn[np.newaxis]])
+        taken_radius = np.append(taken_radius, radius[robot])
+
+
+def _draw(
+    random: np.random.Generator,
+    center: Array,
+    within: float,
+    taken: Array,
+    reach: Array,
+    others: Sequence[Body],
+    apart: float,
+) -> Array | None:
+    """A point uniform in the ball, at least `reach` from points that are taken and `apart` from other bodies.
+
+    None after many tries. Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits
+    everywhere.
+    """
+    tried = 0
+    while tried < TRIES_PER_ROBOT:
+        offsets = 2.0 * random.random((TRIES_AT_ONCE, len(center))) - 1.0
+        points = center + within * offsets[(offsets * offsets).sum(axis=1) <= 1.0]
+        tried += len(points)
+        difference = points[:, np.newaxis] - taken
+        clear = ((difference * difference).sum(axis=2) >= reach * reach).all(axis=1)
+        if others and len(points):
+            clear &= least_gaps(others, points) >= apart
+        if clear.any():
+            return np.asarray(points[np.argmax(clear)])
+    return None
+
+
+def _no_room(placement: RandomPlacement, robot: int, count: int) -> str:
+    return (
+        f"found no free place for robot {robot + 1} of {count} within {placement.within:g} m at gaps of "
+        f"{placement.least_gap:g} m; give a larger within, a smaller least_gap or fewer robots"
+    )

@@ -1,0 +1,257 @@
+"""Scenarios read from YAML: every fault of a file found at once, each with its place and what is allowed."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Sequence
+from pathlib import Path as FilePath
+from typing import Any
+
+from pydantic import ValidationError
+
+from escort_mj.errors import Fault, ScenarioError, UsageError
+from escort_mj.scenario.checks import whole as checks
+from escort_mj.scenario.findings import Finding, key_path, nearest, shortened, shown
+from escort_mj.scenario.reader import explain
+from escort_mj.scenario.reader.catalog import resolve
+from escort_mj.scenario.reader.document import Document, Place, line_and_column, read
+from escort_mj.scenario.reader.overrides import Overrides, apply
+from escort_mj.scenario.reader.plugins import load, source_of
+from escort_mj.scenario.schema.scenario import Scenario
+
+MAX_BYTES = 1_000_000
+COPIES = "plugins"  # in a run folder: the plugin files that took part
+NO_DEMAND = {"sanity": "all"}  # an expectation that nothing can be wrong with stands in for a wrong one
+
+
+def load_scenario(
+    path: str | os.PathLike[str], overrides: Overrides = (), plugins: Sequence[str] = ()
+) -> Scenario:
+    """Reads and checks a scenario file.
+
+    Args:
+        path: A YAML file.
+        overrides: Texts `key.path=value` with values as YAML, or a mapping from key paths to values;
+            they are set in this order before anything is checked.
+        plugins: Plugins beside those that the file names: Python files or names of installed ones.
+
+    Raises:
+        UsageError: If there is no such file or it cannot be read.
+        ScenarioError: With every fault found.
+    """
+    source = os.fspath(path)
+    return parse_scenario(read_text(FilePath(source)), source, overrides, plugins)
+
+
+def parse_scenario(
+    text: str, source: str = "<text>", overrides: Overrides = (), plugins: Sequence[str] = ()
+) -> Scenario:
+    """Reads and checks a scenario given as YAML text.
+
+    Args:
+        text: The YAML.
+        source: What to call it in messages; plugin files that it names are looked for in its folder.
+        overrides: As for `load_scenario`.
+        plugins: As for `load_scenario`.
+
+    Raises:
+        ScenarioError: With every fault found.
+    """
+    return Template(text, source).scenario(overrides, plugins)
+
+
+def stored_scenario(text: str, folder: FilePath) -> Scenario:
+    """The scenario of a run folder. Of plugin files the run's own copies are taken, whatever became of them.
+
+    Args:
+        text: Its scenario.yaml.
+        folder: The run folder.
+
+    Raises:
+        ScenarioError: With every fault found.
+    """
+    template = Template(text, str(folder / "scenario.yaml"))
+    plugins = template.overridden().get("plugins")
+    if not isinstance(plugins, list) or not all(isinstance(each, dict) for each in plugins):
+        return template.scenario()  # none, or faults
+    copies = [each | {"sha256": None} for each in plugins]
+    for each in copies:
+        if (
+            isinstance(each.get("file"), str)
+            and (copy_of := folder / COPIES / FilePath(each["file"]).name).is_file()
+        ):
+            each["file"] = str(copy_of.absolute())
+    return template.scenario({"plugins": copies})
+
+
+class Template:
+    """A scenario's text read once, from which scenarios with different overrides are made.
+
+    Attributes:
+        text: The YAML.
+        source: What to call it in messages.
+    """
+
+    def __init__(self, text: str, source: str = "<text>") -> None:
+        """Reads the text.
+
+        Args:
+            text: The YAML.
+            source: What to call it in messages.
+
+        Raises:
+            ScenarioError: If it is no table in YAML.
+        """
+        if len(text) > MAX_BYTES:
+            raise _too_long(source)
+        self.text, self.source = text, source
+        self._document = read(text, source)
+        if isinstance(self._document.data, dict):
+            return
+        found = "nothing" if self._document.data is None else shown(self._document.data)
+        place = self._document.place(()) if self._document.values else Place(source, 1, 1)
+        raise ScenarioError(
+            [_fault(f"found {found}; a scenario is a table of keys such as duration: 30", "", place)]
+        )
+
+    def overridden(self, overrides: Overrides = ()) -> dict[str, Any]:
+        """The plain data with overrides, not checked any further.
+
+        Raises:
+            ScenarioError: If a key cannot be set.
+        """
+        document = copy.deepcopy(self._document)
+        if faults := apply(document, overrides):
+            raise ScenarioError(faults)
+        data: dict[str, Any] = document.data
+        return data
+
+    def scenario(self, overrides: Overrides = (), plugins: Sequence[str] = ()) -> Scenario:
+        """The checked scenario with overrides and plugins, as `load_scenario`.
+
+        Raises:
+            ScenarioError: With every fault found.
+            PluginError: If one of the plugins given here cannot be loaded.
+        """
+        document = copy.deepcopy(self._document) if overrides else self._document
+        unset = apply(document, overrides)
+        data = dict(document.data)
+        if plugins:
+            told = [load(source_of(each, FilePath())).source.model_dump() for each in plugins]
+            data["plugins"] = [*(data.get("plugins") or ()), *told]
+        return _scenario(document, data, unset, self.source)
+
+
+def _scenario(document: Document, data: dict[str, Any], unset: list[Fault], source: str) -> Scenario:
+    """Checks what a document and the command line say together."""
+    kind, findings = resolve(data, FilePath(source).parent)
+    scenario = None
+    if not findings:
+        scenario, findings = _checked(data, kind)
+    faults = [
+        _fault(finding.message, key_path(finding.path), _place(document, finding))
+        for finding in sorted(findings, key=lambda finding: _order(document, finding, source))
+    ]
+    faults += unset
+    if faults or scenario is None:
+        raise ScenarioError(faults)
+    return scenario
+
+
+def read_text(path: FilePath) -> str:
+    """Text of a YAML file.
+
+    Raises:
+        UsageError: If there is no such file or it cannot be read.
+        ScenarioError: If it is too large or no text.
+    """
+    return _decoded(_content(path), os.fspath(path))
+
+
+def expectation_lines(path: FilePath) -> list[int]:
+    """The line of each expectation of a scenario file, from 1; empty where they cannot be told."""
+    try:
+        document = read(read_text(path), str(path))
+    except (UsageError, ScenarioError):
+        return []
+    data = document.data.get("expect") if isinstance(document.data, dict) else None
+    items = data if isinstance(data, list) else []
+    return [document.place(("expect", place)).line for place in range(len(items))]
+
+
+def _content(path: FilePath) -> bytes:
+    if not os.path.exists(path):  # False, too, for a name that no file can have
+        folder = path.parent
+        names = [entry.name for entry in folder.glob("*.y*ml")] if os.path.isdir(folder) else []
+        raise UsageError(f"{shortened(path)}: there is no such file{nearest(path.name, names)}")
+    if not path.is_file():
+        raise UsageError(f"{path}: this is not a file; expected a scenario in YAML")
+    try:
+        with path.open("rb") as file:
+            content = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from None
+    return content
+
+
+def _too_long(source: str) -> ScenarioError:
+    return ScenarioError(
+        [Fault(f"found more than {MAX_BYTES // 1000} kB; a scenario is smaller", source=source)]
+    )
+
+
+def _decoded(content: bytes, source: str) -> str:
+    if len(content) > MAX_BYTES:
+        raise _too_long(source)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, column = line_and_column(content[: error.start].decode("utf-8", "replace"), error.start)
+        message = f"found the byte 0x{content[error.start]:02x}; a scenario is text in UTF-8"
+        raise ScenarioError([Fault(message, "", line, column, source)]) from None
+
+
+def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | None, list[Finding]]:
+    """The scenario in plain data, and everything wrong with it.
+
+    Parts that are wrong by themselves are left out, so that what is wrong between the others is found too.
+    """
+    try:
+        scenario = kind.model_validate(tuples(data), strict=True)
+    except ValidationError as error:
+        found = explain.findings(error, data, kind)
+    else:
+        return scenario, checks.findings(scenario)
+    if version := [finding for finding in found if finding.path == ("version",)]:
+        return None, version  # another version has other keys: nothing else can be said
+    rest = {key: value for key, value in data.items() if (key,) not in {finding.path for finding in found}}
+    wrong = {str(finding.path[0]) for finding in found}
+    if isinstance(rest.get("expect"), list):  # expectations do not depend on each other
+        bad = {finding.path[1] for finding in found if finding.path[0] == "expect"}
+        rest["expect"] = [NO_DEMAND if i in bad else one for i, one in enumerate(rest["expect"])]
+        wrong.discard("expect")
+    rest = {key: value for key, value in rest.items() if key not in wrong}
+    return None, found + checks.findings(kind.model_validate(tuples(rest), strict=True), wrong)
+
+
+def tuples(data: Any) -> Any:
+    """Plain data, lists as tuples: strict types, for which `true` is no number, take no list for a tuple."""
+    if isinstance(data, dict):
+        return {key: tuples(value) for key, value in data.items()}
+    return tuple(map(tuples, data)) if isinstance(data, list) else data
+
+
+def _place(document: Document, finding: Finding) -> Place:
+    paths = (finding.path, *finding.related)
+    written = next((path for path in paths if path in document.values), finding.path)
+    return document.place(written, finding.at_key)
+
+
+def _order(document: Document, finding: Finding, source: str) -> tuple[bool, int, int]:
+    place = _place(document, finding)
+    return place.source != source, place.line, place.column
+
+
+def _fault(message: str, key: str, place: Place) -> Fault:
+    return Fault(message, key, place.line, place.column, place.source)

@@ -1,0 +1,134 @@
+"""What a plugin's law or behavior must look like, before anything runs: each fault in one sentence."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic_core import PydanticUndefined
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.components.component import COMPILED, Component
+from escort_mj.errors import PluginError
+from escort_mj.laws.law import Law
+from escort_mj.scenario.findings import listed, nearest
+from escort_mj.scenario.schema.expectations import OwnExpectation
+from escort_mj.scenario.schema.kinds import RobotKind
+from escort_mj.signals import Metric
+
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
+PARAMETERS: dict[type, list[str]] = {Law: ["self", "robots"], Behavior: ["self", "robots", "i"]}
+
+
+def check_shape(model: type[Any], source: str) -> None:
+    """Checks a class of a plugin.
+
+    Args:
+        model: Derives from one of the base classes.
+        source: The plugin, for messages.
+
+    Raises:
+        PluginError: If it lacks something, or something is not as it must be.
+    """
+    place = f"{source}: {model.__name__}"
+    if issubclass(model, Component):
+        check_name(model, "law" if issubclass(model, Law) else "behavior", place)
+        _check_forms(model, place)
+        try:
+            model.numbers()
+        except TypeError as error:
+            raise PluginError(f"{place}: {error}") from None
+    if issubclass(model, RobotKind):
+        check_name(model, "kind", place)
+        if not model.mjcf:
+            raise PluginError(f'{place}: has no body; give it  mjcf = "<mujoco> ... </mujoco>"')
+    if issubclass(model, OwnExpectation):
+        _check_expectation(model, place)
+    else:
+        check_defaults(model, place)
+
+
+def check_metric(metric: Metric, source: str) -> None:
+    """Checks a metric of a plugin.
+
+    Raises:
+        PluginError: If its name or function is not as it must be.
+    """
+    place = f"{source}: {metric.name}"
+    assert metric.function is not None, "that is what makes it a metric of a plugin"
+    if not NAME.match(metric.name):
+        raise PluginError(f"{place}: a metric's name is lower-case letters, digits and _, at most 40")
+    if not metric.meaning:
+        raise PluginError(
+            f"{place}: has no meaning; its function's text in triple quotes says it in one line"
+        )
+    _check_signature(metric.function, ["trace"], place)
+
+
+def _check_expectation(model: type[OwnExpectation], place: str) -> None:
+    """It names itself by a key of its own, and judges."""
+    kind = getattr(model, "kind", None)
+    if not isinstance(kind, str) or not NAME.match(kind):
+        raise PluginError(f'{place}: does not say its name; give it the line  kind = "my_name"')
+    if kind not in model.model_fields:
+        raise PluginError(
+            f"{place}: has no key {kind}: a scenario tells it by the key of its name"
+            f"{nearest(kind, model.model_fields)}"
+        )
+    if model.judge is OwnExpectation.judge:
+        own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
+        raise PluginError(f"{place}: has no judge(self, trace){nearest('judge', own)}")
+    _check_signature(model.judge, ["self", "trace"], place)
+
+
+def check_name(model: type[Any], key: str, place: str) -> None:
+    """A class says its name: a key whose only value is its default."""
+    field = model.model_fields[key]
+    names = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
+    if len(names) != 1 or field.default != names[0]:
+        raise PluginError(
+            f'{place}: does not say its name; give it the line  {key}: Literal["my_name"] = "my_name"'
+        )
+    if not isinstance(names[0], str) or not NAME.match(names[0]):
+        raise PluginError(
+            f"{place}: found the name {names[0]!r}; a name is lower-case letters, digits and _, at most 40"
+        )
+
+
+def check_defaults(model: type[Any], place: str) -> None:
+    """Every parameter has a default, so that the name alone will do in a scenario."""
+    for name, field in model.model_fields.items():
+        if field.default is PydanticUndefined and field.default_factory is None:
+            raise PluginError(f"{place}: the parameter {name} has no default")
+
+
+def _check_forms(model: type[Component], place: str) -> None:
+    """A form is there, and takes what it is called with."""
+    forms, method = model.forms(), model.method
+    if forms.python is None and forms.kernel is None:
+        own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
+        wanted = ", ".join(_wanted(model))
+        hint = f"; it has {listed(own)}{nearest(method, own)}" if own else ""
+        raise PluginError(f"{place}: has neither {method}({wanted}) nor {method}{COMPILED}({wanted}){hint}")
+    for function in forms:
+        if function is not None:
+            _check_signature(function, _wanted(model), place)
+
+
+def _wanted(model: type[Component]) -> list[str]:
+    return next(names for base, names in PARAMETERS.items() if issubclass(model, base))
+
+
+def _check_signature(function: Callable[..., Any], wanted: list[str], place: str) -> None:
+    """A function takes as many arguments as it is called with."""
+    line = function.__code__.co_firstlineno if hasattr(function, "__code__") else 0
+    try:
+        inspect.signature(function).bind(*wanted)
+    except TypeError:
+        taken = ", ".join(inspect.signature(function).parameters)
+        raise PluginError(
+            f"{place}.{function.__name__} (line {line}): takes ({taken}); it is called with "
+            f"({', '.join(wanted)})"
+        ) from None

@@ -1,0 +1,1 @@
+"""The tables of a scenario: every key, its type, default and bounds."""

@@ -1,0 +1,100 @@
+"""Types of the scenario's values that several tables share, or that have more than one way to be written."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, Union
+
+from pydantic import BaseModel, BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from escort_mj.behaviors import BEHAVIORS
+from escort_mj.behaviors import Behavior as AnyBehavior
+from escort_mj.components.plan import MAX_LEVELS
+from escort_mj.control.outer_loops import OUTER_LOOPS
+from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
+from escort_mj.laws import LAWS
+from escort_mj.laws import Law as AnyLaw
+from escort_mj.scenario.schema.expressions import Expression, ExpressionError
+
+
+def _component(value: Any) -> float | str:
+    """A finite number, or text that is an expression in t."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise PydanticCustomError("component_type", "a number or an expression in t")
+    if isinstance(value, str):
+        try:
+            Expression(value)
+        except ExpressionError as error:
+            raise PydanticCustomError("expression", "{reason}", {"reason": str(error)}) from None
+        return value
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise PydanticCustomError("finite_number", "a finite number")
+    return number
+
+
+Component = Annotated[
+    float | str,
+    PlainValidator(_component),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "maxLength": 200}]}),
+]
+"""A number, or an expression in the time `t` [s], such as `"3 + 0.1*t"`."""
+
+Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
+Vector = tuple[Coordinate, ...]
+Radius = Annotated[float, Field(ge=1e-3, le=1e5)]
+Force = Annotated[float, Field(ge=1e-15, le=1e12)]
+Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
+
+RUN_NAME = r"^[^\x00-\x20\x7f/\\.][^\x00-\x1f\x7f/\\]{0,79}$"
+BODY_NAME = r"^[A-Za-z0-9_\-]{1,40}$"
+PATTERNS = {
+    RUN_NAME: "1 to 80 characters without / and \\, not beginning with a dot or space",
+    BODY_NAME: "1 to 40 letters, digits, _ and -",
+}
+
+
+def named(key: str, default: str | None = None) -> Any:
+    """Lets `chords` stand for `{behavior: chords}`, and a table without the name for the default's."""
+
+    def expand(value: Any) -> Any:
+        if isinstance(value, str):
+            return {key: value}
+        if default is not None and isinstance(value, dict) and key not in value:
+            return {key: default, **value}
+        return value
+
+    return expand
+
+
+def one_of(models: Sequence[type[BaseModel]], key: str, default: str | None = None) -> Any:
+    """Type of a table that is one of several, told by a key or by its name alone.
+
+    Args:
+        models: The tables; each has its name as the key's default.
+        key: The key that tells them apart.
+        default: Name of the one that a table without the key is; None where the key must be there.
+    """
+    names = Literal[tuple(model.model_fields[key].default for model in models)]  # type: ignore[valid-type]
+    table: Any = Union[tuple(models)]  # noqa: UP007 - of types that are known at run time only
+    return Annotated[
+        table,
+        Field(discriminator=key),
+        BeforeValidator(named(key, default), json_schema_input_type=names | table),
+    ]
+
+
+if TYPE_CHECKING:
+    Behavior: TypeAlias = AnyBehavior
+    Law: TypeAlias = AnyLaw
+    OuterLoop: TypeAlias = OuterLoopParameters
+else:
+    Behavior = one_of(BEHAVIORS, "behavior")
+    Law = one_of(LAWS, "law", "apd_smc")
+    OuterLoop = one_of(OUTER_LOOPS, "loop", "nsb")
+Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]

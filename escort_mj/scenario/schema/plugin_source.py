@@ -1,0 +1,20 @@
+"""Where a scenario's plugins are."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from escort_mj.components.parameters import Parameters
+
+
+class PluginSource(Parameters):
+    """Where a plugin is: a Python file, or an installed package."""
+
+    file: Annotated[str, Field(min_length=4, pattern=r"\.py$")] | None = None
+    """Path of a Python file, from the scenario's folder."""
+    package: Annotated[str, Field(min_length=1, max_length=100)] | None = None
+    """Name of an entry point of an installed package, in the group escort_mj.plugins."""
+    sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
+    """Digest that its content must have; null: any. Written into the scenario of every run."""

@@ -1,0 +1,134 @@
+"""The table `sensing`: what robots measure, how well, and how far they see (docs/sensing.md)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, NonNegativeFloat, PlainValidator, TypeAdapter, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from escort_mj.components.parameters import Parameters
+from escort_mj.scenario.schema.fields import Radius, Vector
+from escort_mj.sensing.sensors import Channel, Sensors
+
+Array = NDArray[np.float64]
+
+NAMES = ("position", "velocity", "target_position", "target_velocity")
+LARGEST = 1e6  # bias [m or m/s]
+_vector = TypeAdapter(Vector)
+
+
+def _bias(value: Any) -> float | tuple[float, ...]:
+    """A radius, or one number per axis."""
+    items = value if isinstance(value, list | tuple) else [value]
+    least = -LARGEST if items is value else 0.0
+    for item in items:
+        if isinstance(item, bool) or not isinstance(item, int | float) or not least <= item <= LARGEST:
+            raise PydanticCustomError("bias_type", "a radius or a list of numbers")
+    numbers = tuple(float(item) for item in items)
+    return numbers if items is value else numbers[0]
+
+
+Bias = Annotated[
+    float | Vector,
+    PlainValidator(_bias),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0}, _vector.json_schema()]}),
+]
+"""A constant error: the radius of a ball to draw it from, or the error itself."""
+
+
+class Sensor(Parameters):
+    """What one kind of measurement makes of the truth; units are those of what is measured."""
+
+    noise: NonNegativeFloat = 0.0
+    """Radius of the ball from which an error is drawn uniformly, anew at every step [m or m/s]."""
+    bias: Bias = 0.0
+    """Error that stays: one number per axis, the same for all robots; or the radius of the ball from which
+    the seed draws each robot's own, uniformly [m or m/s]."""
+    delay: NonNegativeFloat = 0.0
+    """Age of what is measured [s]: a whole number of physics steps."""
+    dropout: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    """Probability per step that nothing arrives and the last value stays [1]."""
+    resolution: Annotated[float, Field(ge=1e-9, le=1e6)] | None = None
+    """Step to whose multiples values are rounded [m or m/s]; null: none."""
+
+
+class SensingRadius(Parameters):
+    """How far robots see, surface to surface, as they measure it; what is beyond is not there for them."""
+
+    robots: Radius | None = None
+    """How far robots see each other [m]; null: everywhere."""
+    obstacles: Radius | None = None
+    """How far robots see obstacles [m]; null: everywhere."""
+
+
+class Sensing(Parameters):
+    """What robots measure; where nothing is said, the truth."""
+
+    position: Sensor = Sensor()
+    """Robots' own positions [m]."""
+    velocity: Sensor = Sensor()
+    """Robots' own velocities [m/s]."""
+    target_position: Sensor = Sensor()
+    """The target's position [m], measured once for the whole team."""
+    target_velocity: Sensor = Sensor()
+    """The target's velocity [m/s], likewise."""
+    radius: SensingRadius = SensingRadius()
+    """How far robots see obstacles and each other."""
+
+    @property
+    def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:
+        """The sensors in the order of NAMES."""
+        return self.position, self.velocity, self.target_position, self.target_velocity
+
+
+def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int) -> Sensors:
+    """What sensors do, in the controller's numbers.
+
+    Args:
+        sensing: The table.
+        timestep: Physics step [s].
+        seed: Draws the biases.
+        count: Number of robots.
+        axes: Dimension of the space.
+    """
+    position, velocity, target_position, target_velocity = (
+        Channel(
+            sensor.noise,
+            _biases(sensor, seed, number, bodies, axes),
+            round(sensor.delay / timestep),
+            sensor.dropout,
+            sensor.resolution or 0.0,
+        )
+        for number, (sensor, bodies) in enumerate(zip(sensing.channels, (count, count, 1, 1), strict=True))
+    )
+    sight = sensing.radius
+    return Sensors(
+        position,
+        velocity,
+        target_position,
+        target_velocity,
+        np.inf if sight.robots is None else sight.robots,
+        np.inf if sight.obstacles is None else sight.obstacles,
+    )
+
+
+def _biases(sensor: Sensor, seed: int, number: int, bodies: int, axes: int) -> Array | None:
+    """Constant errors of a channel, shape (bodies, axes); None where there are none.
+
+    Drawn in the cube around the ball and kept if inside: plain arithmetic, equal bits everywhere.
+    """
+    if not isinstance(sensor.bias, float):
+        return np.tile(sensor.bias, (bodies, 1))
+    if sensor.bias == 0.0:
+        return None
+    drawn = np.zeros((bodies, axes))
+    for body in range(bodies):  # each from a stream of its own: more robots change nobody's
+        random = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, number, body])))
+        offset = np.ones(axes)
+        while offset @ offset > 1.0:
+            offset = 2.0 * random.random(axes) - 1.0
+        drawn[body] = sensor.bias * offset
+    return drawn

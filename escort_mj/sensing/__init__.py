@@ -1,0 +1,1 @@
+"""What robots know: sensors, and what they make of the truth."""

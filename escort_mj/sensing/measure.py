@@ -1,0 +1,156 @@
+"""What the law is given: the truth through the sensors (docs/sensing.md).
+
+In this order: the truth, `delay` steps old (the start's, before so many steps); plus the bias; plus noise
+from a ball (section 5), which belongs to the present step; rounded to the resolution. With the probability
+of `dropout` nothing of it arrives, and the last value stays.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.components.plan import EVALUATED, STEP, Plan, State
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import WIDTH, copy_lanes, load_rows, row_of, set_row, stack_rows, store_rows
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.noise import OF_ROBOT, OF_TARGET, chance, draw_points
+from escort_mj.sensing.sensors import BIAS, DELAY, DROPOUT, NOISE, PAST, RESOLUTION
+
+Array = NDArray[np.float64]
+
+
+@on_demand
+def measure(plan: Plan, state: State) -> None:
+    """Measures all robots, and the target once for the team.
+
+    Args:
+        plan: Gives the sensors.
+        state: Gives time and truth; the measured positions and velocities are written, and the past.
+    """
+    n, p = state.q.shape
+    if plan.perfect:
+        copy_lanes(state.q, state.q_measured, n * p)
+        copy_lanes(state.v, state.v_measured, n * p)
+        for k in range(p):
+            state.target_position_measured[k] = state.target_position[k]
+            state.target_velocity_measured[k] = state.target_velocity[k]
+        return
+    step, sensors = int(state.clock[STEP]), plan.sensors
+    per_robot = int(sensors[0, NOISE] > 0.0) + int(sensors[1, NOISE] > 0.0)
+    for_target = int(sensors[2, NOISE] > 0.0) + int(sensors[3, NOISE] > 0.0)
+    points = stack_rows(2 * p)
+    for first in range(0, n + 1, WIDTH):
+        after = first + WIDTH
+        if (per_robot > 0 and first < n) or (for_target > 0 and after > n):
+            draw_points(points, per_robot, for_target, plan.seed, first, n, step)
+        for rate in range(2):
+            begin = first
+            if _only_noise(sensors[rate]):
+                begin = max(first, n)
+                if first < n:
+                    _add_noise(rate, first, points, plan, state)
+            for body in range(begin, min(after, n + 1)):
+                _measure_one(rate, body, points, body - first, step, plan, state)
+
+
+@inlined
+def _only_noise(sensor: Array) -> bool:
+    """Whether a channel shows the truth plus noise, if anything."""
+    return bool(
+        sensor[DELAY] == 0.0 and sensor[DROPOUT] == 0.0 and sensor[RESOLUTION] == 0.0 and sensor[BIAS] < 0.0
+    )
+
+
+@inlined
+def _point_of(rate: int, first: int, plan: Plan) -> int:
+    """Which point of the two is that of a rate: a ball of radius 0 draws nothing."""
+    return rate if plan.sensors[first, NOISE] > 0.0 else 0
+
+
+@inlined
+def _add_noise(rate: int, first: int, points: Array, plan: Plan, state: State) -> None:
+    """Measures positions or velocities of robots in lanes, whose sensors add noise and no more.
+
+    Args:
+        rate: 0 for positions, 1 for velocities.
+        first: Number of the first robot.
+        points: From unit balls, see `draw_points`.
+        plan: Gives the sensors.
+        state: Gives the truth; what is measured is written.
+    """
+    p = state.q.shape[1]
+    truth = state.q if rate == 0 else state.v
+    measured = state.q_measured if rate == 0 else state.v_measured
+    radius, at = plan.sensors[rate, NOISE], p * _point_of(rate, 0, plan)
+    rows = stack_rows(p)
+    load_rows(truth, first, rows)
+    if radius > 0.0:
+        for k in range(p):
+            set_row(rows, k, row_of(rows, k) + radius * row_of(points, at + k))
+    store_rows(measured, first, rows)
+
+
+@inlined
+def _measure_one(
+    rate: int, body: int, points: Array, lane: int, step: int, plan: Plan, state: State
+) -> None:  # fmt: skip
+    """Measures position or velocity of one body.
+
+    Args:
+        rate: 0 for the position, 1 for the velocity.
+        body: Number of the robot, or n for the target.
+        points: From unit balls, see `draw_points`.
+        lane: Whose column of these is the body's.
+        step: Number of the present step.
+        plan: Gives the sensors.
+        state: Gives the truth; what is measured is written, and the past.
+    """
+    n, p = state.q.shape
+    evaluated = int(state.clock[EVALUATED])
+    of_robot = body < n
+    index, use, bodies = (body, OF_ROBOT, n) if of_robot else (0, OF_TARGET, 1)
+    first = 0 if of_robot else 2  # channel of the position; that of the velocity follows
+    if of_robot:
+        truth = state.q[index] if rate == 0 else state.v[index]
+        measured = state.q_measured[index] if rate == 0 else state.v_measured[index]
+    else:
+        truth = state.target_position if rate == 0 else state.target_velocity
+        measured = state.target_position_measured if rate == 0 else state.target_velocity_measured
+    sensor = plan.sensors[first + rate]
+    seen = truth
+    if sensor[DELAY] > 0.0:
+        seen = state.past[_remember(truth, sensor, state.past, evaluated, bodies, index)]
+    # The start always arrives. Evaluated again, a step drops the same again.
+    if sensor[DROPOUT] > 0.0 and evaluated > 0:
+        if chance(plan.seed, use, index, step, rate) < sensor[DROPOUT]:
+            return
+    at = p * _point_of(rate, first, plan)
+    for k in range(p):
+        value = seen[k]
+        if sensor[BIAS] >= 0.0:
+            value += plan.bias[int(sensor[BIAS]) + index, k]
+        if sensor[NOISE] > 0.0:
+            value += sensor[NOISE] * points[at + k, lane]
+        if sensor[RESOLUTION] > 0.0:
+            value = np.rint(value / sensor[RESOLUTION]) * sensor[RESOLUTION]
+        measured[k] = value
+
+
+@inlined
+def _remember(truth: Array, sensor: Array, past: Array, evaluated: int, bodies: int, index: int) -> int:
+    """Keeps the truth, and says which row of the past has what it was some steps ago.
+
+    Args:
+        truth: Of one body now, shape (p,).
+        sensor: The channel's row of the plan.
+        past: Memory of all channels, shape (rows, p): each has delay + 1 rows per body, in turn.
+        evaluated: Steps evaluated before this one.
+        bodies: How many the channel measures.
+        index: Which of them this is.
+    """
+    delay, first = int(sensor[DELAY]), int(sensor[PAST]) + index
+    now = first + evaluated % (delay + 1) * bodies
+    for k in range(truth.shape[0]):
+        past[now, k] = truth[k]
+    return first + max(evaluated - delay, 0) % (delay + 1) * bodies

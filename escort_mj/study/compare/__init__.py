@@ -1,0 +1,1 @@
+"""Laws compared, and the paper's simulations reproduced."""

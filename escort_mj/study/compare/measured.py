@@ -1,0 +1,175 @@
+"""What the reproduction measures of one run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.record.means import mean
+from escort_mj.record.metrics import measure, window
+from escort_mj.record.outcome import Outcome
+from escort_mj.study.compare.reproduction import Simulation
+
+if TYPE_CHECKING:
+    import xarray
+
+TAIL = 0.2  # share of a run, or of what comes before its first obstacle, that counts as its steady state
+NEAR = 1.02  # safe distances: an obstacle that comes so near is near
+TRACKED = 0.01  # of the radius: a robot tracks its reference once |e| stays below this
+
+
+class Quantity(NamedTuple):
+    """One column of the table: its unit and what it means."""
+
+    unit: str
+    meaning: str
+
+
+QUANTITIES = {
+    "settling_time": Quantity("s", "time after which every robot stays within 5 % of R"),
+    "tracking_time": Quantity("s", "time after which every |e| stays below 1 % of R"),
+    "error_peak": Quantity("m", "largest |e|"),
+    "radius_error": Quantity("m", "tail mean of | |q - c| - R |"),
+    "radius_error_max": Quantity("m", "tail maximum of | |q - c| - R |"),
+    "spacing_error": Quantity("m", "tail mean deviation of neighbors' distances from even"),
+    "e_rms": Quantity("m", "tail rms of |e|, with the measurement noise in it"),
+    "e_dot_rms": Quantity("m/s", "tail rms of |e_dot|, with the measurement noise in it"),
+    "true_e_rms": Quantity("m", "tail rms of |q_d - q|, without the noise"),
+    "true_e_dot_rms": Quantity("m/s", "tail rms of |v_d - v|, without the noise of v"),
+    "chattering": Quantity("N/s", "tail mean of the force's total variation per second"),
+    "force_rms": Quantity("N", "tail rms of a robot's force"),
+    "obstacle_distance": Quantity("m", "least distance to an obstacle, center to center"),
+    "robot_distance": Quantity("m", "least distance between robots, center to center"),
+    "contacts": Quantity("1", "touches"),
+}
+
+
+class Approach(NamedTuple):
+    """The robot that came nearest to an obstacle.
+
+    Attributes:
+        robot: Its number.
+        distance: Center to center [m].
+        avoided: Robots that avoidance ruled while they were within the obstacle's safe distance.
+    """
+
+    robot: int
+    distance: float
+    avoided: list[int]
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured of one run.
+
+    Attributes:
+        simulation: Which run.
+        outcome: How it ended.
+        message: The same in words.
+        values: By the names of `QUANTITIES`; None where there is nothing to measure, infinite for "never".
+        approaches: One per obstacle.
+    """
+
+    simulation: Simulation
+    outcome: str
+    message: str
+    values: dict[str, float | None]
+    approaches: list[Approach]
+
+    @property
+    def completed(self) -> bool:
+        """Whether the run reached its end."""
+        return self.outcome == Outcome.COMPLETED.value
+
+    def value(self, name: str) -> float:
+        """A value that the run has."""
+        found = self.values[name]
+        return math.nan if found is None else found
+
+
+def measured(simulation: Simulation, outcome: str, message: str, trace: xarray.Dataset | None) -> Measured:
+    """Measures a run; one that did not reach its end has no steady state, only least distances.
+
+    Args:
+        simulation: Which run.
+        outcome: How it ended.
+        message: The same in words.
+        trace: What it recorded; None where there is nothing.
+    """
+    values: dict[str, float | None] = dict.fromkeys(QUANTITIES)
+    if trace is None or not trace.sizes["time"]:
+        return Measured(simulation, outcome, message, values, [])
+    values["obstacle_distance"] = measure("obstacle_distance_min", trace).value
+    values["robot_distance"] = measure("robot_distance_min", trace).value
+    values["contacts"] = measure("contacts", trace).value
+    if outcome == Outcome.COMPLETED.value:
+        before = undisturbed(trace)
+        tail = window(before, (1.0 - TAIL) * float(before["time"][-1]))
+        values |= _motion(before) | _steady(tail)
+    return Measured(simulation, outcome, message, values, _approaches(trace))
+
+
+def undisturbed(trace: xarray.Dataset) -> xarray.Dataset:
+    """What a run does before the first obstacle comes near; all of it where none does."""
+    if not trace.sizes["obstacle"]:
+        return trace
+    near = trace["obstacle_distance"].values.min(axis=(1, 2)) < NEAR * float(trace.attrs["safe_distance"])
+    before = trace.isel(time=slice(0, int(np.argmax(near)))) if near.any() else trace
+    return before if before.sizes["time"] > 1 else trace
+
+
+def _motion(trace: xarray.Dataset) -> dict[str, float | None]:
+    """How a run comes to its steady state."""
+    error = np.linalg.norm(trace["e"].values, axis=2).max(axis=1)
+    limit = TRACKED * float(trace.attrs["mission_radius"])
+    return {
+        "settling_time": measure("settling_time", trace).value,
+        "tracking_time": _last(trace["time"].values, error > limit),
+        "error_peak": float(error.max()),
+    }
+
+
+def _last(time: NDArray[np.float64], outside: NDArray[np.bool_]) -> float:
+    """The moment from which on nothing is outside; infinite where the end is."""
+    late = np.flatnonzero(outside)
+    if not len(late):
+        return float(time[0])
+    return float(time[late[-1] + 1]) if late[-1] + 1 < len(time) else math.inf
+
+
+def _steady(tail: xarray.Dataset) -> dict[str, float | None]:
+    """The steady state."""
+    return {
+        "radius_error": measure("radius_error_mean", tail).value,
+        "radius_error_max": measure("radius_error_max", tail).value,
+        "spacing_error": measure("spacing_error_mean", tail).value,
+        "e_rms": measure("tracking_error_rms", tail).value,
+        "e_dot_rms": measure("velocity_error_rms", tail).value,
+        "true_e_rms": true_error_rms(tail, "q"),
+        "true_e_dot_rms": true_error_rms(tail, "v"),
+        "chattering": measure("chattering", tail).value,
+        "force_rms": measure("force_rms", tail).value,
+    }
+
+
+def true_error_rms(trace: xarray.Dataset, name: str) -> float:
+    """Root mean square of a reference less what is true: `q` [m] or `v` [m/s], with no noise in it."""
+    error = trace[f"{name}_d"].values - trace[name].values
+    return math.sqrt(mean(trace, (error**2).sum(axis=2)))
+
+
+def _approaches(trace: xarray.Dataset) -> list[Approach]:
+    """Who came nearest to each obstacle, and whom avoidance ruled there."""
+    distance, active = trace["obstacle_distance"].values, trace["avoidance_active"].values > 0
+    safe = float(trace.attrs["safe_distance"])
+    found = []
+    for index in range(trace.sizes["obstacle"]):
+        near = distance[:, :, index]
+        robot = int(np.argmin(near.min(axis=0)))
+        ruled = np.flatnonzero((active & (near < safe)).any(axis=0)) + 1
+        found.append(Approach(robot + 1, float(near.min()), ruled.tolist()))
+    return found

@@ -1,0 +1,108 @@
+"""Makes one run of a study and sums it up: all that a worker process needs to import."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from escort_mj.errors import EscortError
+from escort_mj.mission import Room, fly
+from escort_mj.record.folder import RunFolder
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import dump_scenario
+from escort_mj.scenario.reader.load import Template
+from escort_mj.study.engine.store import Row
+
+RUNS = "runs"
+
+
+class Job(NamedTuple):
+    """A run to be made, by whoever gets it.
+
+    Attributes:
+        key: Of the run.
+        seed: Of all its randomness.
+        settings: What its cell sets.
+        text: The scenario's YAML before that.
+        source: What to call it.
+        folder: Where to keep the run; None for nowhere.
+        only_failed: Keep it only where it fails.
+    """
+
+    key: str
+    seed: int
+    settings: dict[str, Any]
+    text: str
+    source: str
+    folder: Path | None
+    only_failed: bool
+
+
+_mine = threading.local()
+
+
+def _room() -> Room:
+    """This thread's memory for samples."""
+    if not hasattr(_mine, "room"):
+        _mine.room = Room()
+    room: Room = _mine.room
+    return room
+
+
+@lru_cache(maxsize=4)
+def _template(text: str, source: str) -> Template:
+    return Template(text, source)
+
+
+def perform(job: Job) -> Row:
+    """Makes one run and sums it up; whatever goes wrong is a row, too."""
+    began = time.perf_counter()
+    try:
+        scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})
+        folder, run = None, None
+        if job.folder is None or job.only_failed:
+            run = fly(scenario, room=_room())
+        if job.folder is not None and (run is None or not run.passed):
+            with RunFolder.create(job.folder) as kept:
+                run = fly(scenario, kept)
+            folder = f"{RUNS}/{job.key}"
+        assert run is not None and run.recording is not None
+    except EscortError as error:
+        return row_of_nothing(job, Outcome.FAILED.value, str(error), time.perf_counter() - began)
+    except Exception as error:
+        message = f"{type(error).__name__}: {error}"
+        return row_of_nothing(job, Outcome.FAILED.value, message, time.perf_counter() - began)
+    attributes, prefix = run.recording.attrs, "version_"
+    return Row(
+        job.key,
+        job.seed,
+        job.settings,
+        run.outcome.value,
+        run.message,
+        run.passed,
+        float(run.metrics["run"]["simulated_time"]),
+        time.perf_counter() - began,
+        [asdict(verdict) for verdict in run.verdicts],
+        dump_scenario(scenario),
+        {
+            str(name).removeprefix(prefix): str(value)
+            for name, value in attributes.items()
+            if str(name).startswith(prefix)
+        },
+        {name: found.value for name, found in run.measures.items()} if run.outcome.good else {},
+        folder,
+    )
+
+
+def row_of_nothing(job: Job, outcome: str, message: str, wall_time: float) -> Row:
+    """The row of a run that came to nothing."""
+    return Row(job.key, job.seed, job.settings, outcome, message, False, 0.0, wall_time, [], "", {}, {})
+
+
+def killed(job: Job) -> Row:
+    """The row of a run that killed whatever process tried it."""
+    return row_of_nothing(job, Outcome.KILLED.value, "its worker process died, time and again", 0.0)

@@ -1,0 +1,189 @@
+"""Runs that a search asks for, point by point: all cells of the study with all its seeds, each made once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.record.files import write_text
+from escort_mj.scenario import dump_scenario
+from escort_mj.scenario.findings import parse_key_path
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.study.engine.backends import Backend
+from escort_mj.study.engine.store import Row, Store
+from escort_mj.study.engine.work import Job
+from escort_mj.study.sweeps.definition import MOST_RUNS
+from escort_mj.study.sweeps.design import Cell, Design
+from escort_mj.study.sweeps.searches import Search
+from escort_mj.study.sweeps.sweep import make
+
+Point = Mapping[str, float | int]
+"""Scenario keys or parameters, and the number that each has; `seed` moves the study's seeds."""
+SEED = "seed"
+
+
+class Evaluator:
+    """Makes the runs of points and keeps them in the study's store; a search made again finds them there.
+
+    Attributes:
+        design: The study's.
+        asked: How many runs were asked for, made before or now.
+        made: How many of them were made now.
+    """
+
+    def __init__(self, design: Design, out: Path, backend: Backend[Job, Row]) -> None:
+        """Opens the store.
+
+        Args:
+            design: The study's.
+            out: Folder of its results.
+            backend: Where to compute.
+        """
+        self.design, self.asked, self.made = design, 0, 0
+        self._store, self._backend = Store(out), backend
+
+    def __enter__(self) -> Evaluator:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
+    ) -> None:
+        self._store.close()
+
+    def __call__(self, points: Sequence[Point], seeds: Sequence[int] | None = None) -> list[list[Row] | None]:
+        """Runs of each point, cell by cell, seed by seed; None for a point that makes a cell impossible.
+
+        Args:
+            points: What to set beside each cell.
+            seeds: With which seeds; None: the study's.
+        """
+        jobs = [self._jobs(point, self.design.seeds if seeds is None else seeds) for point in points]
+        wanted = {job.key: job for of_point in jobs if of_point is not None for job in of_point}
+        known = self._store.known()
+        missing = [job for key, job in wanted.items() if key not in known]
+        self.asked += len(wanted)
+        self.made += make(missing, self._store, self._backend, len(missing), None)
+        rows = self._store.get(wanted)
+        return [None if jobs_ is None else [rows[job.key] for job in jobs_] for jobs_ in jobs]
+
+    def kept(self) -> str:
+        """What a search that is interrupted has left."""
+        runs = len(self._store.known())
+        return f"{runs} runs are kept in {self._store.path.parent}; the same command goes on from there"
+
+    def scenario(self, point: Point, cell: int = 0, seed: int | None = None) -> Scenario:
+        """The scenario of a cell at a point."""
+        first = self.design.seeds[0] if seed is None else seed
+        return self.design.scenario(*_placed(point, self.design, cell, first))
+
+    def write(self, path: Path, point: Point, scenario: Scenario, title: str) -> Scenario:
+        """Writes a scenario of a point as a file that runs, and says at its top what the search moved.
+
+        Args:
+            path: The file; its name is the scenario's.
+            point: What the search moved.
+            scenario: What comes of it.
+            title: A sentence for the first line and the scenario's description.
+        """
+        moved = [
+            f"# {key}: {value:g}; without the search {_number(base_of(self.design, key))}"
+            for key, value in point.items()
+        ]
+        named = scenario.model_copy(update={"name": path.stem[:80], "description": title[:2000]})
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, "\n".join([f"# {title}", *moved, dump_scenario(named)]))
+        return named
+
+    def _jobs(self, point: Point, seeds: Sequence[int]) -> list[Job] | None:
+        jobs = []
+        for index in range(len(self.design.cells)):
+            for seed in seeds:
+                cell, moved = _placed(point, self.design, index, seed)
+                try:
+                    self.design.scenario(cell, moved)
+                except ScenarioError:
+                    return None
+                template = self.design.template
+                key = self.design.key(cell, moved)
+                jobs.append(Job(key, moved, cell.settings, template.text, template.source, None, False))
+        return jobs
+
+
+def _placed(point: Point, design: Design, index: int, seed: int) -> tuple[Cell, int]:
+    """A cell at a point, and the seed that a run of it has there."""
+    cell = design.cells_at({key: value for key, value in point.items() if key != SEED})[index]
+    return cell, seed if SEED not in point else int(point[SEED]) + seed - design.seeds[0]
+
+
+def base_of(design: Design, key: str) -> float | None:
+    """The number that a key or parameter has without a search, in the first cell; None if it has none."""
+    if key == SEED:
+        return design.seeds[0]
+    if key in design.study.parameters:
+        return design.study.parameters[key]
+    value: Any = design.scenario(design.cells[0], design.seeds[0]).model_dump()
+    for name in parse_key_path(key) or ():
+        try:
+            value = value[name]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return value if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def check_search(design: Design, section: str, search: Search, held_out: int = 0) -> None:
+    """Tries every key of a search's box at both its bounds, and counts the runs that are made at once.
+
+    Bounds may be impossible together with other keys; such points are passed over by a search.
+
+    Args:
+        design: The study's.
+        section: Where the search stands in the study.
+        search: What it says.
+        held_out: Seeds beyond the study's own with which two points are compared in the end.
+
+    Raises:
+        ScenarioError: If scenarios have no such key, it may not have such a value, or there are too many
+            runs.
+    """
+    faults = []
+    sizes = {"batch": search.batch * len(design), "held_out": 2 * held_out * len(design.cells)}
+    for key, runs in sizes.items():
+        if runs > MOST_RUNS:
+            words = f"takes {runs:,} runs at once in {len(design.cells):,} cells; allowed are {MOST_RUNS:,}"
+            faults.append(design.file.fault(words, section, key))
+    for key, bounds in search.over.items():
+        if key in design.study.parameters or key == SEED:
+            continue
+        for side in ("low", "high"):
+            bound = getattr(bounds, side)
+            value = int(bound) if bounds.whole else bound
+            try:
+                design.scenario(design.cells_at({key: value})[0], design.seeds[0])
+            except ScenarioError as error:
+                about = [fault.message for fault in error.faults if _is_about(fault, key)]
+                if about:
+                    faults.append(design.file.fault(about[0], section, "over", key, side))
+                    break
+    if faults:
+        raise ScenarioError(faults)
+
+
+def _number(value: float | None) -> str:
+    return "no number" if value is None else f"{value:g}"
+
+
+def _is_about(fault: Fault, key: str) -> bool:
+    """Whether a fault is one of this key by itself."""
+    return fault.source.startswith(f"--set {key}=") or parse_key_path(fault.key) == parse_key_path(key)
+
+
+def mean(rows: Sequence[Row], metric: str) -> float:
+    """Mean of a metric over runs; not a number where a run has none."""
+    values = [row.metrics.get(metric) for row in rows]
+    return (
+        math.nan if any(v is None for v in values) else sum(v for v in values if v is not None) / len(values)
+    )

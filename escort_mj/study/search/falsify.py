@@ -1,0 +1,217 @@
+"""A search for runs that break a verdict, and the smallest scenarios that still do."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from escort_mj import stopping
+from escort_mj.errors import ScenarioError
+from escort_mj.mission import fly
+from escort_mj.record.files import write_json
+from escort_mj.record.folder import RunFolder
+from escort_mj.study.engine.backends import Backend
+from escort_mj.study.engine.store import Row
+from escort_mj.study.engine.work import Job
+from escort_mj.study.search.asking import Asker
+from escort_mj.study.search.evaluate import Evaluator, Point, base_of, check_search
+from escort_mj.study.search.robustness import BEST, broken, robustness
+from escort_mj.study.search.shrink import shrink
+from escort_mj.study.sweeps.design import Design
+from escort_mj.study.sweeps.searches import Falsify
+
+Progress = Callable[[float, float], None]
+HOPELESS = 50  # impossible points for each that is possible, beyond which a search gives up
+COUNTEREXAMPLES, SUMMARY = "counterexamples", "falsify.json"
+
+
+@dataclass(frozen=True)
+class Counterexample:
+    """A scenario that fails.
+
+    Attributes:
+        broken: The verdict that the search broke worst, and that shrinking kept broken, in words.
+        found: The point as the search found it.
+        point: The point after shrinking.
+        base: What its keys have without it; None for what is no number there.
+        message: The failed verdicts of its run, or how it ended.
+        scenario: The scenario file.
+        folder: Its run folder.
+    """
+
+    broken: str
+    found: dict[str, float]
+    point: dict[str, float]
+    base: dict[str, float | None]
+    message: str
+    scenario: Path
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Falsified:
+    """What a search came to.
+
+    Attributes:
+        runs: Runs until the search ended.
+        until_first: Runs until the first failure; None without one.
+        shrinking: Runs that shrinking took beside them.
+        made: How many of all of them were made now.
+        points: Points tried.
+        impossible: Points passed over, because no scenario is possible there.
+        least: Least robustness found, and where.
+        counterexamples: One for every verdict that was broken worst anywhere.
+    """
+
+    runs: int
+    until_first: int | None
+    shrinking: int
+    made: int
+    points: int
+    impossible: int
+    least: tuple[float, dict[str, float]]
+    counterexamples: tuple[Counterexample, ...]
+
+
+def falsify(
+    design: Design, out: Path, backend: Backend[Job, Row], progress: Progress | None = None
+) -> Falsified:
+    """Searches a study's box for points where a verdict breaks, and shrinks what it finds.
+
+    The study's cells without the search are tried first: a scenario that fails as it stands needs no search.
+
+    Args:
+        design: A study with a section `falsify`.
+        out: Folder of its results; a search made again finds its runs there.
+        backend: Where to compute.
+        progress: Called with the runs made and the most that may be.
+
+    Raises:
+        ScenarioError: If the study has no such section, or a key of it is none.
+        UsageError: If Optuna is not installed.
+    """
+    search = design.study.falsify
+    if search is None:
+        raise ScenarioError([design.file.fault("has no section falsify, which says what to search", "study")])
+    check_search(design, "falsify", search)
+    with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
+        hunt = _Hunt(evaluator, search)
+        hunt.go(progress)
+        runs = evaluator.asked
+        found = tuple(
+            _write(evaluator, number, words, point, out / COUNTEREXAMPLES)
+            for number, (words, point) in enumerate(hunt.failures.items(), 1)
+        )
+        result = Falsified(
+            runs, hunt.until_first, evaluator.asked - runs, evaluator.made, hunt.points, hunt.impossible,
+            hunt.least, found,
+        )  # fmt: skip
+    write_json(out / SUMMARY, json.loads(json.dumps(asdict(result), default=str)))
+    return result
+
+
+class _Hunt:
+    """The search itself."""
+
+    def __init__(self, evaluator: Evaluator, search: Falsify) -> None:
+        self.evaluator, self.search = evaluator, search
+        self.failures: dict[str, Point] = {}  # the first of each kind
+        self.failed = self.points = self.impossible = 0
+        self.until_first: int | None = None
+        self.least: tuple[float, dict[str, float]] = (BEST, {})
+
+    def go(self, progress: Progress | None) -> None:
+        """Searches until enough is found or enough was tried."""
+        search, evaluator = self.search, self.evaluator
+        asker = Asker(search.over, search.method, search.seed, search.batch)
+        self.look({}, evaluator([{}])[0])
+        if self.failed:
+            return
+        while self.failed < search.collect and evaluator.asked < search.runs:
+            points = asker.ask(search.batch)
+            rows = evaluator(points)
+            values = [self.look(point, of_point) for point, of_point in zip(points, rows, strict=True)]
+            asker.tell([None if value is None else (value,) for value in values])
+            if self.impossible > HOPELESS * self.points:
+                words = f"{self.impossible} of {self.impossible + self.points} points are impossible"
+                raise ScenarioError(
+                    [evaluator.design.file.fault(f"{words}; narrow the bounds", "falsify", "over")]
+                )
+            if progress is not None:
+                progress(min(evaluator.asked, search.runs), search.runs)
+
+    def look(self, point: Point, rows: list[Row] | None) -> float | None:
+        """Notes what came of a point; returns its robustness, None where it is impossible."""
+        if rows is None:
+            self.impossible += 1
+            return None
+        self.points += 1
+        duration = self.evaluator.scenario(point).duration
+        weakest = min(robustness(row, duration) for row in rows)
+        if weakest.value < self.least[0]:
+            self.least = weakest.value, dict(point)
+        if weakest.value < 0.0:
+            self.failed += 1
+            self.failures.setdefault(weakest.verdict, point)
+            self.until_first = self.until_first or self.evaluator.asked
+        return weakest.value
+
+
+def _write(evaluator: Evaluator, number: int, words: str, point: Point, folder: Path) -> Counterexample:
+    """Shrinks a point, writes its scenario, and makes its run."""
+
+    def failing(candidate: Point) -> Row | None:
+        rows = evaluator([candidate])[0] or ()
+        duration = evaluator.scenario(candidate).duration if rows else 0.0
+        return next((row for row in rows if words in broken([row], duration)), None)
+
+    base = {key: base_of(evaluator.design, key) for key in point}
+    small = shrink(point, base, lambda candidate: failing(candidate) is not None)
+    row = failing(small)
+    assert row is not None, "what is shrunk fails still"
+    study = evaluator.design.study.study
+    path = folder / f"{study}_{number}.yaml"
+    cell = evaluator.design.template.scenario(row.settings | {"seed": row.seed})
+    scenario = evaluator.write(path, small, cell, f"Found by escort-mj falsify {study}: {words}")
+    with RunFolder.create(folder / scenario.name) as kept:
+        run = fly(scenario, kept)
+    failed = [verdict.message for verdict in run.verdicts if not verdict.passed]
+    return Counterexample(
+        words, dict(point), small, {key: base[key] for key in small}, "; ".join(failed), path, kept.path
+    )
+
+
+def _written(value: float | None) -> str:
+    return "no number" if value is None else f"{value:g}"
+
+
+def lines(found: Falsified) -> list[str]:
+    """What is to be said of a search, for a terminal."""
+    said = []
+    for one in found.counterexamples:
+        said.append(f"{one.scenario}: {one.message}")
+        said += _moves(one)
+    tried = f"{found.points} points, {found.runs} runs"
+    if found.impossible:
+        tried += f", {found.impossible} points passed over as impossible"
+    if found.until_first is None:
+        said.append(f"nothing found in {tried}; least robustness {found.least[0]:.3g} (0 is failure) at")
+        said += [f"  {key} = {value:.6g}" for key, value in found.least[1].items()]
+    else:
+        said.append(f"first failure after {found.until_first} runs; {tried}, and"
+                    f" {found.shrinking} to shrink")  # fmt: skip
+    return said
+
+
+def _moves(one: Counterexample) -> list[str]:
+    if not one.point:
+        return ["  as the study stands, without anything moved"]
+    return [
+        f"  {key} = {value:.6g} (without the search {_written(one.base[key])})"
+        for key, value in one.point.items()
+    ]
+
+
+__all__ = ["Counterexample", "Falsified", "falsify", "lines"]

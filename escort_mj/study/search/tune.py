@@ -1,0 +1,264 @@
+"""Values of scenario keys tuned to metrics, and compared with the scenario's own on seeds held out."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from escort_mj import stopping
+from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.record.files import write_json, write_text
+from escort_mj.study.engine.backends import Backend
+from escort_mj.study.engine.store import Row
+from escort_mj.study.engine.work import Job
+from escort_mj.study.search.asking import Asker
+from escort_mj.study.search.evaluate import Evaluator, base_of, check_search, mean
+from escort_mj.study.search.robustness import robustness
+from escort_mj.study.search.tune_table import table
+from escort_mj.study.sweeps.design import Design
+from escort_mj.study.sweeps.searches import Bound, Tune
+
+Progress = Callable[[float, float], None]
+BEST, TRIALS, SUMMARY = "best.yaml", "trials.csv", "tune.json"
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of one point.
+
+    Attributes:
+        point: The values that were tried; empty for the scenario's own.
+        values: Of the objectives, in their order; None where no scenario is possible or a run has no value.
+        bounded: Means of the metrics that have bounds.
+        violations: By how much it breaks each constraint, by its size; up to 0 it holds.
+    """
+
+    point: dict[str, float]
+    values: tuple[float, ...] | None
+    bounded: dict[str, float]
+    violations: dict[str, float]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether it has values and every constraint holds."""
+        return self.values is not None and all(excess <= 0.0 for excess in self.violations.values())
+
+
+class Gain(NamedTuple):
+    """One metric with the best values against the scenario's own, on the seeds held out.
+
+    Attributes:
+        own: Its mean with the scenario's own values.
+        best: Its mean with the best ones.
+        change: Relative change of the mean.
+        low: Lower bound of a bootstrap interval of the change, pairs of runs drawn again.
+        high: Upper bound.
+        better: In how many pairs it is smaller.
+        pairs: How many there are.
+    """
+
+    own: float
+    best: float
+    change: float
+    low: float
+    high: float
+    better: int
+    pairs: int
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What tuning came to.
+
+    Attributes:
+        own: The scenario's own values.
+        trials: Every point that was tried, in order.
+        front: Places in it of the feasible points that no other betters in all objectives, by the first.
+        gains: By metric, of the front's first against the scenario's own; empty without seeds held out.
+        failed: Runs held out that failed a verdict: with the scenario's own values, and with the best.
+        runs: Runs that it took, made before or now.
+        made: How many of them were made now.
+    """
+
+    own: Trial
+    trials: tuple[Trial, ...]
+    front: tuple[int, ...]
+    gains: dict[str, Gain]
+    failed: tuple[int, int]
+    runs: int
+    made: int
+
+    @property
+    def best(self) -> Trial:
+        """The feasible trial that is best in the first objective."""
+        return self.trials[self.front[0]]
+
+
+def tune(design: Design, out: Path, backend: Backend[Job, Row], progress: Progress | None = None) -> Tuned:
+    """Tunes what a study says, and writes the best as a scenario that runs.
+
+    Args:
+        design: A study with a section `tune`.
+        out: Folder of its results; tuning again finds its runs there and goes on where it was.
+        backend: Where to compute.
+        progress: Called with the trials made and all.
+
+    Raises:
+        ScenarioError: If the study has no such section, or a key of it is none.
+        UsageError: If Optuna is not installed, or no point tried keeps every constraint.
+    """
+    search = design.study.tune
+    if search is None:
+        raise ScenarioError([design.file.fault("has no section tune, which says what to tune", "study")])
+    check_search(design, "tune", search, search.held_out)
+    with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
+        own, trials = _tried(evaluator, search, progress)
+        write_text(out / TRIALS, table(search, own, trials, front := _front(search, trials)))
+        if not front:
+            raise UsageError(
+                f"{design.file.path}: none of {len(trials)} trials keeps every constraint; "
+                f"{out / TRIALS} says which are broken"
+            )
+        gains, failed = _compared(evaluator, search, trials[front[0]])
+        found = Tuned(own, tuple(trials), tuple(front), gains, failed, evaluator.asked, evaluator.made)
+        best = found.best.point
+        title = f"Tuned by escort-mj tune {design.study.study}: {_aim(search)}"
+        evaluator.write(out / BEST, best, evaluator.scenario(best), title)
+    told = {metric: gain._asdict() for metric, gain in gains.items()}
+    summary = asdict(found) | {
+        "best": best,
+        "trials": len(trials),
+        "gains": told,
+    }
+    write_json(out / SUMMARY, json.loads(json.dumps(summary)))
+    return found
+
+
+def _aim(search: Tune) -> str:
+    """What tuning is after, in words."""
+    aims = " and ".join(f"{objective.goal} {objective.metric}" for objective in search.objectives)
+    return aims + "".join(f", {_bound(bound)}" for bound in search.bounds)
+
+
+def _bound(bound: Bound) -> str:
+    words = [f"{key.replace('_', ' ')} {value:g}" for key in ("at_most", "at_least")
+             if (value := getattr(bound, key)) is not None]  # fmt: skip
+    if bound.at_most_own is not None:
+        words.append(f"at most {bound.at_most_own:g} times its own")
+    return f"{bound.metric} {' and '.join(words)}"
+
+
+def _tried(evaluator: Evaluator, search: Tune, progress: Progress | None) -> tuple[Trial, list[Trial]]:
+    """Tries as many points as wanted, the scenario's own values first."""
+    own_rows = evaluator([{}])[0]
+    own = _trial(evaluator, search, {}, own_rows, own_rows or [])
+    asker = Asker(search.over, search.method, search.seed, search.batch, [o.goal for o in search.objectives])
+    base = {key: base_of(evaluator.design, key) for key in search.over}
+    if all(
+        value is not None and search.over[key].low <= value <= search.over[key].high
+        for key, value in base.items()
+    ):
+        asker.suggest({key: value for key, value in base.items() if value is not None})
+    trials: list[Trial] = []
+    while len(trials) < search.trials:
+        points = asker.ask(min(search.batch, search.trials - len(trials)))
+        some = [
+            _trial(evaluator, search, point, rows, own_rows or [])
+            for point, rows in zip(points, evaluator(points), strict=True)
+        ]
+        asker.tell([trial.values for trial in some], [trial.violations for trial in some])
+        trials += some
+        if progress is not None:
+            progress(len(trials), search.trials)
+    return own, trials
+
+
+def _trial(
+    evaluator: Evaluator, search: Tune, point: Mapping[str, float], rows: list[Row] | None, own: list[Row]
+) -> Trial:
+    """Sums up the runs of a point."""
+    if rows is None:
+        return Trial(dict(point), None, {}, {})
+    violations = {}
+    if search.verdicts:
+        duration = evaluator.scenario(point).duration
+        violations["verdicts"] = -min(robustness(row, duration).value for row in rows)
+    bounded = {bound.metric: mean(rows, bound.metric) for bound in search.bounds}
+    for bound in search.bounds:
+        value, name = bounded[bound.metric], _bound(bound)
+        most = [bound.at_most] if bound.at_most is not None else []
+        if bound.at_most_own is not None:
+            most.append(bound.at_most_own * mean(own, bound.metric))
+        excesses = [_excess(value, limit) for limit in most]
+        if bound.at_least is not None:
+            excesses.append(-_excess(value, bound.at_least))
+        violations[name] = max(excesses)
+    values = tuple(mean(rows, objective.metric) for objective in search.objectives)
+    numbers = all(map(math.isfinite, (*values, *violations.values())))
+    return Trial(dict(point), values if numbers else None, bounded, violations)
+
+
+def _excess(value: float, limit: float) -> float:
+    """How far a value is above a limit, by the size of both."""
+    return (value - limit) / (abs(value) + abs(limit) or 1.0)
+
+
+def _front(search: Tune, trials: Sequence[Trial]) -> list[int]:
+    """Places of the feasible trials that no other betters in all objectives, by the first objective."""
+    signs = [1.0 if objective.goal == "minimize" else -1.0 for objective in search.objectives]
+    costs = {
+        place: tuple(sign * value for sign, value in zip(signs, trial.values or (), strict=True))
+        for place, trial in enumerate(trials)
+        if trial.feasible
+    }
+    best: dict[tuple[float, ...], int] = {}
+    for place, cost in costs.items():
+        if not any(
+            other != cost and all(a <= b for a, b in zip(other, cost, strict=True))
+            for other in costs.values()
+        ):
+            best.setdefault(cost, place)
+    return [place for _, place in sorted(best.items())]
+
+
+def _compared(evaluator: Evaluator, search: Tune, best: Trial) -> tuple[dict[str, Gain], tuple[int, int]]:
+    """The best values against the scenario's own, on seeds that tuning has not seen."""
+    first = evaluator.design.seeds[-1] + 1
+    seeds = range(first, first + search.held_out)
+    if not search.held_out:
+        return {}, (0, 0)
+    own, tuned = evaluator([{}, best.point], seeds)
+    assert own is not None and tuned is not None, "both were possible with other seeds"
+    metrics = dict.fromkeys([*(o.metric for o in search.objectives), *(b.metric for b in search.bounds)])
+    gains = {metric: gain for metric in metrics if (gain := _gain(own, tuned, metric)) is not None}
+    return gains, (sum(not row.passed for row in own), sum(not row.passed for row in tuned))
+
+
+def _gain(own: Sequence[Row], tuned: Sequence[Row], metric: str) -> Gain | None:
+    """One metric of runs in pairs; None where no pair has two finite values."""
+    from scipy.stats import bootstrap
+
+    values = [(a.metrics.get(metric), b.metrics.get(metric)) for a, b in zip(own, tuned, strict=True)]
+    pairs = np.array([(a, b) for a, b in values if a is not None and b is not None], float).reshape(-1, 2)
+    pairs = pairs[np.isfinite(pairs).all(axis=1)]
+    if not len(pairs) or not pairs[:, 0].mean():
+        return None
+    low = high = math.nan
+    if len(pairs) > 1:
+        drawn = bootstrap(
+            (pairs[:, 0], pairs[:, 1]), lambda a, b, axis=-1: b.mean(axis=axis) / a.mean(axis=axis) - 1.0,
+            paired=True, vectorized=True, confidence_level=LEVEL, method="percentile",
+            rng=np.random.Generator(np.random.Philox(0)),
+        ).confidence_interval  # fmt: skip
+        low, high = float(drawn.low), float(drawn.high)
+    before, after = (float(mean_) for mean_ in pairs.mean(axis=0))
+    return Gain(
+        before, after, after / before - 1.0, low, high, int((pairs[:, 1] < pairs[:, 0]).sum()), len(pairs)
+    )

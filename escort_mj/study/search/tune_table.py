@@ -1,0 +1,70 @@
+"""What tuning came to, as tables for people and programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from escort_mj.record.files import comma_separated
+from escort_mj.signals import METRICS
+from escort_mj.study.sweeps.searches import Tune
+
+if TYPE_CHECKING:
+    from escort_mj.study.search.tune import Trial, Tuned
+
+UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric in METRICS}
+
+
+def table(search: Tune, own: Trial, trials: Sequence[Trial], front: Sequence[int]) -> str:
+    """All trials as comma-separated values; number 0 is the scenario's own."""
+    objectives = [objective.metric for objective in search.objectives]
+    bounded = [m for m in dict.fromkeys(bound.metric for bound in search.bounds) if m not in objectives]
+    lines = [["trial", *search.over, *objectives, *bounded, *own.violations, "feasible", "front"]]
+    for number, trial in enumerate([own, *trials]):
+        lines.append(
+            [
+                number,
+                *(trial.point.get(key) for key in search.over),
+                *(trial.values or [None] * len(objectives)),
+                *(trial.bounded.get(metric) for metric in bounded),
+                *(trial.violations.get(name) for name in own.violations),
+                trial.feasible,
+                number - 1 in front,
+            ]
+        )
+    return comma_separated(lines)
+
+
+def rows_of_gains(found: Tuned) -> Iterator[list[str]]:
+    """The comparison on seeds held out by metric: own, tuned, change, its interval, in how many smaller."""
+    for metric, gain in found.gains.items():
+        unit = UNITS[metric]
+        yield [
+            metric,
+            f"{gain.own:.3g}{unit}",
+            f"{gain.best:.3g}{unit}",
+            f"{100 * gain.change:+.1f} %",
+            f"{100 * gain.low:+.1f} to {100 * gain.high:+.1f} %",
+            f"{gain.better} of {gain.pairs}",
+        ]
+
+
+def lines(found: Tuned, search: Tune, base: Mapping[str, float | None]) -> list[str]:
+    """What is to be said of tuning, for a terminal."""
+    feasible = sum(trial.feasible for trial in found.trials)
+    said = [f"{len(found.trials)} trials, {found.runs} runs; {feasible} trials keep every constraint"]
+    if len(search.objectives) > 1:
+        said.append(
+            f"{len(found.front)} of them are the front; below, the best in {search.objectives[0].metric}"
+        )
+    said += [
+        f"  {key} = {value:.4g} (the scenario's own: {'none' if base[key] is None else f'{base[key]:.4g}'})"
+        for key, value in found.best.point.items()
+    ]
+    if found.gains:
+        pairs = max(gain.pairs for gain in found.gains.values())
+        said.append(f"on {pairs} pairs of runs with seeds held out, own and tuned (95 % interval):")
+        for metric, own, best, change, interval, better in rows_of_gains(found):
+            said.append(f"  {metric}: {own} -> {best}, {change} ({interval}), smaller in {better}")
+        said.append(f"  runs that failed a verdict: {found.failed[0]} -> {found.failed[1]}")
+    return said

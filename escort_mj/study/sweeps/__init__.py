@@ -1,0 +1,1 @@
+"""Sweeps: definition, design, results and their statistics."""

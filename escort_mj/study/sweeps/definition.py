@@ -1,0 +1,214 @@
+"""A study as its YAML tells it: one scenario, what is varied, how often, and what is kept."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path as FilePath
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PositiveFloat, PositiveInt, ValidationError
+
+from escort_mj.components.parameters import Parameters
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.findings import Finding, Path, key_path, listed, nearest, parse_key_path
+from escort_mj.scenario.reader import explain
+from escort_mj.scenario.reader.document import Document, read
+from escort_mj.scenario.reader.load import read_text, tuples
+from escort_mj.scenario.schema.fields import RUN_NAME
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.study.sweeps.parameters import NAME, named
+from escort_mj.study.sweeps.ranges import Box, Levels, Range, Steps
+from escort_mj.study.sweeps.searches import Falsify, Tune
+
+MOST_CELLS = 10_000  # each is tried before anything runs, 10 ms
+MOST_RUNS = 1_000_000  # laid out at once, half a kilobyte each
+PARAMETER = rf"^{NAME}$"
+
+
+class Sample(Parameters):
+    """Points drawn from a box of ranges."""
+
+    method: Literal["sobol", "latin_hypercube", "random"] = "sobol"
+    """`sobol` and `latin_hypercube` cover the box more evenly than `random`."""
+    count: Annotated[int, Field(ge=1, le=MOST_CELLS)]
+    """How many points."""
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
+    """Seed of the drawing."""
+    over: Box
+    """Scenario keys or parameters, and the range of each."""
+
+
+class Limit(Parameters):
+    """How large a study may be before it has to be confirmed."""
+
+    runs: PositiveInt = 5000
+    """Runs that are still to be made."""
+    hours: PositiveFloat = 1.0
+    """Time that they would take [h], judged by one of them."""
+
+
+class Study(Parameters):
+    """Many runs of one scenario: every cell of the design, with every seed."""
+
+    study: Annotated[str, Field(pattern=RUN_NAME)]
+    """Name of the study, of its folder and its report."""
+    version: Literal[1] = 1
+    """Version of this format."""
+    description: Annotated[str, Field(max_length=4000)] = ""
+    """What the study is to find out."""
+    scenario: str
+    """A scenario file beside this one, or the name of a shipped scenario."""
+    parameters: dict[Annotated[str, Field(pattern=PARAMETER)], float] = {}
+    """Numbers by name: where a value of `set` or `cases` has the name in braces, as in "{amplitude}*sin(t)",
+    it gets the number; what is varied or searched may name them like scenario keys."""
+    set: dict[str, Any] = {}
+    """Scenario keys and the value that they have in every run."""
+    cases: Annotated[dict[str, dict[str, Any]], Field(max_length=1000)] = {}
+    """Named alternatives, each a table of scenario keys and values."""
+    vary: Annotated[dict[str, Levels], Field(max_length=16)] = {}
+    """Scenario keys and their values, a list or evenly spread; every combination is a cell."""
+    sample: Sample | None = None
+    """Points drawn from ranges, beside the combinations above."""
+    seeds: Annotated[int, Field(ge=1, le=100_000)] = 1
+    """Seeds of every cell, the same for all cells: noise and random starts are paired."""
+    first_seed: Annotated[int, Field(ge=0, lt=2**53)] | None = None
+    """The first of them; null: the scenario's own."""
+    traces: Literal["none", "failed", "all"] = "none"
+    """Whose run folders are kept: of no run, of those that fail a verdict or break, of all."""
+    at_most: Limit = Limit()
+    """Beyond this the study has to be confirmed."""
+    tune: Tune | None = None
+    """What `escort-mj tune` does with the study's cells and seeds."""
+    falsify: Falsify | None = None
+    """What `escort-mj falsify` does with the study's cells and seeds."""
+
+
+class StudyFile:
+    """A checked study with its text's places, for faults that show only when its cells are tried.
+
+    Attributes:
+        path: The file.
+        study: What it says.
+    """
+
+    def __init__(self, path: FilePath, study: Study, document: Document) -> None:
+        self.path, self.study, self._document = path, study, document
+
+    def fault(self, message: str, *path: str | int) -> Fault:
+        """A fault with its place in the file."""
+        place = self._document.place(path)
+        return Fault(message, key_path(path), place.line, place.column, place.source)
+
+
+def is_study(document: Document) -> bool:
+    """Whether a YAML file is a study and not a scenario."""
+    return isinstance(document.data, dict) and "study" in document.data
+
+
+def load_study(path: str | os.PathLike[str]) -> StudyFile:
+    """Reads and checks a study file; the scenario that it names is read by `design.Design`.
+
+    Raises:
+        UsageError: If there is no such file or it cannot be read.
+        ScenarioError: With every fault found.
+    """
+    source = os.fspath(path)
+    document = read(read_text(FilePath(source)), source)
+    if not is_study(document):
+        message = "is no study: a study names itself with the key study, and its scenario with scenario"
+        raise ScenarioError([Fault(message, source=source)])
+    try:
+        study = Study.model_validate(tuples(document.data), strict=True)
+    except ValidationError as error:
+        findings = explain.findings(error, document.data, Study)
+    else:
+        findings = list(_findings(study))
+        if not findings:
+            return StudyFile(FilePath(source), study, document)
+    faults = []
+    for finding in findings:
+        place = document.place(finding.path, finding.at_key)
+        faults.append(Fault(finding.message, key_path(finding.path), place.line, place.column, place.source))
+    raise ScenarioError(sorted(faults, key=lambda fault: (fault.line, fault.column)))
+
+
+def _findings(study: Study) -> list[Finding]:
+    """What is wrong between the keys of a study."""
+    found = [*_key_findings(study), *_parameter_findings(study)]
+    found += [Finding(("vary", key), "has no values") for key, value in study.vary.items() if value == ()]
+    for key, levels in study.vary.items():
+        if isinstance(levels, Range):
+            found += levels.findings(("vary", key))
+    for path, box in _boxes(study):
+        for key, bounds in box.items():
+            found += bounds.findings((*path, key))
+    found += list(study.tune.findings()) if study.tune is not None else []
+    return found or list(_size_findings(study))
+
+
+def values_of(levels: tuple[Any, ...] | Steps) -> list[Any]:
+    """The values of one factor."""
+    return levels.values() if isinstance(levels, Steps) else list(levels)
+
+
+def cells_of(study: Study) -> int:
+    """How many cells a study has, counted without laying them out."""
+    levels = math.prod(len(values_of(values)) for values in study.vary.values())
+    return max(len(study.cases), 1) * levels * (study.sample.count if study.sample is not None else 1)
+
+
+def _size_findings(study: Study) -> Iterator[Finding]:
+    """More cells, or more runs, than can be laid out."""
+    cells = cells_of(study)
+    runs = cells * study.seeds
+    if cells > MOST_CELLS:
+        words = f"the study has {cells:,} cells; allowed are {MOST_CELLS:,} (sample draws from ranges)"
+        yield Finding(("vary",) if study.vary else ("cases",), words)
+    elif runs > MOST_RUNS:
+        words = f"{cells:,} cells with {study.seeds:,} seeds each take {runs:,} runs"
+        yield Finding(("seeds",), f"{words}; allowed are {MOST_RUNS:,}")
+
+
+def _boxes(study: Study) -> Iterator[tuple[Path, dict[str, Range]]]:
+    """Every table of ranges, and where it stands."""
+    for name in ("sample", "tune", "falsify"):
+        if (part := getattr(study, name)) is not None:
+            yield (name, "over"), part.over
+
+
+def _key_findings(study: Study) -> Iterator[Finding]:
+    """Keys that are none, that are not a study's to set, or that are varied twice."""
+    seen: dict[str, str] = {}
+    tables: list[tuple[Path, str]] = [(("set", key), key) for key in study.set]
+    tables += [(("vary", key), key) for key in study.vary]
+    tables += [((*path, key), key) for path, box in _boxes(study) for key in box]
+    tables += [(("cases", name, key), key) for name, case in study.cases.items() for key in case]
+    for path, key in tables:
+        searched = path[0] in ("tune", "falsify")
+        if parse_key_path(key) is None:
+            yield Finding(path, "is no key path of a scenario, such as robots.mass", at_key=True)
+        elif key in ("name", "version") or (key == "seed" and path[0] != "falsify"):
+            yield Finding(path, f"{key} cannot be varied; seeds and first_seed say which", at_key=True)
+        elif path[0] in ("vary", "sample") and key in seen:
+            yield Finding(path, f"is given in {seen[key]} too", at_key=True)
+        if path[0] != "set" and not searched:
+            seen.setdefault(key, key_path(path[:-1]))
+
+
+def _parameter_findings(study: Study) -> Iterator[Finding]:
+    """Parameters that hide a scenario key, and names in braces that are no parameters."""
+    for name in study.parameters:
+        if name in Scenario.model_fields:
+            yield Finding(("parameters", name), "is a key of scenarios; choose another name", at_key=True)
+    values: list[tuple[Path, Any]] = [(("set", key), value) for key, value in study.set.items()]
+    values += [(("cases", name, key), v) for name, case in study.cases.items() for key, v in case.items()]
+    for path, value in values if study.parameters else ():
+        for name in named(value):
+            if name not in study.parameters:
+                message = f"found {{{name}}}; the parameters are {listed([*study.parameters])}"
+                yield Finding(path, message + nearest(name, study.parameters))
+
+
+__all__ = ["Limit", "Range", "Sample", "Scenario", "Steps", "Study", "StudyFile", "is_study", "load_study"]

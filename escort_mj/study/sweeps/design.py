@@ -1,0 +1,278 @@
+"""The design of a study: its cells, the runs that they take, and the key that tells runs apart."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from escort_mj.errors import Fault, ScenarioError
+from escort_mj.recognize import scenario_names
+from escort_mj.scenario.findings import nearest, parse_key_path, shortened
+from escort_mj.scenario.reader.catalog import catalog_of, resolve
+from escort_mj.scenario.reader.load import Template, read_text
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.study.sweeps.definition import Sample, Study, StudyFile, values_of
+from escort_mj.study.sweeps.parameters import filled
+from escort_mj.world.model.parts import models_folder
+
+REPEATED = {"control", "expect", "record", "scenario", "world"}  # floors that a run comes from
+CASE, SAMPLE = "case", "point"
+MOST_FAULTS = 20
+DIGITS = 32
+
+
+class Cell(NamedTuple):
+    """One combination of what a study varies.
+
+    Attributes:
+        labels: What tells it from other cells: the case's name, values by key, number of the drawn point.
+        settings: Scenario keys and values, in the order in which they are set.
+    """
+
+    labels: dict[str, Any]
+    settings: dict[str, Any]
+
+
+class Planned(NamedTuple):
+    """A run that a study asks for.
+
+    Attributes:
+        cell: Number of its cell, from 0.
+        seed: Of all its randomness.
+        key: Digest of everything that the run depends on.
+    """
+
+    cell: int
+    seed: int
+    key: str
+
+
+class Design:
+    """All cells and runs of a study.
+
+    Attributes:
+        study: What the file says.
+        cells: In the order of the file: cases, then combinations, then drawn points.
+        factors: What is varied: `case` and scenario keys.
+    """
+
+    def __init__(self, file: StudyFile, shipped: Path) -> None:
+        """Lays out a study and tries each of its cells.
+
+        Args:
+            file: The checked study.
+            shipped: Folder of the shipped scenarios.
+
+        Raises:
+            UsageError: If the scenario's file cannot be read.
+            ScenarioError: With every cell that is impossible, by its place in the study.
+        """
+        self.file, self.study = file, file.study
+        path = _scenario_path(file, shipped)
+        self.template = Template(read_text(path), str(path))
+        self._folder = path.parent
+        self.cells = tuple(_cells(file))
+        self.factors = [CASE] * bool(self.study.cases) + list(self.study.vary)
+        if self.study.sample is not None:
+            self.factors += self.study.sample.over
+        first = self._own_seed() if self.study.first_seed is None else self.study.first_seed
+        self.seeds = tuple(range(first, first + self.study.seeds))
+        self._try_cells()
+
+    def scenario(self, cell: Cell, seed: int | None = None) -> Scenario:
+        """The checked scenario of a cell, with a seed or with its own.
+
+        Raises:
+            ScenarioError: If it is impossible.
+        """
+        return self.template.scenario(cell.settings | ({} if seed is None else {"seed": seed}))
+
+    def runs(self) -> Iterator[Planned]:
+        """Every run, seed by seed through all cells: a study that is cut short has all cells alike."""
+        digests = [_digest(self.template.overridden(cell.settings), self._folder) for cell in self.cells]
+        for seed in self.seeds:
+            for index, digest in enumerate(digests):
+                yield Planned(index, seed, _with_seed(digest, seed))
+
+    def cells_at(self, point: Mapping[str, Any]) -> tuple[Cell, ...]:
+        """All cells with what a search sets beside them: scenario keys or parameters, and their values."""
+        return tuple(_cells(self.file, point))
+
+    def key(self, cell: Cell, seed: int) -> str:
+        """Digest of everything that a run of a cell depends on."""
+        return _with_seed(_digest(self.template.overridden(cell.settings), self._folder), seed)
+
+    def _own_seed(self) -> int:
+        """The scenario's own seed; what is wrong with it shows when cells are tried."""
+        seed = self.template.overridden().get("seed", 0)
+        return seed if isinstance(seed, int) else 0
+
+    def __len__(self) -> int:
+        return len(self.cells) * len(self.seeds)
+
+    def _try_cells(self) -> None:
+        """Checks every cell with the first seed.
+
+        Raises:
+            ScenarioError: With the faults of the cells; each fault once.
+        """
+        faults: dict[Fault, None] = {}
+        for cell in self.cells:
+            try:
+                self.scenario(cell, self.seeds[0])
+            except ScenarioError as error:
+                faults |= {self._placed(fault, cell): None for fault in error.faults}
+            if len(faults) > MOST_FAULTS:
+                break
+        if faults:
+            raise ScenarioError(list(faults)[:MOST_FAULTS])
+
+    def _placed(self, fault: Fault, cell: Cell) -> Fault:
+        """A fault of a cell's scenario, at the place in the study that brought it about."""
+        at = parse_key_path(fault.key) or ()
+        for key in reversed(cell.settings):
+            path = parse_key_path(key) or ()
+            if fault.source.startswith(f"--set {key}=") or (
+                at and (at[: len(path)] == path or path[: len(at)] == at)
+            ):
+                where = _place_of(key, cell, self.file)
+                value = cell.settings[key]
+                return self.file.fault(f"with {key} = {_short(value)}: {fault.key}: {fault.message}", *where)
+        words = ", ".join(f"{name} = {_short(value)}" for name, value in cell.labels.items())
+        message = f"{self.template.source}: {fault.key}: {fault.message}"
+        return self.file.fault(f"with {words}: {message}" if words else message, "scenario")
+
+
+def _digest(data: Mapping[str, Any], folder: Path) -> hashlib._Hash:
+    """Digest of a run's scenario, but for its seed, and of the versions that take part."""
+    data = {key: value for key, value in data.items() if key != "seed"}
+    if data.get("plugins"):  # their content counts, not where they are
+        kind, _ = resolve(data, folder)
+        data["plugins"] = [plugin.source.sha256 for plugin in catalog_of(kind).plugins]
+    text = json.dumps([_versions(), source_digest(), data], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode())
+
+
+def _with_seed(digest: hashlib._Hash, seed: int) -> str:
+    """Key of the run with a seed."""
+    whole = digest.copy()
+    whole.update(f";seed={seed}".encode())
+    return whole.hexdigest()[:DIGITS]
+
+
+@cache
+def _versions() -> dict[str, str]:
+    return {name: version(name) for name in ("escort-mj", "mujoco", "numpy", "numba")}
+
+
+@cache
+def source_digest() -> str:
+    """Digest of the code and models that runs come from: in a checkout they change without a new version."""
+    package = Path(__file__).parents[2]
+    files = [file for file in package.rglob("*.py") if not REPEATED.isdisjoint(file.parts)]
+    digest = hashlib.sha256()
+    for file in sorted([*files, *package.glob("*.py"), *models_folder().glob("*.xml")]):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:DIGITS]
+
+
+def _short(value: Any) -> str:
+    text = f"{value:g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _scenario_path(file: StudyFile, shipped: Path) -> Path:
+    """The scenario's file: beside the study, or shipped.
+
+    Raises:
+        ScenarioError: If there is none.
+    """
+    name = file.study.scenario
+    beside = file.path.parent / name
+    if os.path.isfile(beside):
+        return beside
+    names = scenario_names(shipped)
+    if name in names:
+        return shipped / f"{name}.yaml"
+    message = f"found {shortened(name)}; there is no such file beside the study and no such shipped scenario"
+    raise ScenarioError([file.fault(message + nearest(name, names), "scenario")])
+
+
+def _place_of(key: str, cell: Cell, file: StudyFile) -> tuple[str | int, ...]:
+    """Where the study sets a key."""
+    study = file.study
+    if key in study.vary:
+        values, value = study.vary[key], cell.settings[key]
+        return (
+            ("vary", key, values.index(value))
+            if isinstance(values, tuple) and value in values
+            else ("vary", key)
+        )
+    if study.sample is not None and key in study.sample.over:
+        return "sample", "over", key
+    case = cell.labels.get(CASE)
+    if case is not None and key in study.cases[case]:
+        return "cases", case, key
+    for name, search in (("tune", study.tune), ("falsify", study.falsify)):
+        if search is not None and key in search.over and key not in study.set:
+            return name, "over", key
+    return "set", key
+
+
+def _cells(file: StudyFile, searched: Mapping[str, Any] = MappingProxyType({})) -> Iterator[Cell]:
+    """Every combination of cases, values and drawn points, with what a search adds to each."""
+    study = file.study
+    cases: list[tuple[dict[str, Any], dict[str, Any]]]
+    cases = [({CASE: name}, case) for name, case in study.cases.items()] or [({}, {})]
+    levels = [[(key, value) for value in values_of(values)] for key, values in study.vary.items()]
+    points = list(_points(study.sample)) if study.sample is not None else [({}, {})]
+    for label, case in cases:
+        for combination in product(*levels):
+            varied = dict(combination)
+            for number, point in points:
+                labels = label | varied | point
+                settings = dict(study.set) | case | varied | point | dict(searched)
+                yield Cell(labels | number, _settled(study, settings))
+
+
+def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Scenario keys and values, parameters filled in.
+
+    A table comes before its keys: what sets the whole table must not undo what sets a part of it.
+    """
+    numbers = {name: given.get(name, number) for name, number in study.parameters.items()}
+    keys = sorted(
+        (key for key in given if key not in numbers), key=lambda key: len(parse_key_path(key) or ())
+    )
+    return {key: filled(given[key], numbers) if numbers else given[key] for key in keys}
+
+
+def _points(sample: Sample) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """Points drawn from the box, each with its number."""
+    from scipy.stats import qmc
+
+    size = len(sample.over)
+    if sample.method == "random":
+        unit = np.random.Generator(np.random.Philox(sample.seed)).random((sample.count, size))
+    elif sample.method == "latin_hypercube":
+        unit = qmc.LatinHypercube(size, rng=sample.seed).random(sample.count)
+    else:
+        unit = qmc.Sobol(size, rng=sample.seed).random_base2(math.ceil(math.log2(sample.count)))[
+            : sample.count
+        ]
+    for number, row in enumerate(unit):
+        yield (
+            {SAMPLE: number},
+            {key: box.at(float(u)) for (key, box), u in zip(sample.over.items(), row, strict=True)},
+        )

@@ -1,0 +1,63 @@
+"""Numbers between bounds, as studies vary, tune and search them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from escort_mj.components.parameters import Parameters
+from escort_mj.scenario.findings import Finding, Path
+
+
+class Range(Parameters):
+    """Numbers between two bounds."""
+
+    low: float
+    """Least value, in the key's unit."""
+    high: float
+    """Largest value, in the key's unit."""
+    scale: Literal["linear", "log"] = "linear"
+    """How values are spread between them."""
+    whole: bool = False
+    """Whether only whole numbers are meant."""
+
+    def at(self, share: float) -> float | int:
+        """The number at a share of the way through, from 0 to less than 1."""
+        if self.whole:
+            return min(math.floor(self.low + share * (self.high - self.low + 1.0)), math.floor(self.high))
+        if self.scale == "log":
+            return self.low * (self.high / self.low) ** share
+        return self.low + share * (self.high - self.low)
+
+    def findings(self, path: Path) -> Iterator[Finding]:
+        """What is wrong with its numbers, at a path."""
+        if not self.low < self.high:
+            yield Finding((*path, "high"), f"found {self.high:g}; expected more than low, {self.low:g}")
+        elif self.scale == "log" and self.low <= 0.0:
+            yield Finding((*path, "low"), f"found {self.low:g}; a logarithmic scale needs more than 0")
+
+
+class Steps(Range):
+    """Evenly spread numbers, both bounds among them."""
+
+    count: Annotated[int, Field(ge=2, le=10_000)]
+    """How many."""
+
+    def values(self) -> list[float | int]:
+        """The numbers; fewer where whole numbers are meant and there are not so many."""
+        spread = np.geomspace if self.scale == "log" else np.linspace
+        numbers = spread(self.low, self.high, self.count)
+        return sorted({round(x) for x in numbers}) if self.whole else numbers.tolist()
+
+
+Levels = Annotated[
+    Annotated[tuple[Any, ...], Tag("list")] | Annotated[Steps, Tag("steps")],
+    Discriminator(lambda value: "steps" if isinstance(value, dict | Steps) else "list"),
+]
+"""Values of one factor: written out, or evenly spread."""
+Box = Annotated[dict[str, Range], Field(min_length=1, max_length=64)]
+"""Scenario keys, such as `robots.mass`, or parameters of the study, and the range of each."""

@@ -1,0 +1,352 @@
+"""A study's design and what came of its runs, side by side: what reports and statistics look at."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, Field, ValidationError
+
+from escort_mj.errors import RunFolderError, UsageError
+from escort_mj.record.files import read_json, write_text
+from escort_mj.scenario.findings import key_path, parse_key_path
+from escort_mj.scenario.reader.dump import flow
+from escort_mj.scenario.reader.paths import locate
+from escort_mj.study.engine.store import Row, open_store
+from escort_mj.study.sweeps.definition import Steps
+from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Design, Planned
+from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, QUANTITIES, SAFETY, VALUES, value_of
+from escort_mj.study.sweeps.statistics import Paired, Rate, Summary, holm, paired, pareto, rate, summary
+
+Array = NDArray[np.float64]
+
+FILE = "design.json"
+WIDE = (
+    4.0  # numbers whose largest is so many times the least are shown on a logarithmic scale, if they fit one
+)
+LAWS = ("controller", "controller.law")
+
+
+class Factor(NamedTuple):
+    """One thing that a study varies.
+
+    Attributes:
+        name: A scenario key, or `case`.
+        levels: Its levels in words, in the order of the study, numbers in rising order.
+        numbers: The levels as numbers; empty where they are none.
+        log: Whether a logarithmic scale suits the numbers.
+        drawn: Whether its values were drawn from a range: nearly every cell has one of its own.
+        unit: SI unit of the numbers; empty for none or unknown.
+    """
+
+    name: str
+    levels: tuple[str, ...]
+    numbers: tuple[float, ...]
+    log: bool
+    drawn: bool
+    unit: str
+
+    @property
+    def title(self) -> str:
+        """Name with unit."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+class Comparison(NamedTuple):
+    """One level of a factor against the first, in one quantity.
+
+    Attributes:
+        quantity: Which.
+        first: The level that the other is held against.
+        level: The other level.
+        paired: The comparison; differences are level minus first.
+        p: Its Wilcoxon p, adjusted for the number of levels that are compared (Holm).
+    """
+
+    quantity: str
+    first: str
+    level: str
+    paired: Paired
+    p: float
+
+
+class Results:
+    """What a study asked for and what came of it.
+
+    Attributes:
+        name: The study's.
+        description: What it is to find out.
+        scenario: The scenario that it varies, as the study names it.
+        text: That scenario's YAML.
+        cells: All cells.
+        runs: All runs that the study asks for.
+        rows: What came of them, by key; runs that have not been made are not there.
+        cell: Each run's cell, shape (runs,).
+        levels: Each run's level of each factor, an index into the factor's levels, shape (runs,).
+        level_of_cell: Each cell's level of each factor, shape (cells,).
+        factors: What is varied.
+    """
+
+    def __init__(self, facts: Mapping[str, Any], rows: Mapping[str, Row]) -> None:
+        """Puts them side by side.
+
+        Args:
+            facts: As `facts_of` has them.
+            rows: By key.
+        """
+        self.name, self.description = str(facts["study"]), str(facts["description"])
+        self.scenario, self.text = str(facts["scenario"]), str(facts["text"])
+        self.cells = tuple(Cell(cell["labels"], cell["settings"]) for cell in facts["cells"])
+        self.runs = tuple(Planned(*run) for run in facts["runs"])
+        self.rows = {run.key: rows[run.key] for run in self.runs if run.key in rows}
+        self.cell = np.array([run.cell for run in self.runs], dtype=np.intp)
+        self.levels: dict[str, NDArray[np.intp]] = {}
+        self.level_of_cell: dict[str, NDArray[np.intp]] = {}
+        self._values: dict[str, Array] = {}
+        self._summaries: dict[tuple[str, int], Summary] = {}
+        self.factors = {one["name"]: self._factor(**one) for one in facts["factors"]}
+
+    def _factor(self, name: str, log: bool, drawn: bool) -> Factor:
+        plain = list({json.dumps(cell.labels[name]): cell.labels[name] for cell in self.cells}.values())
+        if all(isinstance(value, int | float) and not isinstance(value, bool) for value in plain):
+            plain.sort()
+            numbers = tuple(float(value) for value in plain)
+            words, log, unit = list(map(word, plain)), log or spreads_by_factors(numbers), unit_of(name)
+        else:
+            words, numbers, log, unit = list(map(word, plain)), (), False, ""
+            words = [w if words.count(w) == 1 else flow(v) for w, v in zip(words, plain, strict=True)]
+        place = {json.dumps(value): index for index, value in enumerate(plain)}
+        of_cell = np.array([place[json.dumps(cell.labels[name])] for cell in self.cells], dtype=np.intp)
+        self.level_of_cell[name], self.levels[name] = of_cell, of_cell[self.cell]
+        return Factor(name, tuple(words), numbers, log, drawn, unit)
+
+    def values(self, quantity: str) -> Array:
+        """A quantity of each run, infinite for never, NaN for missing; shape (runs,)."""
+        if quantity not in self._values:
+            rows = [self.rows.get(run.key) for run in self.runs]
+            found = [math.nan if row is None else value_of(row, quantity) for row in rows]
+            self._values[quantity] = np.array(found, dtype=np.float64)
+        return self._values[quantity]
+
+    def of_cell(self, quantity: str, index: int) -> Array:
+        """A quantity of the runs of one cell."""
+        return self.values(quantity)[self.cell == index]
+
+    @property
+    def block(self) -> str:
+        """What pairs of runs are independent by: seeds, or the points that were drawn."""
+        return "point" if any(SAMPLE in cell.labels for cell in self.cells) else "seed"
+
+    def title(self, index: int) -> str:
+        """A cell in words: what it sets each factor to."""
+        return ", ".join(
+            level if name == CASE else f"{name} = {level}" for name, level in self.labels(index).items()
+        )
+
+    def labels(self, index: int) -> dict[str, str]:
+        """A cell's level of each factor, in words."""
+        return {name: factor.levels[self.level_of_cell[name][index]] for name, factor in self.factors.items()}
+
+    def rate(self, quantity: str, index: int) -> Rate:
+        """How often something happened in a cell: `passed`, `completed` or `collided`."""
+        return rate(self.of_cell(quantity, index))
+
+    def summary(self, quantity: str, index: int) -> Summary:
+        """What the runs of a cell say of a quantity."""
+        if (quantity, index) not in self._summaries:
+            self._summaries[quantity, index] = summary(self.of_cell(quantity, index))
+        return self._summaries[quantity, index]
+
+    def known(self, quantities: Iterable[str]) -> list[str]:
+        """Those quantities of which at least one run has a value."""
+        return [name for name in quantities if not np.isnan(self.values(name)).all()]
+
+    def judged(self) -> list[str]:
+        """Metrics that the verdicts of these runs look at."""
+        names = {v["metric"]: None for row in self.rows.values() for v in row.verdicts}
+        return [name for name in names if name in VALUES]
+
+    def medians(self, quantity: str) -> Array:
+        """Median of each cell, shape (cells,); NaN where no run has a value."""
+        return np.array([_median(self.of_cell(quantity, index)) for index in range(len(self.cells))])
+
+    def front(self) -> NDArray[np.bool_]:
+        """Cells whose medians no other cell beats in safety, precision and effort at once; shape (cells,)."""
+        kept = self.known([SAFETY, PRECISION, EFFORT])
+        if not kept:
+            return np.zeros(len(self.cells), dtype=bool)
+        signs = [-1.0 if QUANTITIES[name].more_is_better else 1.0 for name in kept]
+        return pareto(
+            np.stack([sign * self.medians(name) for sign, name in zip(signs, kept, strict=True)], axis=1)
+        )
+
+    def compared(self, name: str | None = None) -> Factor | None:
+        """The factor whose levels are compared: the one named, else laws, cases, or one without numbers.
+
+        Raises:
+            UsageError: If the study has no such factor, or its values were drawn.
+        """
+        able = {key: factor for key, factor in self.factors.items() if not factor.drawn}
+        if name is not None:
+            if name not in able:
+                raise UsageError(
+                    f"found {name}; this study compares levels of {', '.join(able) or 'nothing'}"
+                )
+            return able[name]
+        wordy = [key for key, factor in able.items() if not factor.numbers and len(factor.levels) > 1]
+        first = next((key for key in (*LAWS, CASE, *wordy) if key in wordy), None)
+        return None if first is None else able[first]
+
+    def comparisons(self, factor: Factor, quantities: Iterable[str]) -> Iterator[Comparison]:
+        """Each level of a factor against its first, over the same seeds and the same levels of all else.
+
+        Seeds are the independent blocks; where the study draws points, these are.
+        """
+        pairs = self._pairs(factor)
+        for name in quantities:
+            values, found = self.values(name), []
+            for level in range(1, len(factor.levels)):
+                some = [(at[0], at[level], block) for at, block in pairs if 0 in at and level in at]
+                a, b = values[[one[0] for one in some]], values[[one[1] for one in some]]
+                found.append(paired(a, b, [one[2] for one in some]))
+            adjusted = holm([one.p for one in found])
+            for level, one in enumerate(found, 1):
+                yield Comparison(name, factor.levels[0], factor.levels[level], one, adjusted[level - 1])
+
+    def _pairs(self, factor: Factor) -> list[tuple[dict[int, int], Any]]:
+        """Runs that differ in the level of this factor alone: run by level, and the block they belong to."""
+        groups: dict[str, tuple[dict[int, int], Any]] = {}
+        for index, run in enumerate(self.runs):
+            labels = self.cells[run.cell].labels
+            same = json.dumps(
+                [{k: v for k, v in labels.items() if k != factor.name}, run.seed], sort_keys=True
+            )
+            block = labels.get(SAMPLE, run.seed)
+            groups.setdefault(same, ({}, block))[0][int(self.levels[factor.name][index])] = index
+        return list(groups.values())
+
+
+def word(value: Any) -> str:
+    """A level in few words: a number, a name, the name that a table gives itself."""
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, dict):
+        return next((str(value[tag]) for tag in ("law", "loop", "behavior") if tag in value), flow(value))
+    return value if isinstance(value, str) else flow(value)
+
+
+def unit_of(key: str) -> str:
+    """SI unit of a scenario key, as its documentation has it; empty for none."""
+    field = locate(parse_key_path(key) or ()).field
+    found = re.search(r"\[([^\]]+)\]", (field.description or "") if field is not None else "")
+    return found[1] if found and " or " not in found[1] else ""
+
+
+def spreads_by_factors(numbers: Sequence[float]) -> bool:
+    """Whether rising numbers lie more evenly on a logarithmic scale, and far enough apart for one."""
+    if len(numbers) < 3 or numbers[0] <= 0.0 or numbers[-1] < WIDE * numbers[0]:
+        return False
+    steps = [np.diff(scale) for scale in (np.array(numbers), np.log(numbers))]
+    linear, log = (float(step.std() / step.mean()) for step in steps)
+    return log < linear
+
+
+def _median(values: Array) -> float:
+    known = values[~np.isnan(values)]
+    return float(np.median(known)) if len(known) else math.nan
+
+
+def facts_of(design: Design) -> dict[str, Any]:
+    """What a report has to know of a design, as JSON can hold it."""
+    study = design.study
+    log = {key for key, value in study.vary.items() if isinstance(value, Steps) and value.scale == "log"}
+    drawn = study.sample.over if study.sample is not None else {}
+    log |= {key for key, value in drawn.items() if value.scale == "log"}
+    return {
+        "study": study.study,
+        "description": study.description,
+        "scenario": study.scenario,
+        "text": design.template.text,
+        "factors": [{"name": n, "log": n in log, "drawn": n in drawn} for n in design.factors],
+        "cells": [cell._asdict() for cell in design.cells],
+        "runs": [list(run) for run in design.runs()],
+    }
+
+
+def write_design(design: Design, folder: Path) -> None:
+    """Writes beside the results what they are results of: keys change with versions, this file does not."""
+    write_text(folder / FILE, json.dumps(facts_of(design), default=str) + "\n")
+
+
+def results_of(design: Design, rows: Mapping[str, Row]) -> Results:
+    """A design's results."""
+    return Results(json.loads(json.dumps(facts_of(design), default=str)), rows)
+
+
+def open_results(folder: Path) -> Results:
+    """The results in a folder of a sweep.
+
+    Raises:
+        UsageError: If it has none.
+        RunFolderError: If they are damaged.
+    """
+    with open_store(folder) as store:
+        if not (folder / FILE).is_file():
+            raise UsageError(
+                f"{folder}: holds results but no design ({FILE}); the sweep that made them writes it"
+            )
+        facts = _checked(read_json(folder / FILE), folder / FILE)
+        return Results(facts, store.get(key for _, _, key in facts["runs"]))
+
+
+class _Factor(BaseModel, strict=True):
+    name: str
+    log: bool
+    drawn: bool
+
+
+class _Cell(BaseModel, strict=True):
+    labels: dict[str, Any]
+    settings: dict[str, Any]
+
+
+class _Facts(BaseModel, strict=True):
+    """What `facts_of` returns."""
+
+    study: str
+    description: str
+    scenario: str
+    text: str
+    factors: list[_Factor]
+    cells: Annotated[list[_Cell], Field(min_length=1)]
+    runs: list[Annotated[list[Any], Field(min_length=3, max_length=3)]]
+
+
+def _checked(facts: Any, path: Path) -> dict[str, Any]:
+    """Return the facts of a design, if they are such.
+
+    Raises:
+        RunFolderError: If they are not what `facts_of` returns.
+    """
+    try:
+        _Facts.model_validate(facts)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise RunFolderError(
+            f"{path}: is damaged: {key_path(first['loc'])}: {first['msg'].lower()}"
+        ) from None
+    for place, (cell, seed, key) in enumerate(facts["runs"]):
+        known = isinstance(cell, int) and 0 <= cell < len(facts["cells"])
+        if not known or not isinstance(seed, int) or not isinstance(key, str):
+            raise RunFolderError(f"{path}: is damaged: runs[{place}] is not a cell, a seed and a key")
+    names = {factor["name"] for factor in facts["factors"]}
+    for place, cell in enumerate(facts["cells"]):
+        if missing := names - cell["labels"].keys():
+            raise RunFolderError(f"{path}: is damaged: cells[{place}].labels has no {sorted(missing)[0]}")
+    return dict(facts)

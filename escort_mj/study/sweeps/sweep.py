@@ -1,0 +1,233 @@
+"""Makes the runs of a study that have not been made before, and writes each as it ends."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+from escort_mj import stopping
+from escort_mj.errors import UsageError
+from escort_mj.record.files import comma_separated, write_text
+from escort_mj.record.outcome import Outcome
+from escort_mj.signals import METRIC_NAMES
+from escort_mj.study.engine.backends import Backend
+from escort_mj.study.engine.store import FILE, Row, Store
+from escort_mj.study.engine.work import RUNS, Job, killed, perform
+from escort_mj.study.sweeps.definition import StudyFile, cells_of
+from escort_mj.study.sweeps.design import Design, Planned
+from escort_mj.study.sweeps.results import write_design
+
+TABLE = "runs.csv"
+CLAIMED_AT_ONCE = 16  # runs
+BEAT = 30.0  # s between two signs of life
+POLL = 0.5  # s between two looks at what others do
+Progress = Callable[[float, float], None]
+
+
+Keyed = TypeVar("Keyed", Job, Planned)
+
+
+class Swept(NamedTuple):
+    """What a sweep did.
+
+    Attributes:
+        runs: How many runs the study has.
+        made: How many were made now.
+        failed: How many of them all broke or failed a verdict.
+        broken: How many of them all broke.
+    """
+
+    runs: int
+    made: int
+    failed: int
+    broken: int
+
+
+def sweep(
+    design: Design,
+    out: Path,
+    backend: Backend[Job, Row],
+    workers: int,
+    confirmed: bool = False,
+    progress: Progress | None = None,
+) -> Swept:
+    """Makes the runs that are missing.
+
+    Args:
+        design: The study's.
+        out: Folder of its results; other sweeps may work in it at the same time.
+        backend: Where to compute.
+        workers: How many runs go on at once, to judge the time.
+        confirmed: Whether a large study may begin.
+        progress: Called with the runs that are done and all.
+
+    Raises:
+        UsageError: If the study is larger than its own `at_most` and not confirmed.
+        KeyboardInterrupt: If it comes; runs under way are not stored, those that have ended are.
+    """
+    planned = list(design.runs())
+
+    def kept() -> str:
+        known = store.known()
+        ended = sum(run.key in known for run in planned)
+        return f"{ended} of {len(planned)} runs are kept in {out}; the same command makes the others"
+
+    with Store(out) as store, stopping.keeping(kept):
+        write_text(out / "study.yaml", design.file.path.read_text(encoding="utf-8"))
+        write_design(design, out)
+        missing = _missing(planned, store)
+        made = 0
+        if missing and not confirmed:
+            made = _weigh(design, missing, store, out, workers)
+            missing = _missing(planned, store)
+        if progress is not None:
+            progress(len(planned) - len(missing), len(planned))
+        jobs = [_job(design, run, out) for run in missing]
+        made += make(jobs, store, backend, len(planned), progress)
+        rows = store.get(run.key for run in planned)
+    table(design, planned, rows, out)
+    failed = sum(not row.passed for row in rows.values())
+    broken = sum(row.outcome != Outcome.COMPLETED.value for row in rows.values())
+    return Swept(len(planned), made, failed, broken)
+
+
+def check_size(file: StudyFile, out: Path) -> None:
+    """Refuses a study that is too large to begin unasked, before its cells are laid out.
+
+    Args:
+        file: The checked study.
+        out: Folder of its results; runs that it has need not be made.
+
+    Raises:
+        UsageError: If more runs are missing than the study's own `at_most` allows.
+    """
+    known = 0
+    if (out / FILE).is_file():
+        with Store(out) as store:
+            known = len(store.known())
+    _refuse_many(file, cells_of(file.study) * file.study.seeds - known)
+
+
+def _refuse_many(file: StudyFile, runs: int) -> None:
+    """Raises UsageError if there are more runs to make than the study allows."""
+    if runs > (most := file.study.at_most.runs):
+        raise UsageError(
+            f"{file.path}: takes {runs} runs, more than at_most.runs allows ({most}); --yes makes them"
+        )
+
+
+def _missing(runs: Sequence[Keyed], store: Store) -> list[Keyed]:
+    known = store.known()
+    return [run for run in runs if run.key not in known]
+
+
+def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, workers: int) -> int:
+    """Makes one run to judge how long all will take; returns how many it made.
+
+    Raises:
+        UsageError: If that is too many or too long.
+    """
+    most = design.study.at_most
+    _refuse_many(design.file, len(missing))
+    if len(missing) < 2 * workers:
+        return 0
+    pilot = missing[len(missing) // 2]
+    if not store.claim([pilot.key]):
+        return 0
+    perform(_job(design, pilot, out))  # compiles what must be compiled, or reads it from the cache
+    row = perform(_job(design, pilot, out))
+    store.put(row)
+    hours = row.wall_time * len(missing) / workers / 3600.0
+    if hours > most.hours:
+        raise UsageError(
+            f"{design.file.path}: {len(missing)} runs of about {row.wall_time:.2g} s each would take "
+            f"{hours:.2g} h on {workers} workers, more than at_most.hours allows ({most.hours:g}); "
+            "--yes makes them"
+        )
+    return 1
+
+
+def make(
+    jobs: Sequence[Job],
+    store: Store,
+    backend: Backend[Job, Row],
+    total: int,
+    progress: Progress | None,
+) -> int:
+    """Makes what nobody else makes, then waits for the others and makes what they leave.
+
+    Args:
+        jobs: Runs that the store did not have.
+        store: Where each is written as it ends.
+        backend: Where to compute.
+        total: How many runs there are with those that the store had, for the progress.
+        progress: Called with the runs that are done and all.
+
+    Returns:
+        How many were made here.
+    """
+    made, done, missing = 0, total - len(jobs), list(jobs)
+    while missing:
+        beaten = time.monotonic()
+        with closing(backend(perform, _claimed(missing, store))) as results:
+            for job, row in results:
+                stopping.check()
+                store.put(row if row is not None else killed(job))
+                made, done = made + 1, done + 1
+                if progress is not None:
+                    progress(done, total)
+                if time.monotonic() - beaten > BEAT:
+                    store.beat()
+                    beaten = time.monotonic()
+        missing = _missing(missing, store)
+        if missing and store.claimed_by_others():
+            time.sleep(POLL)
+            done = total - len(missing)
+            if progress is not None:
+                progress(done, total)
+    return made
+
+
+def _claimed(missing: Sequence[Job], store: Store) -> Iterator[Job]:
+    """Jobs that this process has claimed, a few at a time."""
+    for first in range(0, len(missing), CLAIMED_AT_ONCE):
+        some = missing[first : first + CLAIMED_AT_ONCE]
+        mine = set(store.claim([job.key for job in some]))
+        yield from (job for job in some if job.key in mine)
+
+
+def _job(design: Design, run: Planned, out: Path) -> Job:
+    keep = design.study.traces
+    return Job(
+        run.key,
+        run.seed,
+        design.cells[run.cell].settings,
+        design.template.text,
+        os.path.abspath(design.template.source),  # whatever folder a worker is in
+        None if keep == "none" else out / RUNS / run.key,
+        keep == "failed",
+    )
+
+
+def table(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
+    """Writes the runs as comma-separated values: what was varied, how it ended, every metric."""
+    facts = ("seed", "outcome", "passed", "simulated_time", "message", "key")
+    lines: list[list[object]] = [
+        [*design.factors, *(["point"] if design.study.sample else []), *facts, *METRIC_NAMES]
+    ]
+    for run in planned:
+        if (row := rows.get(run.key)) is None:
+            continue
+        labels = design.cells[run.cell].labels
+        lines.append(
+            [
+                *labels.values(),
+                *(getattr(row, name) for name in facts),
+                *(row.metrics.get(name) for name in METRIC_NAMES),
+            ]
+        )
+    write_text(out / TABLE, comma_separated(lines))

@@ -1,0 +1,1 @@
+"""What runs natively inside MuJoCo's physics step: control, monitors, contacts, samples."""

@@ -1,0 +1,118 @@
+"""The Lyapunov function of the paper's proof (eq. 13), and why it changes: an account per robot and step.
+
+V1 = (s.M s + (kp + slope kd) |e|^2 + |rho - rho_hat|^2 / mu) / 2, of true states. Its change over a step is
+booked under `signals.CAUSES`; `docs/theory.md` derives them.
+"""
+
+from __future__ import annotations
+
+from escort_mj.components.plan import Plan, State
+from escort_mj.laws.sliding import smooth_signs
+from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
+from escort_mj.signals import CAUSES
+
+DISSIPATION, REFERENCE, EXTERNAL, NOISE, SATURATION, ANTI_WINDUP, UNEXPLAINED = range(len(CAUSES))
+
+
+@inlined
+def account(i: int, plan: Plan, state: State, first: bool) -> None:
+    """Writes V1 of one robot, books the step that has ended, and forecasts the one that begins.
+
+    Args:
+        i: The robot.
+        plan: Gives gains and timestep.
+        state: The truth channel of this step is read, `lyapunov` and `lyapunov_change` are written.
+        first: Whether no step has ended yet.
+    """
+    value = _value(i, plan, state)
+    if not first:
+        change, pending = state.lyapunov_change[i], state.pending[i]
+        pending[REFERENCE] += _moved_reference(i, plan, state)
+        pending[UNEXPLAINED] = value - state.lyapunov[i]
+        for cause in range(UNEXPLAINED):
+            change[cause] += pending[cause]
+            pending[UNEXPLAINED] -= pending[cause]
+        change[UNEXPLAINED] += pending[UNEXPLAINED]
+    state.lyapunov[i] = value
+    _forecast(i, plan, state, first)
+
+
+@merged
+def _sliding(i: int, a: int, plan: Plan, state: State) -> float:
+    """S = (v_d - v) + slope (q_d - q) along an axis, of true states [m/s]."""
+    return state.v_d[i, a] - state.v[i, a] + plan.slope * (state.q_d[i, a] - state.q[i, a])
+
+
+@merged
+def _value(i: int, plan: Plan, state: State) -> float:
+    """V1 of one robot [J]; without adaptation (mu = 0) the estimate has no part in it."""
+    p = state.q.shape[1]
+    twice = 0.0
+    for a in range(p):
+        s = _sliding(i, a, plan, state)
+        for b in range(p):
+            twice += s * state.mass_matrix[i, a * p + b] * _sliding(i, b, plan, state)
+        e = state.q_d[i, a] - state.q[i, a]
+        twice += (plan.kp + plan.slope * plan.kd) * e * e
+        if plan.mu > 0.0:
+            error = state.reference_torque[i, a] - state.rho_hat[i, a]
+            twice += error * error / plan.mu
+    return 0.5 * twice
+
+
+@merged
+def _moved_reference(i: int, plan: Plan, state: State) -> float:
+    """What the motion of the reference did to V1 at the end of the step, exactly [J].
+
+    The law takes its new reference velocity only then: it enters s after the robot has moved. The reference
+    torque's change enters the estimate's error.
+    """
+    p = state.q.shape[1]
+    moved = 0.0
+    for a in range(p):
+        jump = state.v_d[i, a] - state.v_d_before[i, a]
+        halfway = _sliding(i, a, plan, state) - 0.5 * jump
+        for b in range(p):
+            other = state.v_d[i, b] - state.v_d_before[i, b]
+            moved += halfway * state.mass_matrix[i, a * p + b] * other
+        if plan.mu > 0.0:
+            now = state.reference_torque[i, a] - state.rho_hat[i, a]
+            before = state.reference_torque_before[i, a] - state.rho_hat[i, a]
+            moved += 0.5 * (now * now - before * before) / plan.mu
+    return moved
+
+
+@merged
+def _forecast(i: int, plan: Plan, state: State, first: bool) -> None:
+    """The change of V1 by each cause over the step that begins: timestep times the present rates."""
+    p = state.q.shape[1]
+    dt, pending = plan.timestep, state.pending[i]
+    signs = vector_at(stack_memory(), p)
+    for a in range(p):
+        signs[a] = _sliding(i, a, plan, state) / plan.boundary_layer
+    smooth_signs(signs, plan.smoothing)
+    for cause in range(pending.shape[0]):
+        pending[cause] = 0.0
+    for a in range(p):
+        e, e_dot = state.q_d[i, a] - state.q[i, a], state.v_d[i, a] - state.v[i, a]
+        s = _sliding(i, a, plan, state)
+        error = state.reference_torque[i, a] - state.rho_hat[i, a]
+        ideal = state.rho_hat[i, a] + plan.kp * e + plan.kd * e_dot + plan.k * signs[a]
+        held = state.q_d_rate[i, a] - state.v_d[i, a]
+        pending[DISSIPATION] -= dt * (
+            plan.kd * e_dot * e_dot + plan.slope * plan.kp * e * e + plan.k * s * signs[a]
+        )
+        pending[EXTERNAL] -= dt * s * state.external_force[i, a]
+        pending[NOISE] -= dt * s * (state.tau[i, a] - ideal)
+        pending[SATURATION] -= dt * s * (state.force[i, a] - state.tau[i, a])
+        pending[ANTI_WINDUP] += dt * (plan.kp + plan.slope * plan.kd) * e * held
+        if plan.mu > 0.0:
+            pending[NOISE] -= dt * error * (state.s[i, a] - s)
+            pending[ANTI_WINDUP] += dt * error * (state.s[i, a] - state.rho_hat_rate[i, a] / plan.mu)
+        else:
+            pending[REFERENCE] += dt * s * error
+        for b in range(p):
+            momentum = dt * s * state.mass_matrix[i, a * p + b]
+            pending[ANTI_WINDUP] += plan.slope * momentum * (state.q_d_rate[i, b] - state.v_d[i, b])
+            if not first:  # the part of rho that the law's own reference velocity will bring about
+                pending[REFERENCE] -= momentum * (state.v_d[i, b] - state.v_d_before[i, b]) / dt

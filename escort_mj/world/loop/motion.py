@@ -1,0 +1,86 @@
+"""How fast everything moved since the last sample, and what the motors did: a part of the watch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.components.movers import OBSTACLE, TARGET
+from escort_mj.components.plan import Plan, State
+from escort_mj.native.kernels import inlined, merged
+from escort_mj.native.lanes import (
+    WIDTH,
+    any_of,
+    copy_lanes,
+    everywhere,
+    greatest,
+    load,
+    load_rows,
+    row_of,
+    stack_rows,
+    store,
+    where,
+)
+
+Array = NDArray[np.float64]
+
+
+@merged
+def watch_motion(plan: Plan, state: State, first: bool) -> None:
+    """The largest speeds, and running totals of what the motors did; eight robots at once."""
+    n, p = state.q.shape
+    dt = plan.timestep
+    velocity, forces, before, demand = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
+    for i in range(0, n, WIDTH):
+        square, effort, power = everywhere(0.0), everywhere(0.0), everywhere(0.0)
+        variation, wanted = everywhere(0.0), everywhere(0.0)
+        load_rows(state.v, i, velocity)
+        load_rows(state.force, i, forces)
+        load_rows(state.force_before, i, before)
+        load_rows(state.tau, i, demand)
+        for k in range(p):
+            v, force = row_of(velocity, k), row_of(forces, k)
+            square = square + v * v
+            effort = effort + force * force
+            power = power + force * v
+            variation = variation + abs(force - row_of(before, k))
+            wanted = greatest(wanted, abs(row_of(demand, k)))
+        fastest = load(state.speed_max, i)
+        faster = square > fastest * fastest
+        if any_of(faster):
+            store(state.speed_max, i, where(faster, math.sqrt(square), fastest))
+        store(state.effort, i, load(state.effort, i) + dt * effort)
+        store(state.work, i, load(state.work, i) + dt * abs(power))
+        if not first:
+            store(state.force_variation, i, load(state.force_variation, i) + variation)
+        saturated = where(wanted > load(plan.force_limit, i), dt, 0.0)
+        store(state.saturated_time, i, load(state.saturated_time, i) + saturated)
+    copy_lanes(state.force, state.force_before, n * p)
+
+
+@inlined
+def watch_displacements(plan: Plan, state: State, first: bool) -> None:
+    """The largest displacements of target and moving obstacles: what is led may jump, whatever its speed."""
+    _watch_displacement(
+        state.target_position, state.target_before, state.target_speed_max, 0, plan.timestep, first
+    )
+    for b in range(plan.drives.shape[0]):
+        obstacle = int(plan.drives[b, OBSTACLE])
+        if obstacle != TARGET:
+            here, before = state.mover_position[b], state.mover_before[b]
+            _watch_displacement(here, before, state.obstacle_speed_max, obstacle, plan.timestep, first)
+
+
+@inlined
+def _watch_displacement(
+    here: Array, before: Array, fastest: Array, body: int, timestep: float, first: bool
+) -> None:
+    """Notes how far one body came since the step before, over the timestep [m/s]."""
+    square, least = 0.0, fastest[body] * timestep
+    for k in range(here.shape[0]):
+        square += (here[k] - before[k]) ** 2
+        before[k] = here[k]
+    if square > least * least and not first:
+        fastest[body] = math.sqrt(square) / timestep

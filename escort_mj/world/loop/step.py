@@ -1,0 +1,295 @@
+"""What MuJoCo calls in a physics step, and what that does with the memory of MuJoCo's own structures.
+
+Offsets into them are constants of this module; machine code lies in a folder named by MuJoCo's version, among
+others (`native.cache.cache_key`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from ctypes import c_int
+
+import mujoco
+
+from escort_mj.components.plan import MAGIC, NEXT_PLACE, Plan, State, axes_of, unpack_plan, unpack_state
+from escort_mj.control.controller import evaluate
+from escort_mj.native.kernels import (
+    DOUBLE,
+    call_at,
+    double_at,
+    inlined,
+    int_at,
+    merged,
+    place,
+    pointer_at,
+    vector_at,
+)
+from escort_mj.native.lanes import copy_in, copy_numbers
+from escort_mj.native.on_demand import on_demand
+from escort_mj.world.loop.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps, touch_what_stands
+from escort_mj.world.loop.layout import offset, size
+from escort_mj.world.loop.mass import INT, kinetic_energy, mass_block
+from escort_mj.world.loop.motors import command_motors
+from escort_mj.world.loop.nearest import find_nearest
+from escort_mj.world.loop.sampling import keep
+from escort_mj.world.loop.truth import observe
+from escort_mj.world.loop.watch import again, watch
+from escort_mj.world.loop.wiring import Wiring, behind, unpack_wiring
+from escort_mj.world.stages import IN_SPACE
+
+MODEL_NUMBERS = offset("mjModel", "nnumericdata")
+MODEL_NUMERIC = offset("mjModel", "numeric_data")
+MODEL_CONE, MODEL_FREEDOMS = offset("mjModel", "opt.cone"), offset("mjModel", "nv")
+DATA_TIME, DATA_USERDATA = offset("mjData", "time"), offset("mjData", "userdata")
+DATA_QPOS, DATA_QVEL, DATA_CTRL = offset("mjData", "qpos"), offset("mjData", "qvel"), offset("mjData", "ctrl")
+DATA_APPLIED, DATA_MOCAP = offset("mjData", "qfrc_applied"), offset("mjData", "mocap_pos")
+DATA_ACTIVATION = offset("mjData", "act")
+DATA_MASS, DATA_BIAS = offset("mjData", "M"), offset("mjData", "qfrc_bias")
+DATA_ACCELERATION = offset("mjData", "qacc")
+MODEL_ROW_SIZES, MODEL_ROW_STARTS = offset("mjModel", "M_rownnz"), offset("mjModel", "M_rowadr")
+MODEL_ENTRIES = offset("mjModel", "nC")
+MODEL_COLUMNS = offset("mjModel", "M_colind")
+DATA_FORCE, DATA_EFC_FORCE = offset("mjData", "qfrc_actuator"), offset("mjData", "efc_force")
+DATA_EFC_VELOCITY = offset("mjData", "efc_vel")
+DATA_NCON, DATA_CONTACT = offset("mjData", "ncon"), offset("mjData", "contact")
+CONTACT_SIZE = size("mjContact")
+CONTACT_DIM, CONTACT_GEOMS = offset("mjContact", "dim"), offset("mjContact", "geom")
+CONTACT_EFC, CONTACT_DISTANCE = offset("mjContact", "efc_address"), offset("mjContact", "dist")
+CONTACT_NORMAL = offset("mjContact", "frame")
+MANY = 4  # the class of all numbers of axes from here on
+ACCELERATION_STAGE = int(mujoco.mjtStage.mjSTAGE_ACC)
+PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
+
+
+@inlined
+def is_ours(m: int) -> bool:
+    """Whether a model carries a plan of ours."""
+    return int_at(m + MODEL_NUMBERS) > 0 and double_at(pointer_at(m + MODEL_NUMERIC)) == MAGIC
+
+
+@on_demand
+def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
+    """Shows the law MuJoCo's own mass matrix and bias force, which are those of the present state."""
+    n, p = state.q.shape
+    for i in range(n):
+        first = int(wiring.dof_address[i])
+        mass_block(
+            pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
+            pointer_at(m + MODEL_COLUMNS), first, p, state.model_mass[i],
+        )  # fmt: skip
+        bias = vector_at(pointer_at(d + DATA_BIAS) + DOUBLE * first, p)
+        for k in range(p):
+            state.model_bias[i, k] = bias[k] - wiring.lift[i, k]
+
+
+@inlined
+def is_led(wiring: Wiring) -> bool:
+    """Whether the target is put where it is to be: MuJoCo lets it touch nothing that stands."""
+    return wiring.target_address[0] >= 0.0
+
+
+@merged
+def control(m: int, d: int, axes: int) -> None:
+    """Evaluates the law for the present state and applies its forces."""
+    numbers = pointer_at(m + MODEL_NUMERIC)
+    plan = unpack_plan(numbers, axes)
+    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
+    wiring = unpack_wiring(behind(numbers), axes)
+    n, p = state.q.shape
+    nq = state.qpos.shape[0]
+    qpos = vector_at(pointer_at(d + DATA_QPOS), nq)
+    qvel = vector_at(pointer_at(d + DATA_QVEL), nq)  # of which there are no more
+    state.time[0] = double_at(d + DATA_TIME)
+    copy_numbers(qpos, state.qpos, nq)
+    if wiring.in_row:
+        copy_in(qpos, state.q, n * p)
+        copy_in(qvel, state.v, n * p)
+    else:
+        for i in range(n):
+            for k in range(p):
+                state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
+                state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
+    for b in range(state.mover_position.shape[0]):
+        here = vector_at(pointer_at(d + DATA_QPOS) + DOUBLE * int(wiring.mover_qpos[b]), p)
+        speed = vector_at(pointer_at(d + DATA_QVEL) + DOUBLE * int(wiring.mover_dof[b]), p)
+        for k in range(p):
+            state.mover_position[b, k], state.mover_velocity[b, k] = here[k], speed[k]
+    if state.model_bias.shape[0] > 0:
+        tell_model(m, d, wiring, state)
+    if plan.shaped:
+        find_nearest(m, d, plan, state, wiring)
+    evaluate(plan, state)
+    for b in range(state.mover_force.shape[0]):
+        force = vector_at(pointer_at(d + DATA_APPLIED) + DOUBLE * int(wiring.mover_dof[b]), p)
+        for k in range(p):
+            force[k] = state.mover_force[b, k]
+    applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
+    if wiring.in_row:
+        copy_numbers(state.command, vector_at(pointer_at(d + DATA_CTRL), n * p), n * p)
+        copy_numbers(state.disturbance, applied, n * p)
+    else:
+        controls, activations = pointer_at(d + DATA_CTRL), pointer_at(d + DATA_ACTIVATION)
+        command_motors(controls, activations, qpos, qvel, plan, state, wiring)
+        for i in range(n):
+            for k in range(p):
+                applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
+    if is_led(wiring):
+        mocap = pointer_at(d + DATA_MOCAP)
+        for k in range(p):  # where it will be when MuJoCo next looks
+            target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
+            target[0] = wiring.target_offset[k] + state.ahead[NEXT_PLACE, k]
+
+
+@merged
+def look(m: int, d: int, axes: int) -> None:
+    """Records what the solved step brought."""
+    numbers = pointer_at(m + MODEL_NUMERIC)
+    plan = unpack_plan(numbers, axes)
+    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
+    wiring = unpack_wiring(behind(numbers), axes)
+    n, p = state.q.shape
+    applied = vector_at(pointer_at(d + DATA_FORCE), state.qpos.shape[0])
+    if wiring.in_row:
+        copy_in(applied, state.force, n * p)
+    else:
+        for i in range(n):
+            for k in range(p):
+                state.force[i, k] = applied[int(wiring.dof_address[i]) + k] - wiring.lift[i, k]
+    if plan.truth:
+        observe(
+            plan,
+            state,
+            wiring,
+            pointer_at(d + DATA_MASS),
+            pointer_at(m + MODEL_ROW_SIZES),
+            pointer_at(m + MODEL_ROW_STARTS),
+            pointer_at(m + MODEL_COLUMNS),
+            pointer_at(d + DATA_BIAS),
+            pointer_at(d + DATA_ACCELERATION),
+        )
+    if again(state):
+        return
+    energy = kinetic_energy(
+        pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
+        pointer_at(m + MODEL_COLUMNS), pointer_at(d + DATA_QVEL), int_at(m + MODEL_FREEDOMS),
+        int_at(m + MODEL_ENTRIES),
+    )  # fmt: skip
+    overlaps = watch(plan, state, wiring.target_radius, energy)
+    if axes > IN_SPACE:
+        touch_overlaps(plan, state, wiring.target_radius)
+    elif int_at(d + DATA_NCON) > 0 or state.tally[UNDER_WAY] > 0.0 or (overlaps and is_led(wiring)):
+        look_at_contacts(m, d, plan, state, wiring)
+    keep(pointer_at(d + DATA_USERDATA), plan, state)
+
+
+@on_demand
+def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> None:
+    """Notes MuJoCo's contacts of the solved step, each with its pair of bodies, and what it cannot see.
+
+    The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
+    its normal velocity (their mean: in a pyramid's rows what is tangential cancels). A target that is
+    led moves without a velocity of MuJoCo's: its own is added. What stands it meets by geometry.
+    """
+    target, p = state.q.shape[0], state.q.shape[1]
+    led = is_led(wiring)
+    body = wiring.geom_body
+    first = pointer_at(d + DATA_CONTACT)
+    forces, velocities = pointer_at(d + DATA_EFC_FORCE), pointer_at(d + DATA_EFC_VELOCITY)
+    pyramidal = int_at(m + MODEL_CONE) == PYRAMIDAL
+    begin(state)
+    for c in range(int_at(d + DATA_NCON)):
+        contact = first + c * CONTACT_SIZE
+        efc, distance = int_at(contact + CONTACT_EFC), double_at(contact + CONTACT_DISTANCE)
+        geom1, geom2 = int_at(contact + CONTACT_GEOMS), int_at(contact + CONTACT_GEOMS + INT)
+        if efc < 0 or geom1 < 0 or geom2 < 0 or distance > 0.0:
+            continue
+        body1, body2 = int(body[geom1]), int(body[geom2])
+        if body1 < 0 or body2 < 0 or body1 == body2:
+            continue
+        dim = int_at(contact + CONTACT_DIM)
+        rows = 2 * (dim - 1) if pyramidal and dim > 1 else 1
+        force, opening = 0.0, 0.0
+        for row in range(efc, efc + rows):
+            force += double_at(forces + DOUBLE * row)
+            opening += double_at(velocities + DOUBLE * row) / rows
+        if led and (body1 == target or body2 == target):
+            for k in range(p):
+                moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL + DOUBLE * k)
+                opening += moved if body2 == target else -moved
+        touch(state, state.time[0], body1, body2, force, -distance, -opening)
+    if led:
+        touch_what_stands(plan, state, wiring.target_radius)
+    settle(state, state.time[0], plan.timestep)
+
+
+# What makes the callbacks of a class of models. All find everything from the model and data that MuJoCo hands
+# them, so any number of models and threads can be stepped at once; other models are left alone at once.
+
+
+def control_callback(axes: int | None) -> Callable[..., None]:
+    """Before MuJoCo solves for accelerations: evaluates the law."""
+    if axes is None:
+
+        def of_many(m: int, d: int) -> None:
+            if is_ours(m):
+                axes = axes_of(pointer_at(m + MODEL_NUMERIC))
+                if axes >= MANY:
+                    control(m, d, axes)
+
+        return of_many
+
+    def of_few(m: int, d: int) -> None:
+        if is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == axes:
+            control(m, d, axes)
+
+    return of_few
+
+
+def sensor_callback(axes: int | None) -> Callable[..., None]:
+    """A sensor after the solve: only then do contact forces belong to this step."""
+    if axes is None:
+
+        def of_many(m: int, d: int, stage: c_int) -> None:
+            if stage == ACCELERATION_STAGE and is_ours(m):
+                axes = axes_of(pointer_at(m + MODEL_NUMERIC))
+                if axes >= MANY:
+                    look(m, d, axes)
+
+        return of_many
+
+    def of_few(m: int, d: int, stage: c_int) -> None:
+        if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == axes:
+            look(m, d, axes)
+
+    return of_few
+
+
+table = (ctypes.c_void_p * (2 * (MANY + 1)))()
+"""Addresses of both callbacks of each class of models, zero where they are not loaded."""
+_table = place("escort_mj.world.loop.step.table", ctypes.addressof(table))
+
+
+def any_control_callback(axes: int | None) -> Callable[..., None]:
+    """Where models of several classes are stepped: sends each to the callback of its own."""
+
+    def of_any(m: int, d: int) -> None:
+        if is_ours(m):
+            callback = pointer_at(_table() + 2 * DOUBLE * min(axes_of(pointer_at(m + MODEL_NUMERIC)), MANY))
+            if callback != 0:
+                call_at(callback, (m, d))
+
+    return of_any
+
+
+def any_sensor_callback(axes: int | None) -> Callable[..., None]:
+    """Likewise."""
+
+    def of_any(m: int, d: int, stage: c_int) -> None:
+        if stage == ACCELERATION_STAGE and is_ours(m):
+            at = 2 * min(axes_of(pointer_at(m + MODEL_NUMERIC)), MANY) + 1
+            callback = pointer_at(_table() + DOUBLE * at)
+            if callback != 0:
+                call_at(callback, (m, d, stage))
+
+    return of_any

@@ -1,0 +1,220 @@
+"""How the controller's robots are found in MuJoCo's arrays: addresses and bodies, carried by the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.components.plan import MAGIC, size_of
+from escort_mj.control.attitude import Craft
+from escort_mj.native.kernels import DOUBLE, inlined
+from escort_mj.native.memory import Layout, viewer
+from escort_mj.scenario.geometry.obstacle_body import Body
+from escort_mj.scenario.geometry.placement import Team
+from escort_mj.scenario.geometry.shapes import hull, rotation
+from escort_mj.scenario.schema.kinds import ROTORS, Quadrotor
+from escort_mj.world.stages import Stage
+
+Array = NDArray[np.float64]
+
+
+class Wiring(NamedTuple):
+    """Where things are in MuJoCo's arrays, for n robots, p axes and so many geoms."""
+
+    qpos_address: Annotated[Array, "n"]  # first position coordinate of each robot
+    dof_address: Annotated[Array, "n"]  # first velocity coordinate of each robot
+    tree_end: Annotated[Array, "n"]  # one past the last velocity coordinate of each robot's kinematic tree
+    target_address: Annotated[Array, "p"]  # where each of the target's coordinates is in `mocap_pos`
+    target_offset: Annotated[Array, "p"]  # what is added to it there [m]
+    target_radius: float  # [m]
+    in_row: bool  # whether robots' coordinates and motors come first and in order, and motors are plain
+    motor_address: Annotated[Array, "n"]  # first motor of each robot
+    dead_zone: Annotated[Array, "n"]  # force that each command loses [N]
+    lift: Annotated[
+        Array, "n", 3
+    ]  # force that is fed forward against a flying robot's weight, world frame [N]
+    pilot: Annotated[Array, "n"]  # row in `crafts` of each robot that flies, else -1
+    crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `attitude`
+    rotor_gain: Annotated[Array, "flying", ROTORS]  # of each rotor's motor [1]
+    rotor_state: Annotated[Array, "flying"]  # first activation of rotors that lag, else -1
+    geom_body: Annotated[Array, "geoms"]  # which of the mission's bodies each geom belongs to, -1 for none
+    robot_geom: Annotated[Array, "seers"]  # geom of each robot, and last of the target
+    obstacle_geom: Annotated[Array, "m"]  # geom of each obstacle
+    faces: Annotated[Array, "faces", 5]  # of meshes: obstacle, outward normal and offset in the geom's axes
+    mover_qpos: Annotated[Array, "movers"]  # first position coordinate of what moves by itself
+    mover_dof: Annotated[Array, "movers"]  # and its first velocity coordinate
+
+
+LAYOUT = Layout(MAGIC, Wiring)
+
+
+def wiring_size(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int) -> int:
+    """Length of a wiring.
+
+    Args:
+        team: The robots.
+        axes: Of the mission.
+        names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
+        movers: How many of these move by themselves.
+        geoms: Of the model.
+        faces: Of all meshes together.
+    """
+    return LAYOUT.plan_size(_sizes(team, axes, names, movers, geoms, faces))
+
+
+def _sizes(
+    team: Team, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
+) -> dict[str, int]:
+    robots = len(team.mass)
+    return {
+        "n": robots,
+        "seers": robots + 1,
+        "m": len(names) - robots - 2,
+        "p": axes,
+        "movers": movers,
+        "flying": sum(isinstance(kind, Quadrotor) for kind in team.kind),
+        "geoms": geoms,
+        "faces": faces,
+    }
+
+
+def wire(
+    model: mujoco.MjModel,
+    team: Team,
+    gravity: Sequence[float],
+    stages: Sequence[Stage],
+    names: Sequence[str],
+    faces: Array,
+) -> Array:
+    """The wiring of a compiled model as one flat vector, found by names.
+
+    Args:
+        model: A compiled model with bodies `robot_1` ..., `target` and their shadows.
+        team: Its robots.
+        gravity: World frame, shape (3,) [m/s^2].
+        stages: Where the axes of the mission are.
+        names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
+        faces: Of meshes, see `faces_of`.
+    """
+    robots = len(team.mass)
+    joints = [model.body(f"robot_{i + 1}").jntadr[0] for i in range(robots)]
+    dofs = model.jnt_dofadr[joints]
+    trees = model.dof_treeid[dofs]
+    ends = model.tree_dofadr[trees] + model.tree_dofnum[trees]
+    mocap = [int(model.body(f"target{stage.suffix}").mocapid[0]) for stage in stages]
+    places = [
+        3 * place_of + place if place_of >= 0 else -1  # a target with mass is not told where to be
+        for place_of, stage in zip(mocap, stages, strict=True)
+        for place in stage.places
+    ]
+    obstacles = names[robots + 1 : -1]
+    slides = [model.body(name).jntadr[0] for name in (*obstacles, "target") if model.body(name).jntnum[0]]
+    offsets = [stage.origin[place] for stage in stages for place in stage.places]
+    lift, pilot = np.zeros((robots, 3)), np.full(robots, -1)
+    crafts: list[Craft] = []
+    for i, (kind, mass, radius) in enumerate(zip(team.kind, team.mass, team.radius, strict=True)):
+        if isinstance(kind, Quadrotor):
+            lift[i], pilot[i] = kind.lift(mass, gravity), len(crafts)
+            crafts.append(kind.craft(mass, radius, gravity, team.height))
+    flying = [i for i, kind in enumerate(team.kind) if isinstance(kind, Quadrotor)]
+    motors = [kind.actuators(len(places)) for kind in team.kind]
+    addresses = model.jnt_qposadr[joints], dofs, np.cumsum([0, *motors[:-1]])
+    dead_zone = [actuators.dead_zone for actuators in team.actuators]
+    in_row = all((each == len(places) * np.arange(robots)).all() for each in addresses)
+    return LAYOUT.pack(
+        _sizes(team, len(places), names, len(slides), model.ngeom, len(faces)),
+        {
+            "qpos_address": model.jnt_qposadr[joints],
+            "dof_address": dofs,
+            "tree_end": ends,
+            "target_address": places,
+            "target_offset": offsets,
+            "target_radius": model.geom("target_body").size[0],
+            "motor_address": addresses[2],
+            "dead_zone": dead_zone,
+            "in_row": in_row and not any(dead_zone) and not crafts and not lift.any(),
+            "lift": lift,
+            "pilot": pilot,
+            "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),
+            "rotor_gain": np.reshape([team.gains[i] for i in flying], (len(flying), ROTORS)),
+            "rotor_state": [model.actuator(f"robot_{i + 1}_rotor_1").actadr[0] for i in flying],
+            "geom_body": geom_bodies(model, names),
+            "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
+            "obstacle_geom": [model.geom(f"{name}_body").id for name in obstacles],
+            "faces": _in_geoms(model, [model.geom(f"{name}_body").id for name in obstacles], faces),
+            "mover_qpos": model.jnt_qposadr[slides],
+            "mover_dof": model.jnt_dofadr[slides],
+        },
+    )
+
+
+def faces_of(bodies: Sequence[Body]) -> Array:
+    """The faces of obstacles that are meshes, as they stand in the mission.
+
+    Returns:
+        One row each: number of the obstacle from 0, outward unit normal in the world's axes, and minus the
+        distance from the obstacle's center along it [m], shape (faces, 5).
+    """
+    found = [np.zeros((0, 5))]
+    for number, body in enumerate(bodies):
+        if body.shape == "mesh":
+            planes = hull(tuple(map(tuple, body.vertices)))[1]
+            normals = planes[:, :3] @ rotation(body.orientation).T
+            found.append(np.column_stack([np.full(len(planes), number), normals, planes[:, 3]]))
+    return np.vstack(found)
+
+
+def _in_geoms(model: mujoco.MjModel, geoms: Sequence[int], faces: Array) -> Array:
+    """The same in the axes of their geoms: MuJoCo turns and moves meshes to their principal axes."""
+    found, turn = faces.copy(), np.empty(9)
+    for row in found:
+        geom = geoms[int(row[0])]
+        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+        row[4] += row[1:4] @ model.geom_pos[geom]
+        row[1:4] = row[1:4] @ turn.reshape(3, 3)
+    return found
+
+
+def geom_bodies(model: mujoco.MjModel, names: Sequence[str]) -> NDArray[np.int64]:
+    """Which body each geom belongs to, with all that hangs on it, shape (ngeom,); -1 for none of these.
+
+    Args:
+        model: A compiled model.
+        names: Of bodies that hang on the world, or of geoms that are part of it.
+    """
+    places = {name: place for place, name in enumerate(names)}
+    found = np.full(model.ngeom, -1)
+    for geom, body in enumerate(model.geom_bodyid):
+        thing = model.geom(geom) if body == 0 else model.body(model.body_rootid[body])
+        found[geom] = places.get(thing.name, -1)
+    return found
+
+
+def thickness(model: mujoco.MjModel, names: Sequence[str]) -> Array:
+    """Least extent of each body, that of its thinnest solid geom, shape (bodies,) [m]; inf for planes."""
+    found = np.full(len(names), np.inf)
+    solid = (model.geom_contype | model.geom_conaffinity) > 0
+    for geom, body in enumerate(geom_bodies(model, names)):
+        plane = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE
+        if body >= 0 and not plane and (solid[geom] or not solid.any()):  # nothing is beyond three axes
+            found[body] = min(found[body], 2.0 * model.geom_aabb[geom, 3:].min())
+    return found
+
+
+@inlined
+def behind(plan: int) -> int:
+    """Address of the wiring, which stands behind the plan at an address."""
+    return plan + DOUBLE * size_of(plan)
+
+
+def unpack_wiring(address: int, axes: int) -> Wiring:
+    """Views the wiring at an address; nothing is copied, nothing owned."""
+    wiring: Wiring = LAYOUT.read(Wiring, address, address)
+    return wiring
+
+
+viewer(LAYOUT, Wiring, unpack_wiring)

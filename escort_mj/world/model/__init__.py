@@ -1,0 +1,1 @@
+"""The MuJoCo model of a mission: MJCF composed from parts, compiled, and wired to the controller."""

@@ -1,0 +1,140 @@
+import warnings
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from escort_mj import palette
+from escort_mj.errors import RenderError, RunFolderError
+from escort_mj.record.folder import open_run
+from escort_mj.record.outcome import Outcome
+from escort_mj.report.figures import curves, figures, paths, style
+from escort_mj.report.figures.figures import draw_figures
+from escort_mj.report.figures.style import figure
+
+ALWAYS = {"panels", "paths", "forces", "tasks"}
+
+
+def draw(folder, formats=("png",)):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return draw_figures(folder, formats)
+
+
+def pixels(path):
+    return np.asarray(Image.open(path).convert("RGB"))
+
+
+def has_color(image, color, tolerance=2):
+    wanted = np.round(255 * np.array(color))
+    return bool((np.abs(image - wanted).max(axis=-1) <= tolerance).any())
+
+
+@pytest.mark.parametrize(
+    ("shape", "more"),
+    [
+        ({}, {"clearances", "obstacle_distances"}),
+        ({"count": 6, "axes": 3}, {"clearances", "obstacle_distances"}),
+        ({"samples": 2, "axes": 3, "count": 1, "obstacles": 0}, set()),
+        ({"count": 50, "obstacles": 30}, {"clearances", "obstacle_distances"}),
+        ({"obstacles": 0, "truth": "lyapunov"}, {"clearances", "truth"}),
+        ({"samples": 1, "count": 1, "obstacles": 0, "truth": "lyapunov"}, {"truth"}),
+    ],
+    ids=["planar", "space", "two_samples", "many", "truth", "truth_once"],
+)
+def test_every_mission_gets_its_figures_without_a_warning(make_run, monkeypatch, shape, more):
+    figures_of(make_run, monkeypatch, shape, more)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("shape", "more"),
+    [
+        ({"obstacles": 0}, {"clearances"}),
+        ({"count": 1, "obstacles": 0}, set()),
+        ({"count": 2, "obstacles": 0}, {"clearances"}),
+        ({"samples": 1}, {"clearances", "obstacle_distances"}),
+        ({"count": 13, "axes": 3, "obstacles": 5}, {"clearances", "obstacle_distances"}),
+        ({"count": 13, "axes": 3, "obstacles": 0, "truth": "mass"}, {"clearances", "truth"}),
+    ],
+    ids=["free", "alone", "two", "one_sample", "thirteen", "other_law"],
+)
+def test_missions_in_between_get_theirs(make_run, monkeypatch, shape, more):
+    figures_of(make_run, monkeypatch, shape, more)
+
+
+def figures_of(make_run, monkeypatch, shape, more):
+    monkeypatch.setattr(style, "DPI", 60)  # drawn faster
+    written = draw(make_run(**shape))
+    assert {path.stem for path in written} == ALWAYS | more
+    for path in written:
+        image = pixels(path)
+        assert image.shape[1] == round(style.WIDTH * 60)
+        assert 90 < image.shape[0] < 600
+        assert image.std() > 5  # not blank
+        assert (image[0] == 255).all() and (image[:, -1] == 255).all()  # nothing runs out of the picture
+
+
+def test_a_diverged_run_draws_and_says_so(make_run, monkeypatch):
+    monkeypatch.setattr(
+        figures, "PLOTS", [plot for plot in figures.PLOTS if plot.name in ("paths", "forces")]
+    )
+    far = {"spread": lambda time: np.exp(12 * time), "outcome": Outcome.DIVERGED, "obstacles": 1}
+    well, ill = draw(make_run(obstacles=1)), draw(make_run(**far))
+    for good, bad in zip(well, ill, strict=True):
+        assert not has_color(pixels(good), palette.from_hex("B00020"))
+        assert has_color(pixels(bad)[:150], palette.from_hex("B00020"))
+
+
+def test_other_formats(make_run, monkeypatch):
+    monkeypatch.setattr(figures, "PLOTS", figures.PLOTS[:1])
+    (first, *_) = draw(make_run(samples=5, count=1, obstacles=0), ("pdf",))
+    assert first.read_bytes().startswith(b"%PDF")
+
+
+def test_a_folder_that_holds_nothing_to_draw_is_refused(make_run, tmp_path):
+    with pytest.raises(RenderError, match="no sample"):
+        draw_figures(make_run(samples=0))
+    with pytest.raises(RunFolderError):
+        draw_figures(tmp_path)
+
+
+@pytest.mark.parametrize("count", [5, 12, 20])
+def test_each_robot_is_drawn_in_its_color_where_it_ended(make_run, tmp_path, count):
+    trace = open_run(make_run(count=count)).trace
+    kept: list[Figure] = []
+    with figure(tmp_path / "plan.png", paths.plan_height(trace), "plan") as canvas:
+        paths.plan_view(canvas, trace)
+        kept.append(canvas)
+    image = pixels(tmp_path / "plan.png")
+    axes = kept[0].axes[0]
+    for place, color in zip(trace["q"].values[-1], palette.robot_colors(count), strict=True):
+        column, row = axes.transData.transform(place)
+        drawn = image[image.shape[0] - 1 - round(row), round(column)]
+        np.testing.assert_allclose(drawn, 255 * np.array(color), atol=3)
+
+
+def test_the_plan_is_to_scale(make_run, tmp_path):
+    trace = open_run(make_run()).trace
+    with figure(tmp_path / "plan.png", paths.plan_height(trace), "plan") as canvas:
+        paths.plan_view(canvas, trace)
+    transform = canvas.axes[0].transData
+    origin, right, up = transform.transform([[0, 0], [1, 0], [0, 1]])
+    assert np.linalg.norm(right - origin) == pytest.approx(np.linalg.norm(up - origin))
+
+
+def test_thinning_keeps_both_ends_and_every_peak():
+    time = np.linspace(0, 1, 200_000)
+    values = np.zeros_like(time)
+    values[[777, 150_123]] = 5.0, -3.0
+    x, y = curves.thin(time, values)
+    assert len(x) < 3 * curves.BINS
+    assert (y.max(), y.min(), x[0], x[-1]) == (5.0, -3.0, 0.0, 1.0)
+    assert (np.diff(x) > 0).all()
+
+
+def test_running_rms_of_a_sine():
+    time = np.linspace(0, 60, 60_001)
+    rms = curves.running_rms(time, np.sin(2 * np.pi * 10 * time))
+    assert rms[5000:-5000] == pytest.approx(np.sqrt(0.5), rel=2e-3)

@@ -1,0 +1,192 @@
+"""The page of a run: whole in one file, and a replay that shows what was recorded, in a real browser."""
+
+import base64
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from escort_mj.errors import RenderError
+from escort_mj.record.folder import open_run
+from escort_mj.record.outcome import Outcome
+from escort_mj.report.pages.html import asset
+from escort_mj.report.pages.replay_data import GONE, replay_data
+from escort_mj.report.pages.run_page import SCRIPTS, report
+from escort_mj.report.pages.signals_data import signals_data
+from escort_mj.report.video.replay import replay_of
+from tests.report.browser import Page, look, needs_browser
+
+TIMES = (0.0, 1.23, 3.07, 5.9)
+
+
+def whole(data: str, kind: str) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(data), dtype=kind)
+
+
+@pytest.fixture(scope="module")
+def folder(make_run) -> Path:
+    path = make_run(title="a <b> & c", count=5, samples=60)
+    (path / "verdicts.json").write_text(json.dumps([verdict(), verdict(False, "none", 2.5)]))
+    report(path)
+    return path
+
+
+def verdict(passed: bool = True, demanded: str = "completed", time: float | None = None) -> dict:
+    return {
+        "metric": "contacts" if time else "outcome",
+        "demanded": demanded,
+        "value": None,
+        "unit": "",
+        "time": time,
+        "who": "",
+        "margin": None,
+        "passed": passed,
+        "near_miss": False,
+        "message": f"robot 1 & <friends> did {demanded}",
+        "held": passed,
+        "xfail": "",
+        "expectation": None,
+        "bodies": [],
+    }
+
+
+@pytest.fixture(scope="module")
+def text(folder: Path) -> str:
+    return (folder / "report.html").read_text()
+
+
+def test_the_page_holds_everything_itself(text: str) -> None:
+    page = Page(text)
+    assert not page.open
+    sources = [a["src"] for tag in ("img", "script", "video") for a in page.all(tag) if "src" in a]
+    assert len(sources) == 6 and all(source.startswith("data:image/png;base64,") for source in sources)
+    assert [a["href"] for a in page.all("link")] == ["data:,"]
+    assert "@import" not in text and "url(" not in text
+    assert len(text) < 3e6
+
+
+def test_verdicts_come_first_and_lead_to_their_moment(text: str) -> None:
+    assert text.index("What was expected") < text.index('id="replay"') < text.index("<h2>Figures")
+    assert 'class="banner ill"' in text and '<span class="bad">FAIL</span>' in text
+    assert 'data-seek="2.5"' in text
+    assert "robot 1 &amp; &lt;friends&gt;" in text and "<friends>" not in text and "<b> &" not in text
+
+
+def test_the_scenario_and_how_to_run_it_again(folder: Path, text: str) -> None:
+    assert "escort-mj run scenario.yaml --out again" in text and f"escort-mj rerun {folder.name}" in text
+    assert "name: a &lt;b&gt; &amp; c" in text
+
+
+def test_every_script_is_part_of_the_package(text: str) -> None:
+    assert all(asset(script) in text for script in SCRIPTS)
+
+
+@pytest.mark.parametrize(("count", "axes", "obstacles"), [(5, 2, 2), (3, 3, 0), (70, 2, 1)])
+def test_the_replay_is_what_was_recorded(make_run, count: int, axes: int, obstacles: int) -> None:
+    run = open_run(make_run(count=count, axes=axes, obstacles=obstacles))
+    data, replay = replay_data(run, 2.0), replay_of(run.trace)
+    json.dumps(data, allow_nan=False)
+    low, high = np.array(data["low"]), np.array(data["high"])
+    time = whole(data["time"], "<f4")
+    tracks = whole(data["tracks"], "<u2").reshape(-1, len(time), 3) / 65535 * (high - low) + low
+    exact = (high - low).max() / 65535
+    np.testing.assert_allclose(time, replay.time, atol=1e-5)
+    np.testing.assert_allclose(tracks[data["target"]], replay.target, atol=exact)
+    solids = data["solids"]
+    for robot in range(count):
+        (part,) = (k for k, owner in enumerate(solids["robot"]) if owner == robot)
+        np.testing.assert_allclose(tracks[solids["place"][part]], replay.robots[:, robot], atol=exact)
+    assert len(tracks) == count + 1  # a robot's body is where the robot is
+    still = [data["still"][-1 - place] for place in data["obstacles"]]
+    np.testing.assert_allclose(np.reshape(still, (-1, 3)), replay.obstacles[0], atol=1e-5)
+
+
+def test_short_events_and_losses_survive_thinning(make_run, monkeypatch) -> None:
+    lost = np.zeros((60, 4))
+    lost[31:, 2] = 1.0
+    run = open_run(make_run(count=4, lost=lost))
+    for name in ("FEWEST", "MOST"):
+        monkeypatch.setattr(f"escort_mj.report.pages.replay_data.{name}", 7)
+    data = replay_data(run, 1.0)
+    time = whole(data["time"], "<f4")
+    flags = whole(data["flags"], "<u1").reshape(len(time), 4)
+    assert len(time) == 7 and time[-1] == pytest.approx(5.9)
+    np.testing.assert_array_equal((flags & GONE).any(axis=0), [False, False, True, False])
+    assert time[np.argmax(flags[:, 2] & GONE)] >= 3.1
+
+
+def test_signals_keep_the_worst_of_each_bin(make_run, monkeypatch) -> None:
+    run = open_run(make_run(samples=60))
+    monkeypatch.setattr("escort_mj.report.pages.signals_data.MOST", 10)
+    monkeypatch.setattr("escort_mj.report.pages.signals_data.FEWEST", 10)
+    data = signals_data(run.trace)
+    force = next(signal for signal in data["signals"] if signal["unit"] == "N")
+    curve = whole(force["curves"][3], "<f4")
+    assert len(curve) == 10
+    assert curve.max() == pytest.approx(float(np.linalg.norm(run.trace["force"].values, axis=2)[:, 3].max()))
+    nearest = next(signal for signal in data["signals"] if signal["name"].startswith("clearance"))
+    found = min(whole(one, "<f4").min() for one in nearest["curves"])
+    assert found == pytest.approx(float(run.trace["clearance"].values.min()), rel=1e-6)
+
+
+def test_a_run_without_samples_has_no_page(make_run) -> None:
+    with pytest.raises(RenderError, match="no sample"):
+        report(make_run(samples=0, outcome=Outcome.DIVERGED))
+
+
+PROBE = """
+const picture = () => {
+  const copy = document.createElement("canvas");
+  Object.assign(copy, { width: player.picture.width, height: player.picture.height });
+  const pen = copy.getContext("2d");
+  pen.drawImage(player.picture, 0, 0);
+  return pen.getImageData(0, 0, copy.width, copy.height).data;
+};
+const seen = color => {  // pixels of about this hue
+  const data = picture(), [r, g, b] = color;
+  let count = 0;
+  for (let k = 0; k < data.length; k += 4) {
+    const [x, y, z] = [data[k] / 255, data[k + 1] / 255, data[k + 2] / 255];
+    const size = Math.hypot(x, y, z) * Math.hypot(r, g, b);
+    if ((x * r + y * g + z * b) / size > 0.995 && Math.hypot(x - 0.95, y - 0.96, z - 0.97) > 0.25) count++;
+  }
+  return count;
+};
+const places = times.map(time => {
+  player.seek(time);
+  return player.record.robots.map(place => player.record.place(place));
+});
+document.querySelector("[data-seek]").click();
+const sought = player.record.now, before = picture();
+const hues = player.record.colors.map(seen);
+player.follow.value = "2";
+player.draw();
+const turned = picture().some((value, k) => value !== before[k]);
+const curves = signalsBox.querySelectorAll("canvas").length;
+const choice = signalsBox.querySelector("select");
+choice.value = "3";
+choice.dispatchEvent(new Event("change"));
+player.speed.value = 8;
+player.toggle();
+await new Promise(done => setTimeout(done, 1500));
+tell({
+  places, sought, hues, turned, curves, label: signalsBox.querySelector(".u-legend").textContent,
+  played: player.record.now, error: player.canvas.gl.getError(),
+  widths: [...document.images].map(image => image.naturalWidth),
+});"""
+
+
+@needs_browser
+def test_a_browser_replays_the_run(folder: Path, tmp_path: Path) -> None:
+    script = f"const times = {json.dumps(TIMES)};{PROBE}"
+    found, errors = look(folder / "report.html", tmp_path, script)
+    assert errors == []
+    replay = replay_of(open_run(folder).trace)
+    expected = np.array([replay.at(time).robots for time in TIMES])
+    np.testing.assert_allclose(found["places"], expected, atol=2e-3)
+    assert found["sought"] == 2.5 and found["turned"] and found["error"] == 0
+    assert min(found["hues"]) > 30, "every robot is seen in its color"
+    assert found["curves"] == 1 and "robot 5" in found["label"]
+    assert found["played"] > 2.5 + 1e-3
+    assert len(found["widths"]) == 6 and min(found["widths"]) > 300

@@ -1,0 +1,153 @@
+"""The page of a study: complete, whole in one file, and right in a real browser."""
+
+import math
+import re
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+from escort_mj.errors import UsageError
+from escort_mj.report.pages.html import Text, table
+from escort_mj.report.pages.study_page import report
+from escort_mj.scenario import parse_scenario
+from escort_mj.study.engine.store import Store
+from escort_mj.study.sweeps.results import open_results, write_design
+from escort_mj.study.sweeps.worst import broken, write_scenario
+from tests.report.browser import Page, look, needs_browser
+from tests.study.planted import design, study_folder
+
+PROBE = """
+document.querySelector("table.sortable th:nth-child(3) button").click();
+tell({
+  widths: [...document.images].map(image => image.naturalWidth),
+  order: [...document.querySelector("table.sortable tbody").rows].map(row => row.cells[2].textContent),
+});"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = study_folder(tmp_path_factory.mktemp("page"))
+    report(out)
+    return out
+
+
+@pytest.fixture
+def few(tmp_path: Path) -> Path:
+    """A study of few figures, without its page."""
+    return study_folder(tmp_path, "study: few\nscenario: main\nset: {expect: []}\nseeds: 4\n")
+
+
+@pytest.fixture(scope="module")
+def text(folder: Path) -> str:
+    return (folder / "report.html").read_text()
+
+
+def test_the_page_holds_everything_itself(text: str) -> None:
+    page = Page(text)
+    assert not page.open
+    sources = [a["src"] for tag in ("img", "script") for a in page.all(tag) if "src" in a]
+    assert len(sources) == 7 and all(source.startswith("data:image/svg+xml;base64,") for source in sources)
+    assert all(a["alt"] for a in page.all("img"))
+    assert [a["href"] for a in page.all("link")] == ["data:,"]
+    assert "url(" not in text and "@import" not in text
+
+
+def test_every_link_leads_somewhere(folder: Path, text: str) -> None:
+    targets = [unquote(a["href"]) for a in Page(text).all("a")]
+    assert {"study.yaml", "runs.csv", "cells.csv", "runs/kept/"} > {*targets} - {"study.yaml"}
+    assert targets and all((folder / target).exists() for target in targets)
+
+
+def test_a_page_elsewhere_links_back(few: Path, tmp_path: Path) -> None:
+    path = report(few, tmp_path / "pages" / "study.html")
+    targets = [unquote(a["href"]) for a in Page(path.read_text()).all("a")]
+    assert targets and all((path.parent / target).exists() for target in targets)
+
+
+def test_tables_are_marked_up(text: str) -> None:
+    page = Page(text)
+    tables = len(page.all("table"))
+    assert tables >= 6 and len(page.all("caption")) == tables
+    assert all(head.get("scope") in ("row", "col") for head in page.all("th"))
+
+
+def test_what_users_wrote_is_text(text: str) -> None:
+    assert "mass &amp; force limit, &lt;planted&gt;." in text
+    assert "robot 3 left the mission &amp; is &lt;gone&gt;" in text and "<gone>" not in text
+
+
+def test_failures_are_rows_with_their_messages(text: str) -> None:
+    section = text.partition("<h2>Failures</h2>")[2].partition("<h2>")[0]
+    assert section.count("<tr>") == 1 + 3 + 9 + 12  # head, broken ASMC, the rest of heavy ASMC, heavy PD
+    assert section.count("robot 3 left") == 3 and "radius_error_mean at most 0.1 m: 0.10" in section
+
+
+def test_the_worst_runs_have_a_command_each(folder: Path, text: str) -> None:
+    section = text.partition("<h2>Worst runs</h2>")[2]
+    commands = re.findall(r"<code>escort-mj run (\S+) --out (\S+)</code>", section)
+    assert len(commands) >= 15 and all(Path(scenario).is_file() for scenario, _ in commands)
+    never = section.index("settling_time")
+    assert ">never<" in section[never : never + 200]
+
+
+def test_a_broken_run_that_left_no_scenario_gets_it_back(tmp_path: Path) -> None:
+    out = study_folder(tmp_path, planter=lambda cell, seed: "broke" if seed == 2 else {"energy": 1.0})
+    results = open_results(out)
+    run = broken(results)[0]
+    path = write_scenario(results, run, out)
+    assert path is not None and run.seed == 2
+    scenario = parse_scenario(path.read_text())
+    assert scenario == design(tmp_path).scenario(results.cells[run.cell], 2)
+
+
+def test_cells_as_numbers_for_other_programs(folder: Path) -> None:
+    head, *lines = (folder / "cells.csv").read_text().splitlines()
+    assert len(lines) == 27 and head.startswith(
+        "cell,controller,robots.mass,robots.force_limit,runs,passed_times"
+    )
+    first = dict(zip(head.split(","), lines[0].split(","), strict=True))
+    assert float(first["radius_error_mean_mean"]) == pytest.approx(0.0045)
+    assert float(first["passed_low"]) == pytest.approx(0.025**0.25)
+    last = dict(zip(head.split(","), lines[-1].split(","), strict=True))
+    assert float(last["settling_time_median"]) == math.inf and last["settling_time_mean"] == ""
+
+
+def test_the_same_results_give_the_same_page(few: Path) -> None:
+    assert report(few).read_text() == report(few).read_text()
+
+
+def test_a_study_without_runs_has_a_page(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with Store(out):
+        write_design(design(tmp_path), out)
+    assert "108 of 108 runs have not been made yet" in report(out).read_text()
+
+
+def test_folders_and_factors_that_are_none(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no results"):
+        report(tmp_path)
+    with pytest.raises(UsageError, match="found law; this study compares levels of controller"):
+        report(folder, compare="law")
+
+
+def test_cells_of_tables_are_escaped_and_sorted_by_value() -> None:
+    made = table("a <b>", [("x", 'a "b"')], [[Text("<1>", math.nan)], [Text("never", math.inf)]])
+    assert "&lt;1&gt;" in made and made.count('data-value="Infinity"') == 2 and "a &quot;b&quot;" in made
+
+
+@needs_browser
+def test_a_browser_shows_all_and_complains_of_nothing(folder: Path, tmp_path: Path) -> None:
+    found, errors = look(folder / "report.html", tmp_path, PROBE)
+    assert errors == []
+    assert len(found["widths"]) == 7 and min(found["widths"]) > 300
+    assert found["order"] == sorted(found["order"], key=float) and found["order"][0] == "0.2"
+
+
+@needs_browser
+def test_the_browser_would_have_complained(folder: Path, text: str, tmp_path: Path) -> None:
+    spoiled = folder / "spoiled.html"
+    spoiled.write_text(text.replace("</body>", "<img src='missing.png'><script>nothing()</script></body>"))
+    found, errors = look(spoiled, tmp_path, PROBE)
+    assert any("nothing is not defined" in line for line in errors)
+    assert found["widths"][-1] == 0

@@ -1,0 +1,114 @@
+"""Clips of runs that fail: what they show, when, how slowly, and whom they mark."""
+
+import json
+import re
+import subprocess
+from types import SimpleNamespace
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from tests.report.test_video import needs_gl, read
+
+from escort_mj import palette
+from escort_mj.record.folder import open_run
+from escort_mj.record.outcome import Outcome
+from escort_mj.report.video import video
+from escort_mj.report.video.clip import LENGTH, plan_clip
+from escort_mj.scenario.schema.scenario import Video
+
+SMALL = Video(width=320, height=180, rate=10)
+
+
+def verdict(passed=False, time=None, bodies=(), message="contacts none: 1"):
+    return {"passed": passed, "time": time, "bodies": list(bodies), "message": message}
+
+
+def run(*verdicts, end=20.0, outcome="diverged: robot 1 is far away"):
+    return SimpleNamespace(
+        trace={"time": np.linspace(0.0, end, 201)}, verdicts=list(verdicts), outcome={"message": outcome}
+    )
+
+
+class TestPlan:
+    def test_of_a_pair_it_is_slow_and_around_the_moment(self):
+        clip = plan_clip(run(verdict(time=10.0, bodies=("robot_1", "rock"))))
+        assert clip.start < 10.0 < clip.end and clip.moment == 10.0
+        assert clip.end - clip.start == pytest.approx(LENGTH * clip.speed) == pytest.approx(1.6)
+        assert clip.bodies == ("robot_1", "rock")
+
+    def test_of_one_robot_it_runs_in_real_time(self):
+        clip = plan_clip(run(verdict(time=10.0, bodies=("robot_1",))))
+        assert (clip.end - clip.start, clip.speed) == (4.0, 1.0)
+
+    @pytest.mark.parametrize("moment", [0.0, 0.1, 19.9, 20.0, 25.0])
+    def test_it_stays_within_the_run(self, moment):
+        clip = plan_clip(run(verdict(time=moment, bodies=("robot_1", "rock"))))
+        assert 0.0 <= clip.start < clip.end <= 20.0
+        assert clip.end - clip.start == pytest.approx(1.6)
+        assert clip.start <= clip.moment <= clip.end
+
+    def test_a_short_run_is_slowed(self):
+        clip = plan_clip(run(verdict(time=0.2), end=0.4))
+        assert (clip.start, clip.end, clip.speed) == (0.0, 0.4, 0.1)
+
+    def test_a_pair_tells_most_and_what_passed_tells_nothing(self):
+        verdicts = [
+            verdict(passed=True, time=1.0, bodies=("robot_1", "robot_2")),
+            verdict(),
+            verdict(time=3.0, bodies=("robot_1",)),
+            verdict(time=5.0, bodies=("robot_2", "rock")),
+        ]
+        assert plan_clip(run(*verdicts)).moment == 5.0
+        assert plan_clip(run(*verdicts[:3])).moment == 3.0
+        assert plan_clip(run(*verdicts[:2])).moment == 20.0
+
+    def test_without_verdicts_it_is_the_end(self):
+        clip = plan_clip(run())
+        assert (clip.moment, clip.words) == (20.0, "diverged: robot 1 is far away")
+
+
+@pytest.fixture(scope="module")
+def meeting(make_run):
+    """A run whose verdict says that robot 1 and the first obstacle met at 3 s."""
+    folder = make_run(outcome=Outcome.COMPLETED)
+    where = folder / "verdicts.json"
+    where.write_text(json.dumps([verdict(time=3.0, bodies=("robot_1", "obstacle_1"))]))
+    return folder
+
+
+def redness(frames):
+    """How many pixels of each frame are as red as a contact, the words at the bottom aside."""
+    color = np.asarray(palette.CONTACT) * 255
+    upper = frames[:, 30 : frames.shape[1] * 3 // 4]
+    return (np.abs(upper - color).max(axis=3) < 60).sum(axis=(1, 2))
+
+
+@needs_gl
+def test_a_clip_of_four_seconds_with_the_pair_marked(meeting):
+    path = video.render_clip(meeting, SMALL)
+    assert path == meeting / "clip.mp4" and not list(meeting.glob(".*"))
+    words = subprocess.run(
+        [imageio_ffmpeg.get_ffmpeg_exe(), "-hide_banner", "-i", path], capture_output=True, text=True
+    ).stderr
+    assert re.search(r"Duration: 00:00:04.*320x180", words, re.DOTALL)
+    frames = read(path)
+    assert (redness(frames) > 20).all()
+    whole = read(video.render_video(meeting, SMALL.model_copy(update={"rate": 5, "speed": 2.0})))
+    assert redness(whole[:-10]).max() < redness(frames).min()
+
+
+@needs_gl
+def test_bodies_that_the_model_does_not_have_are_not_marked(meeting):
+    (meeting / "verdicts.json").write_text(json.dumps([verdict(time=3.0, bodies=("robot_1", "ghost"))]))
+    assert len(read(video.render_clip(meeting, SMALL))) > 30
+
+
+def test_a_new_run_takes_the_old_clip_away(meeting, tmp_path):
+    from escort_mj.record.folder import RunFolder
+
+    assert open_run(meeting).path == meeting
+    folder = RunFolder.create(tmp_path / "run")
+    (folder.path / "clip.mp4").write_text("old")
+    folder.fail("broke")
+    assert not (RunFolder.create(tmp_path / "run").path / "clip.mp4").exists()

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from escort_mj.errors import RenderError
+from escort_mj.record.folder import open_run
+from escort_mj.report.video.film import frame_times
+from escort_mj.report.video.replay import replay_of
+from escort_mj.scenario.schema.scenario import Video
+
+
+@pytest.fixture(scope="module")
+def trace(make_run):
+    return open_run(make_run()).trace
+
+
+def test_between_two_samples_everything_is_straight(trace):
+    replay = replay_of(trace)
+    moment = replay.at(1.025)
+    assert (moment.sample, round(moment.share, 9)) == (10, 0.25)
+    expected = 0.75 * trace["q"].values[10] + 0.25 * trace["q"].values[11]
+    np.testing.assert_allclose(moment.robots[:, :2], expected)
+    np.testing.assert_allclose(moment.robots[:, 2], trace["robot_radius"].values)
+    np.testing.assert_allclose(moment.qpos, expected.ravel())
+
+
+@pytest.mark.parametrize(("time", "row"), [(-1.0, 0), (0.0, 0), (5.9, -1), (99.0, -1)])
+def test_outside_of_the_record_its_ends_stay(trace, time, row):
+    moment = replay_of(trace).at(time)
+    np.testing.assert_allclose(moment.target[:2], trace["target_position"].values[row])
+
+
+def test_one_sample_is_enough_and_none_is_not(trace):
+    moment = replay_of(trace.isel(time=[0])).at(3.0)
+    np.testing.assert_allclose(moment.robots[:, :2], trace["q"].values[0])
+    with pytest.raises(RenderError):
+        replay_of(trace.isel(time=[]))
+
+
+def test_a_short_event_stays_visible(trace):
+    replay = replay_of(trace)
+    flags = np.zeros((len(replay.time), 5), bool)
+    flags[20, 3] = True  # at 2.0 s
+    seen = [bool(replay.lately(flags, replay.at(t), 0.5)[3]) for t in (1.9, 2.0, 2.4, 2.6)]
+    assert seen == [False, True, True, False]
+    assert not replay.lately(flags, replay.at(2.2), 0.5)[[0, 1, 2, 4]].any()
+
+
+def test_a_trail_ends_now_and_its_points_stay_put(trace):
+    replay = replay_of(trace)
+    early = replay.past(replay.time, replay.at(4.03), 2.0, 10)
+    late = replay.past(replay.time, replay.at(4.11), 2.0, 10)
+    assert early[-1] <= 4.03 and early[0] >= 2.0
+    assert set(np.round(early[1:], 9)) <= set(np.round(late, 9))
+    assert len(replay.past(replay.time, replay.at(0.0), 2.0, 10)) == 0
+
+
+def test_frames_are_evenly_spaced_and_end_with_the_run():
+    times = frame_times(0.0, 6.0, Video(rate=30, speed=4.0))
+    assert len(times) == 46 and times[0] == 0.0 and times[-1] == 6.0
+    np.testing.assert_allclose(np.diff(times), 4 / 30, atol=1e-9)
+    assert frame_times(0.0, 0.0, Video()).tolist() == [0.0]

@@ -1,0 +1,124 @@
+import json
+from pathlib import Path
+
+import jsonschema
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from escort_mj.errors import ScenarioError
+from escort_mj.recognize import scenarios_in
+from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_scenario, parse_scenario
+from escort_mj.scenario.reader.document import SMALLEST, read
+from escort_mj.scenario.reader.dump import flow
+from escort_mj.scenario.reader.paths import TAGS
+
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
+SHIPPED = list(scenarios_in(SCENARIOS))
+
+bounds = st.floats(allow_nan=False, allow_infinity=False).filter(lambda x: x == 0.0 or abs(x) >= SMALLEST)
+numbers = st.floats(-1e6, 1e6).map(lambda number: 0.0 if abs(number) < SMALLEST else number)
+expressions = st.sampled_from(["t", "3 + 0.1*t", "sin(0.1*t)", "-t**2/1e6"])
+names = st.text(
+    st.characters(exclude_characters="/\\\ufffe\uffff", exclude_categories=("Cs", "Cc", "Zs")),
+    min_size=1,
+    max_size=20,
+)
+
+TEXT = st.characters(
+    exclude_categories=("Cs", "Cc"), include_characters="\n\t", exclude_characters="\ufffe\uffff"
+)
+
+
+@st.composite
+def scenarios(draw: st.DrawFn) -> Scenario:
+    axes = draw(st.sampled_from([2, 3]))
+    vector = st.tuples(*[numbers] * axes)
+    return Scenario(
+        name="n" + draw(names),
+        description=draw(st.text(TEXT, max_size=80)),
+        seed=draw(st.integers(0, 2**53 - 1)),
+        duration=draw(st.floats(0.1, 1e6)),
+        axes=axes,
+        target={"position": draw(st.none() | st.tuples(*[numbers | expressions] * axes))},
+        robots={"positions": draw(st.none() | st.lists(vector, min_size=1, max_size=3))},
+        obstacles=[{"position": draw(vector), "radius": draw(st.floats(1e-3, 1e3))}],
+        mission={"max_speed": draw(st.none() | st.floats(1e-6, 1e6))},
+        controller={"law": draw(st.sampled_from(["apd_smc", "asmc"])), "slope": draw(st.floats(1e-3, 1e3))},
+        expect=[{"metric": "contacts", "at_most": draw(bounds)}],
+    )
+
+
+@settings(max_examples=60, deadline=None)
+@given(scenarios())
+def test_what_is_written_reads_back_the_same(scenario: Scenario):
+    """Equal to the last bit; what the checks between keys say of such wild scenarios does not matter here."""
+    data = read(dump_scenario(scenario), "dump").data
+    assert Scenario.model_validate_json(json.dumps(data), strict=True) == scenario
+
+
+def test_it_is_complete_and_easy_to_read():
+    text = dump_scenario(parse_scenario("controller: asmc\nrobots: {positions: [[8, 0], [-8, 0]]}\n"))
+    assert "robots:\n  count: null\n" in text
+    assert "  positions:\n    - [8.0, 0.0]\n    - [-8.0, 0.0]\n" in text
+    assert "controller:\n  law: asmc\n  slope: 20.0\n" in text
+    assert "    - behavior: vertices\n      gain: 0.8\n" in text
+    assert text.startswith("version: 1\nname: mission\n")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.1, "0.1"),
+        (1e22, "1e+22"),
+        (float("-inf"), "-.inf"),
+        (True, "true"),
+        ("word", "word"),
+        ("null", '"null"'),
+        ("yes", "yes"),
+        ("1e3", '"1e3"'),
+        ('a "b"\n\u200b\u2028é😀', '"a \\"b\\"\\n\\U0000200b\\U00002028é😀"'),
+        ({"a": [1, None]}, '{"a": [1, null]}'),
+    ],
+)
+def test_values_in_one_line(value: object, text: str):
+    assert flow(value) == text
+    assert read(text, "text").data == value
+
+
+def test_the_schema_in_the_repository_is_current():
+    stored = json.loads((SCENARIOS / "schema.json").read_text())
+    assert stored == json_schema(), "run: escort-mj schema > scenarios/schema.json"
+
+
+def test_the_schema_is_one_and_describes_every_key():
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    for table in [schema, *schema["$defs"].values()]:
+        for key, value in table["properties"].items():
+            described = "description" in value or "$ref" in value  # a table describes itself
+            assert described or key in TAGS, f"{table['title']}.{key} has no description"
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=[str(path.relative_to(SCENARIOS)) for path in SHIPPED])
+class TestShipped:
+    def test_it_loads_and_dumps(self, path: Path):
+        scenario = load_scenario(path)
+        assert parse_scenario(dump_scenario(scenario)) == scenario
+        assert scenario.name == path.stem
+        assert scenario.description
+
+    def test_it_names_the_schema_and_follows_it(self, path: Path):
+        text = path.read_text()
+        first = text.partition("\n")[0]
+        assert first.startswith("# yaml-language-server: $schema=")
+        assert (path.parent / first.partition("=")[2]).resolve() == SCENARIOS / "schema.json"
+        jsonschema.validate(read(text, str(path)).data, json_schema())
+
+
+def test_the_schema_refuses_what_the_loader_refuses():
+    for text in ("durration: 3", "robots: {mass: -1}", "controller: lqr", "mission: {behaviors: [chord]}"):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(read(text, "text").data, json_schema())
+        with pytest.raises(ScenarioError):
+            parse_scenario(text)

@@ -1,0 +1,158 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from escort_mj.errors import ScenarioError
+from escort_mj.laws import Asmc
+from escort_mj.scenario import Scenario, parse_scenario
+
+TEXT = """\
+name: x
+obstacles:
+  - {position: [9, 9], radius: 1}
+controller: {law: apd_smc, slope: 5}
+"""
+
+
+def overridden(*overrides: str) -> Scenario:
+    return parse_scenario(TEXT, "s", overrides)
+
+
+def faults(*overrides: str) -> list[str]:
+    with pytest.raises(ScenarioError) as caught:
+        overridden(*overrides)
+    return [str(fault) for fault in caught.value.faults]
+
+
+def test_keys_in_the_file_and_not_in_it():
+    scenario = overridden("robots.count=7", "name=y", "mission.radius = 6", "robots.mass=1e-1")
+    assert (scenario.robots.count, scenario.name, scenario.mission.radius) == (7, "y", 6.0)
+    assert scenario.robots.mass == 0.1
+
+
+def test_items_of_lists():
+    scenario = overridden("obstacles.0.radius=2", "obstacles[1].position=[-9, 9]", "obstacles[1].radius=0.1")
+    assert [obstacle.radius for obstacle in scenario.obstacles] == [2.0, 0.1]
+
+
+def test_items_of_lists_that_are_left_to_their_defaults():
+    scenario = overridden("mission.behaviors.1.gain=2", "robots.overrides[0].robot=3")
+    assert [behavior.behavior for behavior in scenario.mission.behaviors] == [
+        "avoid_obstacles",
+        "vertices",
+        "surface",
+    ]
+    assert scenario.mission.behaviors[1].gain == 2.0
+    assert scenario.robots.overrides[0].robot == 3
+
+
+def test_whole_lists_tables_and_expressions():
+    scenario = overridden("target.position=[3 + 0.1*t, 0]", "obstacles=[]", "robots={count: 3, mass: 2}")
+    assert scenario.target.position == ("3 + 0.1*t", 0.0)
+    assert scenario.obstacles == ()
+    assert scenario.robots.mass == 2.0
+
+
+def test_laws():
+    assert overridden("controller=asmc").controller == Asmc()
+    assert overridden("controller.law=asmc").controller == Asmc(slope=5)
+    assert overridden("controller=asmc", "controller.slope=3").controller == Asmc(slope=3)
+    assert parse_scenario("name: x", overrides=["controller.slope=3"]).controller.law == "apd_smc"
+
+
+def test_later_overrides_win():
+    assert overridden("seed=1", "seed=2").seed == 2
+    assert overridden("robots={mass: 3}", "robots.mass=4").robots.mass == 4.0
+
+
+def test_a_mapping_of_values():
+    scenario = parse_scenario(
+        TEXT,
+        overrides={
+            "robots.mass": np.float64(1 / 3),
+            "seed": np.int64(4),
+            "target.position": np.array([0.1, 0.2]),
+            "controller": Asmc(slope=2),
+            "expect": [{"metric": "contacts", "at_most": 0}],
+            "description": "3",
+        },
+    )
+    assert scenario.robots.mass == 1 / 3
+    assert scenario.seed == 4
+    assert scenario.target.position == (0.1, 0.2)
+    assert scenario.controller == Asmc(slope=2)
+    assert scenario.description == "3"
+
+
+@pytest.mark.parametrize(
+    ("override", "fault"),
+    [
+        (
+            "robotos.count=3",
+            '--set robotos.count=3: robotos: is not a key; allowed are * did you mean "robots"?',
+        ),
+        ("robots.cuont=3", '--set robots.cuont=3: robots.cuont: is not a key; * did you mean "count"?'),
+        ("seed=-1", "--set seed=-1: seed: found -1; expected at least 0"),
+        ("seed.x=1", "--set seed.x=1: seed: found a table of keys; expected a whole number"),
+        ("name.x=1", "--set name.x=1: name.x: name is a single value and holds no keys"),
+        ("controller.slope=", "--set controller.slope=: controller.slope: found nothing (null); *"),
+        ("obstacles[3].radius=1", "--set obstacles[3].radius=1: obstacles[3]: obstacles has 1 items; *"),
+        ("obstacles.radius=1", "--set obstacles.radius=1: obstacles.radius: obstacles is a list; *"),
+        ("mission[0]=1", "--set mission[0]=1: mission: found a list of 1; expected a table of keys"),
+        ("controller[0]=1", "--set controller[0]=1: controller[0]: controller has keys, not numbered items"),
+        (
+            "obstacles[0].position=[1",
+            "--set obstacles[0].position=[1: obstacles[0].position: this is not YAML: *",
+        ),
+        ("seed=*abc", "--set seed=*abc: seed: found the alias *abc; write the value out"),
+        ("seed=!!python/name:os.system", "--set * tags are not allowed, leave it out"),
+        ("target.position=[t, eval(t)]", "--set target.position=[t, eval(t)]: target.position[1]: found *"),
+        (
+            "obstacles[0].position=[0, 0]",
+            "--set * obstacles[0].position: overlaps the target by 1.3 m at the start",
+        ),
+        ("robots.count", "--set robots.count: expected key.path=value, such as robots.count=7"),
+        ("=3", "--set =3: expected key.path=value, such as robots.count=7"),
+        (
+            ".".join("a" * 3000) + "=1",
+            f"--set {'a.' * 38}a...: found a key path of 3000 levels; expected at most 12",
+        ),
+        ("a..b=3", "--set a..b=3: expected key.path=value, such as robots.count=7"),
+        ("a[=3", "--set a[=3: expected key.path=value, such as robots.count=7"),
+        ("", "--set : expected key.path=value, such as robots.count=7"),
+    ],
+)
+def test_wrong_override(override: str, fault: str):
+    (found,) = faults(override)
+    start, _, end = fault.partition("*") if fault.count("*") == 1 else (fault, "", "")
+    assert found.startswith(start.strip())
+    assert found.endswith(end.strip())
+
+
+def test_faults_of_file_and_overrides_together():
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario("duration: -1\n", "s", ["seed=x", "robots.count"])
+    assert [str(fault) for fault in caught.value.faults] == [
+        "s:1:11: duration: found -1; expected more than 0",
+        '--set seed=x: seed: found "x"; expected a whole number',
+        "--set robots.count: expected key.path=value, such as robots.count=7",
+    ]
+
+
+def test_an_override_can_mend_a_fault():
+    assert parse_scenario("duration: -1\n", overrides=["duration=3"]).duration == 3.0
+
+
+keys = st.sampled_from(
+    ["robots", "count", "obstacles", "0", "[1]", "mission", "behaviors", "controller", "law", "x"]
+)
+
+
+@settings(deadline=None)
+@given(st.lists(keys, min_size=1, max_size=4), st.text(max_size=20))
+def test_any_override_is_set_or_an_error(path: list[str], value: str):
+    try:
+        overridden(f"{'.'.join(path)}={value}")
+    except ScenarioError as error:
+        assert error.faults

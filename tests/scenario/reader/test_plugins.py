@@ -1,0 +1,197 @@
+"""Plugins in scenarios: found, loaded, checked, and what messages say of wrong ones."""
+
+import pickle
+
+import pytest
+
+from escort_mj.errors import PluginError, ScenarioError
+from escort_mj.laws.law import Law
+from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_scenario, parse_scenario
+from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
+from escort_mj.scenario.reader.handbook import handbook
+from escort_mj.scenario.reader.plugins import GROUP
+from tests.plugged import KERNEL, LAW, SCENARIO
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "own_law.py").write_text(LAW)
+    (tmp_path / "own.yaml").write_text(SCENARIO)
+    return tmp_path
+
+
+def fault(folder, text=SCENARIO, law=None, plugins=()):
+    """What is said of a scenario and its plugin."""
+    if law is not None:
+        (folder / "own_law.py").write_text(law)
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(text, str(folder / "own.yaml"), (), plugins)
+    (found,) = caught.value.faults
+    return str(found)
+
+
+class TestLoading:
+    def test_a_law_of_a_file_beside_the_scenario_has_its_parameters_as_keys(self, folder):
+        scenario = load_scenario(folder / "own.yaml", {"controller.proportional_gain": 7})
+        assert isinstance(scenario, Scenario)
+        assert (scenario.controller.law, scenario.controller.proportional_gain) == ("pid", 7.0)
+        assert [plugin.name for plugin in catalog_of(scenario).plugins] == ["own_law.py"]
+
+    def test_its_name_alone_stands_for_its_defaults(self, folder):
+        scenario = load_scenario(folder / "own.yaml", {"controller": "pid"})
+        assert scenario.controller.integral_gain == 20.0
+
+    def test_a_scenario_without_plugins_has_the_plain_type(self):
+        assert type(parse_scenario("duration: 1")) is Scenario
+
+    def test_plugins_of_the_command_line_come_beside_those_of_the_file(self, folder, monkeypatch):
+        monkeypatch.chdir(folder)
+        scenario = parse_scenario("controller: pid", "<text>", (), ["own_law.py"])
+        assert scenario.controller.law == "pid"
+
+    def test_a_wrong_one_of_the_command_line_is_told_without_a_place_in_the_file(self, folder):
+        with pytest.raises(PluginError, match=r"^\S*own_lav.py: there is no such file; did you mean"):
+            parse_scenario("duration: 1", "<text>", (), [str(folder / "own_lav.py")])
+
+    def test_the_same_content_is_loaded_once_and_changed_content_anew(self, folder):
+        first, again = (type(load_scenario(folder / "own.yaml").controller) for _ in range(2))
+        (folder / "own_law.py").write_text(LAW.replace("= 30.0", "= 31.0"))
+        changed = load_scenario(folder / "own.yaml")
+        assert first is again
+        assert changed.controller.proportional_gain == 31.0
+        field = type(changed.controller).model_fields["integral_gain"]
+        assert field.description == "Rate at which the estimate follows s [N/m]."
+
+    def test_what_is_dumped_reads_back_and_knows_the_content(self, folder):
+        scenario = load_scenario(folder / "own.yaml")
+        text = dump_scenario(scenario)
+        assert parse_scenario(text) == scenario
+        (folder / "own_law.py").write_text(LAW + "\n")
+        with pytest.raises(ScenarioError, match="own_law.py: has changed: .* take the key sha256 out"):
+            parse_scenario(text)
+
+    def test_pickled_it_comes_back_where_the_plugin_can_be_loaded(self, folder):
+        scenario = load_scenario(folder / "own.yaml")
+        assert pickle.loads(pickle.dumps(scenario)) == scenario
+
+    def test_an_installed_plugin_is_found_by_its_entry_point(self, folder, monkeypatch):
+        (folder / "nice_laws.py").write_text(LAW)
+        info = folder / "nice_laws-2.5.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: nice-laws\nVersion: 2.5\n")
+        (info / "entry_points.txt").write_text(f"[{GROUP}]\nnice = nice_laws\n")
+        monkeypatch.syspath_prepend(str(folder))
+        scenario = parse_scenario("{plugins: [nice], controller: pid}")
+        (plugin,) = catalog_of(scenario).plugins
+        assert (plugin.name, plugin.version) == ("nice", "2.5")
+        with pytest.raises(ScenarioError, match='no installed plugin .* did you mean "nice"'):
+            parse_scenario("{plugins: [nicer], controller: pid}")
+
+
+class TestSchema:
+    def test_schema_and_handbook_know_the_parameters(self, folder):
+        kind = scenario_type_with([str(folder / "own_law.py")])
+        table = json_schema(kind)["$defs"]["Pid"]["properties"]["proportional_gain"]
+        assert table["minimum"] == 0
+        assert table["description"] == "Gain of the position error [N/m]."
+        assert "| `integral_gain` | number >= 0 | `20.0` |" in handbook(kind)
+        assert "Pid" not in handbook()
+
+    def test_wrong_values_are_told_as_those_of_built_in_laws(self, folder):
+        wrong = SCENARIO.replace("law: pid", "law: pid, integral_gain: -1")
+        assert fault(folder, wrong).endswith("controller.integral_gain: found -1; expected at least 0")
+        wrong = SCENARIO.replace("law: pid", "law: pid, integral_gian: 1")
+        assert "is not a key of pid; allowed are" in fault(folder, wrong)
+        assert fault(folder, wrong).endswith('did you mean "integral_gain"?')
+        wrong = SCENARIO.replace("law: pid", "law: pib")
+        assert fault(folder, wrong).endswith('did you mean "pid"?')
+
+
+class TestWrongPlugins:
+    @pytest.mark.parametrize(
+        ("change", "said"),
+        [
+            (("def force(", "def forse("), 'has neither force(self, robots) nor force_kernel'),
+            (("def force(", "def forse("), 'did you mean "forse"?'),
+            (("self, robots: LawView", "self"), "takes (self); it is called with (self, robots)"),
+            (('Literal["pid"] = "pid"', 'str = "pid"'), "does not say its name; give it the line"),
+            (('["pid"] = "pid"', '["Pid!"] = "Pid!"'), "found the name 'Pid!'"),
+            (('["pid"] = "pid"', '["asmc"] = "asmc"'), "the law asmc is there already, in escort_mj itself"),
+            (("class Pid(Law)", "class Pid(LawView)"), "brings nothing: no class derives from"),
+            (("float = 1e9", "list[float] = []"), "fails_at: found list[float]; a parameter of a law"),
+            (("fails_at: float = 1e9", "fails_at: float"), "the parameter fails_at has no default"),
+            (("from numba", "from nunba"), "own_law.py:6: ModuleNotFoundError: No module named 'nunba'"),
+            (("class Pid(Law):", "class Pid(Law:"), "own_law.py:12:"),
+            (("class Pid(Law):", "class Pid(Law:"), "this is not Python"),
+            (('"""PD with an estimate."""', "raise SystemExit(3)"), "own_law.py:2: SystemExit: 3"),
+            (('"""PD with an estimate."""', "1 / 0"), "own_law.py:2: ZeroDivisionError: division by zero"),
+        ],
+    )  # fmt: skip
+    def test_is_one_message_with_its_place(self, folder, change, said):
+        assert LAW.count(change[0]) >= 1
+        message = fault(folder, law=LAW.replace(*change))
+        assert said in message
+        assert message.startswith(f"{folder}/own.yaml:5:")
+        assert ": plugins" in message
+        assert "\n" not in message
+
+    def test_a_file_that_is_not_there(self, folder):
+        message = fault(folder, SCENARIO.replace("own_law.py", "own_lav.py"))
+        assert "there is no such file" in message
+        assert message.endswith('did you mean "own_law.py"?')
+
+    def test_a_module_beside_it_is_no_part_of_it(self, folder):
+        (folder / "helpers.py").write_text("x = 1\n")
+        message = fault(folder, law="import helpers\n" + LAW)
+        assert "a plugin of several modules is an installed package" in message
+
+    def test_two_plugins_with_one_name(self, folder):
+        (folder / "more").mkdir()
+        (folder / "more" / "own_law.py").write_text(LAW.replace('"pid"', '"other"'))
+        assert "two plugins called own_law.py" in fault(folder, plugins=[str(folder / "more" / "own_law.py")])
+
+    @pytest.mark.parametrize(
+        ("written", "said"),
+        [
+            ("3", "plugins: found 3; expected a list"),
+            ("[{file: 3}]", "file, package and sha256 of a plugin are texts"),
+            ("[/dev/null]", "a plugin is a Python file, .py"),
+            ("[{package: ''}]", "package of a plugin: string should have at least 1 character"),
+            (f"[{{file: a.py, sha256: {'z' * 64}}}]", "sha256 of a plugin: string should match"),
+            ("['.py']", "there is no such file"),
+            (f"['{'x' * 5000}.py']", "cannot be read: File name too long"),
+            ('["a\\0.py"]', "found the character U+0000"),
+        ],
+    )
+    def test_hostile_ones(self, folder, written, said):
+        assert said in fault(folder, SCENARIO.replace("[own_law.py]", written).replace("pid", "pd"))
+
+    @pytest.mark.parametrize("written", ["[3]", "[{}]", "[{file: a.py, package: b}]", "[{fil: a.py}]"])
+    def test_what_names_no_plugin(self, folder, written):
+        message = fault(folder, SCENARIO.replace("[own_law.py]", written))
+        assert "expected a Python file" in message
+
+    def test_numba_says_where_it_cannot_compile(self, folder):
+        broken = LAW + KERNEL.replace("robots.s[i, k]", "robots.sigma[i, k]")
+        (folder / "own_law.py").write_text(broken)
+        law = load_scenario(folder / "own.yaml").controller
+        from escort_mj.control.custom.native import ready
+
+        assert isinstance(law, Law)
+        line = 1 + broken[: broken.index("robots.sigma")].count("\n")
+        with pytest.raises(
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile force_kernel: .*sigma"
+        ):
+            ready(type(law), 2)
+
+    def test_an_import_in_a_kernel(self, folder):
+        importing = LAW + KERNEL.replace("        for i", "        import math\n        for i")
+        (folder / "own_law.py").write_text(importing)
+        law = load_scenario(folder / "own.yaml").controller
+        from escort_mj.control.custom.native import ready
+
+        line = 1 + importing[: importing.index("import math")].count("\n")
+        with pytest.raises(
+            PluginError, match=rf"own_law.py:{line}: numba cannot compile force_kernel: it cannot import"
+        ):
+            ready(type(law), 2)

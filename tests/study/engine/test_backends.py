@@ -1,0 +1,150 @@
+"""Backends: every job once, whoever dies."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+import pytest
+
+from escort_mj.study.engine.backends import Backend, dask, local, threads
+from tests.study.jobs import Job, sleep, stumble, work
+
+
+def backends() -> list[object]:
+    found: list[object] = [
+        pytest.param(lambda: local(1), id="here"),
+        pytest.param(lambda: local(2), id="local"),
+    ]
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        return found
+    return [*found, pytest.param(lambda: dask(2), id="dask")]
+
+
+THREADS = pytest.param(lambda: threads(2), id="threads")
+
+
+Make = Callable[[], AbstractContextManager[Backend[Job, int]]]
+
+
+@pytest.mark.parametrize("make", [*backends(), THREADS])
+def test_every_job_once(make: Make, tmp_path: Path) -> None:
+    jobs = [Job(number, tmp_path) for number in range(40)]
+    with make() as backend:
+        results = list(backend(work, iter(jobs)))
+        assert list(backend(work, iter([]))) == []
+    assert sorted(results) == [(job, job.number**2) for job in jobs]
+    assert len(list(tmp_path.iterdir())) == 40
+
+
+@pytest.mark.parametrize("make", backends()[1:])
+def test_a_worker_that_dies_takes_nothing_with_it(make: Make, tmp_path: Path) -> None:
+    jobs = [Job(number, tmp_path, deaths=1 if number in (3, 17) else 0) for number in range(30)]
+    with make() as backend:
+        results = list(backend(work, iter(jobs)))
+    assert sorted(results) == [(job, job.number**2) for job in jobs]
+
+
+@pytest.mark.parametrize("make", backends()[1:])
+def test_a_job_that_kills_every_worker_becomes_a_result(make: Make, tmp_path: Path) -> None:
+    jobs = [Job(number, tmp_path, deaths=99 if number == 5 else 0) for number in range(12)]
+    with make() as backend:
+        results = dict(backend(work, iter(jobs)))
+    assert results == {job: None if job.number == 5 else job.number**2 for job in jobs}
+
+
+@pytest.mark.parametrize("make", [*backends(), THREADS])
+def test_an_error_of_the_job_is_an_error(make: Make, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="job 0"), make() as backend:
+        list(backend(stumble, iter([Job(0, tmp_path)])))
+
+
+def test_jobs_are_taken_as_they_are_wanted(tmp_path: Path) -> None:
+    """A study of a million runs must not be laid out in memory."""
+    taken = 0
+
+    def jobs() -> Iterator[Job]:
+        nonlocal taken
+        for number in range(1000):
+            taken += 1
+            yield Job(number, tmp_path)
+
+    with local(2) as backend:
+        results = backend(work, jobs())
+        for _ in range(10):
+            next(results)
+        assert taken <= 10 + 2 * 3 + 2
+        results.close()
+
+
+MAIN = """
+import sys
+from pathlib import Path
+from escort_mj.study.engine.backends import local
+from tests.study.jobs import Job, sleep
+
+if __name__ == "__main__":
+    with local(2) as backend:
+        list(backend(sleep, [Job(k, Path(sys.argv[1])) for k in range(4)]))
+"""
+
+
+def test_workers_go_when_the_process_that_wants_them_is_killed(tmp_path: Path) -> None:
+    (tmp_path / "main.py").write_text(MAIN)
+    (tmp_path / "workers").mkdir()
+    root = str(Path(__file__).parents[3])
+    process = subprocess.Popen(
+        [sys.executable, str(tmp_path / "main.py"), str(tmp_path / "workers")],
+        env=os.environ | {"PYTHONPATH": root},
+    )
+    assert until(lambda: len(list((tmp_path / "workers").iterdir())) == 2)
+    process.kill()
+    process.wait()
+    workers = [Path("/proc") / path.name for path in (tmp_path / "workers").iterdir()]
+    assert until(lambda: not any(worker.exists() for worker in workers))
+
+
+def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> None:
+    script = MAIN.replace('if __name__ == "__main__":', "if True:")
+    (tmp_path / "main.py").write_text(script)
+    ended = subprocess.run(
+        [sys.executable, str(tmp_path / "main.py"), str(tmp_path)],
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[3])},
+        capture_output=True,
+        text=True,
+    )
+    assert ended.returncode != 0
+    assert "worker processes do not start" in ended.stderr
+    assert '__name__ == "__main__"' in ended.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("make", backends()[1:])
+def test_an_interrupt_leaves_no_worker(make: Make, tmp_path: Path) -> None:
+    def interrupt() -> None:
+        until(lambda: len(list(tmp_path.iterdir())) == 2)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), make() as backend:
+            threading.Thread(target=interrupt, daemon=True).start()
+            list(backend(sleep, [Job(number, tmp_path) for number in range(4)]))
+    finally:
+        signal.signal(signal.SIGINT, before)
+    workers = [Path("/proc") / path.name for path in tmp_path.iterdir()]
+    assert until(lambda: not any(worker.exists() for worker in workers), 3.0)
+
+
+def until(there: Callable[[], bool], patience: float = 60.0) -> bool:
+    """Waits for something."""
+    end = time.monotonic() + patience
+    while not there() and time.monotonic() < end:
+        time.sleep(0.05)
+    return there()

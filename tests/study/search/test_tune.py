@@ -1,0 +1,162 @@
+"""Tuning: it betters what can be bettered, keeps constraints, and does the same again from its store."""
+
+import csv
+import math
+from pathlib import Path
+
+import pytest
+
+from escort_mj.api import scenarios_folder
+from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.mission import fly
+from escort_mj.report.figures.tuning import draw_tuning
+from escort_mj.scenario import load_scenario
+from escort_mj.study.engine.backends import here
+from escort_mj.study.engine.store import Row
+from escort_mj.study.search.evaluate import base_of
+from escort_mj.study.search.tune import tune
+from escort_mj.study.search.tune_table import lines
+from escort_mj.study.sweeps.definition import load_study
+from escort_mj.study.sweeps.design import Design
+
+SCENARIO = """
+name: one
+duration: 3
+robots: {positions: [[5, 0], [-5, 1]]}
+sensing: {position: {noise: 0.01}}
+controller: {law: pd, proportional_gain: 2, derivative_gain: 4}
+expect: [{metric: tracking_error_rms, at_most: 5}]
+"""
+STUDY = """
+study: gains
+scenario: one.yaml
+seeds: 2
+tune:
+  over:
+    controller.proportional_gain: {low: 1, high: 200, scale: log}
+    controller.derivative_gain: {low: 1, high: 200, scale: log}
+  objectives: [{metric: tracking_error_rms}]
+  trials: 32
+  held_out: 6
+"""
+
+
+def design(folder: Path, text: str = STUDY) -> Design:
+    (folder / "one.yaml").write_text(SCENARIO)
+    (folder / "study.yaml").write_text(text)
+    return Design(load_study(folder / "study.yaml"), scenarios_folder())
+
+
+def trials(folder: Path) -> list[dict[str, str]]:
+    with (folder / "trials.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_one_objective(tmp_path, compiled):
+    laid_out, out = design(tmp_path), tmp_path / "out"
+    found = tune(laid_out, out, here)
+    assert len(found.trials) == 32 and found.runs == 2 + 2 * 32 + 12
+    assert found.trials[0].values == found.own.values
+    assert found.best.values[0] == min(t.values[0] for t in found.trials if t.feasible) < found.own.values[0]
+    gain = found.gains["tracking_error_rms"]
+    assert gain.pairs == gain.better == 6 and gain.change < -0.3
+    assert gain.low <= gain.change <= gain.high < 0.0
+    run = fly(load_scenario(out / "best.yaml"))
+    assert run.scenario.controller.proportional_gain == found.best.point["controller.proportional_gain"]
+    assert run.passed and run.scenario.name == "best"
+    table = trials(out)
+    assert len(table) == 33 and table[0]["controller.proportional_gain"] == ""
+    assert [row["trial"] for row in table if row["front"] == "True"] == [str(found.front[0] + 1)]
+    said = "\n".join(
+        lines(found, laid_out.study.tune, {key: base_of(laid_out, key) for key in found.best.point})
+    )
+    assert (
+        "32 trials, 78 runs; " in said and "(the scenario's own: 2)" in said and "smaller in 6 of 6" in said
+    )
+
+    again = tune(laid_out, out, here)
+    assert again.made == 0 and again.trials == found.trials and again.gains == found.gains
+    longer = tune(design(tmp_path, STUDY.replace("32", "40")), out, here)
+    assert longer.trials[:32] == found.trials and longer.made > 0
+    (picture,) = draw_tuning(out, laid_out.study.tune, found)
+    assert picture.stat().st_size > 10_000
+
+
+def test_constraints_bind(tmp_path, compiled):
+    bounds = "  bounds: [{metric: force_rms, at_most_own: 1}, {metric: chattering, at_most: 150}]\n"
+    found = tune(design(tmp_path, STUDY + bounds), tmp_path / "out", here)
+    free = [t for t in found.trials if t.values[0] < found.best.values[0]]
+    assert free, "without the bounds there would be better ones"
+    assert all(
+        t.bounded["force_rms"] > found.own.bounded["force_rms"] or t.bounded["chattering"] > 150 for t in free
+    )
+    assert found.best.bounded["force_rms"] <= found.own.bounded["force_rms"]
+    assert set(found.own.violations) == {
+        "verdicts",
+        "force_rms at most 1 times its own",
+        "chattering at most 150",
+    }
+
+
+def test_several_objectives_have_a_front(tmp_path, compiled):
+    text = STUDY.replace(
+        "[{metric: tracking_error_rms}]", "[{metric: tracking_error_rms}, {metric: chattering}]"
+    )
+    laid_out = design(tmp_path, text)
+    found = tune(laid_out, tmp_path / "out", here)
+    front = [found.trials[place].values for place in found.front]
+    assert len(front) > 2 and front == sorted(front)
+    assert [b for _, b in front] == sorted((b for _, b in front), reverse=True)
+    for trial in found.trials:
+        assert any(a <= trial.values[0] and b <= trial.values[1] for a, b in front)
+    names = {path.name for path in draw_tuning(tmp_path / "out", laid_out.study.tune, found)}
+    assert names == {"history.png", "front.png"}
+
+
+def test_a_gain_with_its_interval():
+    from escort_mj.study.search.tune import _gain
+
+    def rows(values):
+        return [Row("", 0, {}, "completed", "", True, 1.0, 0.0, [], "", {}, {"x": v}) for v in values]
+
+    own, tuned = [2.0, 4.0, math.inf, 3.0, None], [1.0, 2.0, 1.0, 1.5, 1.0]
+    gain = _gain(rows(own), rows(tuned), "x")
+    assert gain == (3.0, 1.5, -0.5, -0.5, -0.5, 3, 3)  # half in every pair: nothing to be uncertain of
+    assert _gain(rows([None]), rows([1.0]), "x") is None
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("tracking_error_rms", "tracking_eror_rms"), "9:25: tune.objectives[0].metric: found"),
+        (("trials: 32", "bounds: [{metric: contacts}]"), "10:12: tune.bounds[0]: has no bound; give at_most"),
+        (
+            ("low: 1, high: 200", "low: 0, high: 200"),
+            "tune.over.controller.proportional_gain.low: found 0; a log",
+        ),
+        (
+            ("_gain: {low: 1", "_gian: {low: 1"),
+            "7:41: tune.over.controller.proportional_gian.low: is not a key of pd",
+        ),
+        (("held_out: 6", "held_out: -1"), "11:13: tune.held_out: found -1; expected at least 0"),
+        (("derivative_gain", "law"), '8:27: tune.over.controller.law.low: found "1.0"'),
+        (("[{metric: tracking_error_rms}]", "[]"), "9:15: tune.objectives: found an empty list"),
+    ],
+)
+def test_faults_have_their_place(tmp_path, change, expected):
+    with pytest.raises(ScenarioError) as caught:
+        tune(design(tmp_path, STUDY.replace(*change)), tmp_path / "out", here)
+    found = [str(fault).removeprefix(f"{tmp_path / 'study.yaml'}:") for fault in caught.value.faults]
+    assert any(expected in fault for fault in found), found
+
+
+def test_nothing_that_keeps_the_constraints_is_said(tmp_path, compiled):
+    text = STUDY.replace("trials: 32", "trials: 4") + "  bounds: [{metric: force_rms, at_most: 1.0e-6}]\n"
+    with pytest.raises(UsageError, match=r"none of 4 trials keeps every constraint; .*trials\.csv says"):
+        tune(design(tmp_path, text), tmp_path / "out", here)
+    assert len(trials(tmp_path / "out")) == 5
+
+
+def test_without_a_section_there_is_nothing_to_tune(tmp_path):
+    with pytest.raises(ScenarioError, match="2:8: study: has no section tune"):
+        tune(design(tmp_path, STUDY[: STUDY.index("tune:")]), tmp_path / "out", here)

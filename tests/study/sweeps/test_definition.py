@@ -1,0 +1,126 @@
+"""Study files: what they say, and every fault with its place."""
+
+from pathlib import Path
+
+import pytest
+
+from escort_mj.api import scenarios_folder
+from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.study.sweeps.definition import Steps, cells_of, load_study, values_of
+from escort_mj.study.sweeps.design import Design
+
+GOOD = """
+study: mass
+scenario: main
+set: {duration: 2, expect: []}
+seeds: 3
+first_seed: 10
+cases:
+  wound: {controller.anti_windup: false}
+  plain: {}
+vary:
+  controller: [apd_smc, pd]
+  robots.mass: {low: 0.5, high: 2, count: 3, scale: log}
+sample: {method: latin_hypercube, count: 4, over: {sensing.position.noise: {low: 0, high: 0.1}}}
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / "study.yaml"
+    path.write_text(text)
+    return path
+
+
+def faults_of(folder: Path, text: str) -> list[str]:
+    path = written(folder, text)
+    with pytest.raises(ScenarioError) as caught:
+        Design(load_study(path), scenarios_folder())
+    return [str(fault).removeprefix(f"{path}:") for fault in caught.value.faults]
+
+
+def test_a_study_says_what_it_varies(tmp_path: Path) -> None:
+    study = load_study(written(tmp_path, GOOD)).study
+    assert (study.study, study.scenario, study.seeds, study.first_seed) == ("mass", "main", 3, 10)
+    assert study.vary["controller"] == ("apd_smc", "pd")
+    assert study.vary["robots.mass"] == Steps(low=0.5, high=2, count=3, scale="log")
+    assert study.traces == "none"
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (("seeds: 3", "seeds: 0"), "5:8: seeds: found 0; expected at least 1"),
+        (("seeds: 3", "seed: 3"), '5:1: seed: is not a key; allowed are study'),
+        (("study: mass", "study: ../mass"), "2:8: study: found"),
+        (("low: 0.5", "low: 5"), "12:31: vary.robots.mass.high: found 2; expected more than low, 5"),
+        (("low: 0.5", "low: -1"), "12:22: vary.robots.mass.low: found -1; a logarithmic"),
+        (("count: 3", "cuont: 3"), '12:36: vary.robots.mass.cuont: is not a key; allowed are'),
+        (("[apd_smc, pd]", "3"), "11:15: vary.controller: found 3; expected a list"),
+        (("[apd_smc, pd]", "[]"), "11:15: vary.controller: has no values"),
+        (("[apd_smc, pd]", "[apd_smc, dp]"), "11:25: vary.controller[1]: with controller = dp: "),
+        (("robots.mass", "robots.maas"), "12:16: vary.robots.maas: with robots.maas = 0.5: "),
+        (("robots.mass", "robots..mass"), "12:3: vary.robots..mass: is no key path of a scenario"),
+        (("robots.mass", "seed"), "12:3: vary.seed: seed cannot be varied; seeds and first_seed say which"),
+        (("sensing.position.noise", "robots.mass"), "13:52: sample.over.robots.mass: is given"),
+        (("scenario: main", "scenario: mian"), '3:11: scenario: found mian; there is no such file'),
+        (("scenario: main", "scenario: " + "x" * 100_000), f"3:11: scenario: found {'x' * 200}... (1000"),
+        (("sample:", "tune: {over: {robots.mass: {low: 1, high: 2}}, objectives: [{metric: energy}],\n"
+          "  bounds: [{metric: contacts, at_most_own: null}]}\nsample:"), "14:12: tune.bounds[0]: has no"),
+        (("anti_windup", "anti_winding"), "8:36: cases.wound.controller.anti_winding: with"),
+        (("duration: 2", "duration: -2"), "4:17: set.duration: with duration = -2: duration: found -2"),
+        (("sobol", "sobol"), ""),
+    ],
+)  # fmt: skip
+def test_faults_have_their_place(tmp_path: Path, change: tuple[str, str], expected: str) -> None:
+    if not expected:
+        assert len(Design(load_study(written(tmp_path, GOOD)), scenarios_folder())) == 144
+        return
+    assert change[0] in GOOD
+    found = faults_of(tmp_path, GOOD.replace(*change))
+    assert any(fault.startswith(expected) for fault in found), found
+
+
+def test_all_faults_of_a_file_at_once(tmp_path: Path) -> None:
+    found = faults_of(
+        tmp_path, GOOD.replace("[apd_smc, pd]", "[apd, dp]").replace("duration: 2", "duratoin: 2")
+    )
+    assert {fault.partition(": ")[0] for fault in found if "vary.controller" in fault} == {"11:16", "11:21"}
+    assert sum("set.duratoin" in fault for fault in found) == 1
+
+
+def test_what_is_no_study_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match="is no study"):
+        load_study(written(tmp_path, "scenario: main\n"))
+    with pytest.raises(UsageError, match="there is no such file"):
+        load_study(tmp_path / "nothing.yaml")
+
+
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        (
+            "vary: {robots.mass: {low: 1, high: 2, count: 10000}, robots.radius: [1, 2]}",
+            "3:7: vary: the study has 20,000 cells; allowed are 10,000",
+        ),
+        (
+            "sample: {count: 10001, over: {robots.mass: {low: 1, high: 2}}}",
+            "3:17: sample.count: found 10001",
+        ),
+        (
+            "seeds: 100000\nvary: {robots.mass: {low: 1, high: 2, count: 11}}",
+            "3:8: seeds: 11 cells with 100,000 seeds each take 1,100,000 runs; allowed are 1,000,000",
+        ),
+    ],
+)
+def test_a_study_that_is_too_large_is_not_laid_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, more: str, expected: str
+) -> None:
+    monkeypatch.setattr("escort_mj.study.sweeps.design._cells", lambda *_: 1 / 0)
+    (fault,) = faults_of(tmp_path, f"study: large\nscenario: main\n{more}\n")
+    assert fault.startswith(expected)
+
+
+def test_whole_numbers_are_counted_once(tmp_path: Path) -> None:
+    text = "study: s\nscenario: main\nvary: {robots.count: {low: 3, high: 5, count: 10000, whole: true}}\n"
+    study = load_study(written(tmp_path, text)).study
+    assert cells_of(study) == 3 and values_of(study.vary["robots.count"]) == [3, 4, 5]

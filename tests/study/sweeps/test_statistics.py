@@ -1,0 +1,128 @@
+"""Statistics against values worked out by hand, closed forms and known distributions."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import t as student_t
+
+from escort_mj.study.sweeps.statistics import LEVEL, _means, bootstrap, holm, paired, pareto, rate, summary
+
+NAN, NEVER = math.nan, math.inf
+
+
+@pytest.mark.parametrize("of", [1, 5, 20, 500])
+def test_edges_of_the_exact_interval_have_closed_forms(of: int) -> None:
+    tail = (1.0 - LEVEL) / 2.0
+    none, all_of_them = rate(np.zeros(of)), rate(np.ones(of))
+    assert none.interval == pytest.approx((0.0, 1.0 - tail ** (1.0 / of)))
+    assert all_of_them.interval == pytest.approx((tail ** (1.0 / of), 1.0))
+
+
+def test_an_exact_interval_from_the_literature() -> None:
+    found = rate([1] * 4 + [0] * 16)  # Clopper and Pearson: 0.0573 to 0.4366
+    assert (found.times, found.of, found.share) == (4, 20, 0.2)
+    assert found.interval == pytest.approx((0.057334, 0.436614), abs=1e-6)
+
+
+def test_rates_leave_out_what_is_not_known() -> None:
+    assert rate([1, 0, NAN])[:3] == (1, 2, 0.5)
+    assert math.isnan(rate([NAN]).share)
+
+
+def test_never_is_in_medians_and_not_in_means() -> None:
+    found = summary([1.0, 2.0, 6.0, NEVER, NEVER, NAN])
+    assert found[:4] == (6, 5, 2, 3.0) and found.median == 6.0
+    assert found.median_interval.low == 1.0 and found.median_interval.high == NEVER
+    assert 1.0 <= found.mean_interval.low < 3.0 < found.mean_interval.high <= 6.0
+    assert summary([1.0, NEVER, NEVER]).median == NEVER
+    assert math.isnan(summary([NEVER]).mean) and math.isnan(summary([NAN, NAN]).median)
+
+
+def test_one_value_has_no_interval_and_equal_values_an_empty_one() -> None:
+    assert math.isnan(summary([2.0]).mean_interval.low)
+    assert summary([2.0] * 5).mean_interval == (2.0, 2.0) == summary([2.0] * 5).median_interval
+
+
+def test_the_bootstrap_is_the_same_every_time_and_near_the_normal_interval() -> None:
+    values = np.random.default_rng(1).normal(3.0, 2.0, 400)
+    found = bootstrap(values, _means)
+    assert found == bootstrap(values, _means)
+    half = 1.959964 * values.std() / math.sqrt(len(values))
+    assert found == pytest.approx((values.mean() - half, values.mean() + half), abs=0.1 * half)
+
+
+@pytest.mark.parametrize("n", [10, 40])
+def test_intervals_of_normal_values_cover_the_mean_as_often_as_theory_says(n: int) -> None:
+    # It is nearly mean +- 1.96 s / sqrt(n), s with divisor n: Student's t knows how often that covers.
+    trials, rng = 600, np.random.default_rng(2)
+    theory = 2.0 * student_t.cdf(1.959964 * math.sqrt((n - 1) / n), n - 1) - 1.0
+    found = [summary(rng.normal(1.0, 1.0, n)) for _ in range(trials)]
+    of_mean = np.mean([one.mean_interval.low <= 1.0 <= one.mean_interval.high for one in found])
+    of_median = np.mean([one.median_interval.low <= 1.0 <= one.median_interval.high for one in found])
+    assert of_mean == pytest.approx(theory, abs=4.0 * math.sqrt(theory * (1.0 - theory) / trials))
+    assert 0.9 <= of_median <= 0.99
+
+
+def test_pairs_worked_out_by_hand() -> None:
+    found = paired([1.0, 2.0, 3.0, 4.0], [2.0, 4.0, 3.0, 3.0])
+    assert (found.pairs, found.blocks, found.difference) == (4, 4, 0.5)
+    assert found.dominance == 0.25  # two larger, one smaller, one alike
+    assert found.interval.low < 0.5 < found.interval.high
+
+
+def test_wilcoxon_of_pairs_that_all_rise() -> None:
+    first = np.arange(8.0)
+    found = paired(first, first + np.linspace(1.0, 2.0, 8))
+    assert found.p == pytest.approx(2.0 / 2**8)  # one of 2^8 signs, two-sided
+    assert found.dominance == 1.0 and found.dominance_interval == (1.0, 1.0)
+    assert paired(first, first).p == 1.0 and paired(first, first).dominance == 0.0
+
+
+def test_pairs_with_never_and_missing_values() -> None:
+    found = paired([1.0, NEVER, NEVER, 5.0, NAN], [2.0, 3.0, NEVER, NEVER, 1.0])
+    assert (found.pairs, found.unpaired, found.never) == (4, 1, 3)
+    assert found.difference == 1.0
+    assert found.dominance == 0.25  # larger, smaller, alike, larger
+    lost = paired([NAN, 1.0], [1.0, NAN])
+    assert lost.pairs == 0 and lost.unpaired == 2 and math.isnan(lost.p)
+    only_never = paired([1.0, 1.0], [NEVER, NEVER])
+    assert math.isnan(only_never.difference) and only_never.dominance == 1.0
+
+
+def test_pairs_of_one_seed_are_one_piece_of_evidence() -> None:
+    rng = np.random.default_rng(3)
+    shared = np.repeat(rng.normal(0.0, 1.0, 6), 50)  # six seeds, fifty cells that all feel the seed alike
+    second, seeds = shared + rng.normal(0.0, 0.01, 300), list(np.repeat(np.arange(6), 50))
+    by_pair, by_seed = paired(np.zeros(300), second), paired(np.zeros(300), second, seeds)
+    assert (by_seed.pairs, by_seed.blocks) == (300, 6)
+    assert by_seed.difference == pytest.approx(by_pair.difference)
+    width, naive = (found.interval.high - found.interval.low for found in (by_seed, by_pair))
+    assert 5.0 < width / naive < 9.0  # about the root of 50
+    assert by_seed.p > 0.02
+
+
+def test_blocks_weigh_alike_however_many_pairs_they_have() -> None:
+    found = paired([0.0] * 4, [1.0, 1.0, 1.0, 5.0], ["a", "a", "a", "b"])
+    assert (found.blocks, found.difference, found.pairs) == (2, 3.0, 4)
+
+
+def test_holm_by_hand() -> None:
+    assert holm([0.01, 0.04, 0.03, NAN]) == pytest.approx([0.03, 0.06, 0.06, NAN], nan_ok=True)
+    assert holm([0.6, 0.7]) == [1.0, 1.0]
+
+
+def test_the_front_of_planted_points() -> None:
+    planted = [(1.0, 5.0, 2.0), (2.0, 2.0, 2.0), (5.0, 1.0, 2.0), (4.0, 4.0, 1.0)]
+    beaten = [(2.0, 5.0, 2.0), (5.0, 5.0, 5.0), (2.0, 2.0, 2.5)]
+    assert pareto(planted + beaten).tolist() == [True] * 4 + [False] * 3
+    assert pareto([(1.0, 1.0), (1.0, 1.0), (NAN, 0.0)]).tolist() == [True, True, False]
+    assert pareto([(1.0, NEVER), (2.0, 3.0), (2.0, NEVER)]).tolist() == [True, True, False]
+
+
+def test_a_random_front_against_its_definition() -> None:
+    points = np.random.default_rng(4).integers(0, 6, (60, 3)).astype(float)
+    front = pareto(points)
+    for point, on_front in zip(points, front, strict=True):
+        better = [other for other in points if all(other <= point) and any(other < point)]
+        assert on_front == (not better)

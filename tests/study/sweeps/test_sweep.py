@@ -1,0 +1,225 @@
+"""Sweeps: every run of a study once, whatever happens on the way; the same bits wherever they are made."""
+
+import csv
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from escort_mj.api import scenarios_folder
+from escort_mj.errors import UsageError
+from escort_mj.mission import fly
+from escort_mj.record.folder import open_run
+from escort_mj.record.metrics import measures_of
+from escort_mj.stopping import Interrupted
+from escort_mj.study.engine.backends import dask, here, local
+from escort_mj.study.engine.store import FILE, Row, Store
+from escort_mj.study.engine.work import Job, perform
+from escort_mj.study.sweeps.definition import load_study
+from escort_mj.study.sweeps.design import Design
+from escort_mj.study.sweeps.sweep import check_size, sweep
+
+STUDY = """
+study: small
+scenario: main
+set: {duration: 0.4, expect: [{metric: contacts, at_most: 0}]}
+seeds: 3
+vary: {controller: [apd_smc, pd], robots.mass: [0.5, 2]}
+"""
+
+
+def design(folder: Path, text: str = STUDY) -> Design:
+    path = folder / "study.yaml"
+    path.write_text(text)
+    return Design(load_study(path), scenarios_folder())
+
+
+def table(folder: Path) -> list[dict[str, str]]:
+    with (folder / "runs.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_every_run_once_and_never_again(tmp_path: Path) -> None:
+    laid_out, out, seen = design(tmp_path), tmp_path / "out", []
+    swept = sweep(laid_out, out, here, 1, progress=lambda done, total: seen.append((done, total)))
+    assert swept == (12, 12, 0, 0)
+    assert seen[-1] == (12, 12)
+    rows = table(out)
+    assert [row["key"] for row in rows] == [run.key for run in laid_out.runs()]
+    assert {row["outcome"] for row in rows} == {"completed"}
+    before = (out / "runs.csv").read_bytes()
+    assert sweep(laid_out, out, here, 1) == (12, 0, 0, 0)
+    assert (out / "runs.csv").read_bytes() == before
+
+
+def test_a_row_is_what_a_run_of_its_own_gives(tmp_path: Path) -> None:
+    laid_out, out = design(tmp_path), tmp_path / "out"
+    sweep(laid_out, out, here, 1)
+    run = list(laid_out.runs())[7]
+    alone = fly(laid_out.scenario(laid_out.cells[run.cell], run.seed))
+    with Store(out) as store:
+        row = store.get([run.key])[run.key]
+    assert row.metrics == {name: found.value for name, found in measures_of(alone.trace).items()}
+    assert row.versions["mujoco"] == alone.trace.attrs["version_mujoco"]
+    assert "seed: 2" in row.scenario
+
+
+def test_a_changed_study_makes_only_what_is_new(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    sweep(design(tmp_path), out, here, 1)
+    more = design(tmp_path, STUDY.replace("seeds: 3", "seeds: 4").replace("[0.5, 2]", "[0.5, 2, 3]"))
+    assert sweep(more, out, here, 1) == (24, 12, 0, 0)
+
+
+def test_what_is_interrupted_is_not_stored_and_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    laid_out, out = design(tmp_path), tmp_path / "out"
+    made: list[str] = []
+
+    def until_the_fifth(job: Job) -> Row:
+        if len(made) == 5:
+            signal.raise_signal(signal.SIGINT)
+        made.append(job.key)
+        return perform(job)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with monkeypatch.context() as patch, pytest.raises(Interrupted, match="5 of 12 runs are kept in"):
+            patch.setattr("escort_mj.study.sweeps.sweep.perform", until_the_fifth)
+            sweep(laid_out, out, here, 1, confirmed=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with Store(out) as store:
+        assert store.known() == set(made)
+    assert sweep(laid_out, out, here, 1).made == 12 - 5
+    sweep(laid_out, tmp_path / "whole", here, 1)
+    assert (out / "runs.csv").read_bytes() == (tmp_path / "whole" / "runs.csv").read_bytes()
+
+
+def test_processes_give_the_same_bits(tmp_path: Path) -> None:
+    laid_out = design(tmp_path)
+    sweep(laid_out, tmp_path / "one", here, 1)
+    with local(2) as backend:
+        sweep(laid_out, tmp_path / "two", backend, 2)
+    assert (tmp_path / "one" / "runs.csv").read_bytes() == (tmp_path / "two" / "runs.csv").read_bytes()
+
+
+def test_dask_gives_the_same_bits(tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="Dask is an extra")
+    laid_out = design(tmp_path)
+    sweep(laid_out, tmp_path / "one", here, 1)
+    with dask(2) as backend:
+        sweep(laid_out, tmp_path / "two", backend, 2)
+    assert (tmp_path / "one" / "runs.csv").read_bytes() == (tmp_path / "two" / "runs.csv").read_bytes()
+
+
+def test_what_goes_wrong_is_a_row(tmp_path: Path) -> None:
+    """A verdict that fails, a run that diverges, a seed without room: each with its words."""
+    text = STUDY.replace("contacts, at_most: 0", "radius_error_max, at_most: 1.0e-6").replace(
+        "robots.mass: [0.5, 2]", "mission.radius: [5.0, 6.0]"
+    )
+    text += "traces: failed\n"
+    out = tmp_path / "out"
+    swept = sweep(design(tmp_path, text.replace("seeds: 3", "seeds: 1")), out, here, 1)
+    assert swept.failed == swept.runs
+    rows = table(out)
+    assert {row["passed"] for row in rows} == {"False"}
+    folders = sorted((out / "runs").iterdir())
+    assert len(folders) == sum(row["outcome"] == "completed" for row in rows)
+    assert not open_run(folders[0]).verdicts[1]["passed"]
+
+
+def test_a_large_study_says_so_before_it_begins(tmp_path: Path) -> None:
+    laid_out, out = design(tmp_path, STUDY + "at_most: {runs: 11}\n"), tmp_path / "out"
+    many = r"takes 12 runs, more than at_most.runs allows \(11\); --yes"
+    with pytest.raises(UsageError, match=many):  # before its cells are laid out
+        check_size(laid_out.file, out)
+    with pytest.raises(UsageError, match=many):
+        sweep(laid_out, out, here, 1)
+    check_size(design(tmp_path, STUDY + "at_most: {runs: 12}\n").file, out)
+    slow = design(tmp_path, STUDY + "at_most: {hours: 1.0e-7}\n")
+    with pytest.raises(UsageError, match=r"would take .* h on 1 workers, more than at_most.hours"):
+        sweep(slow, out, here, 1)
+    assert sweep(slow, out, here, 1, confirmed=True) == (12, 11, 0, 0)  # the one that was timed is kept
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from escort_mj.api import scenarios_folder
+from escort_mj.study.engine.backends import local
+from escort_mj.study.sweeps.definition import load_study
+from escort_mj.study.sweeps.design import Design
+from escort_mj.study.sweeps.sweep import sweep
+if __name__ == "__main__":
+    study, out, workers = sys.argv[1:]
+    design = Design(load_study(study), scenarios_folder())
+    with local(int(workers)) as backend:
+        print(sweep(design, Path(out), backend, int(workers), True))
+"""
+
+
+def begin(folder: Path, out: Path, workers: int) -> "subprocess.Popen[str]":
+    script = folder / "script.py"
+    script.write_text(SCRIPT)
+    command = [sys.executable, str(script), str(folder / "study.yaml"), str(out), str(workers)]
+    return subprocess.Popen(command, text=True, stdout=subprocess.PIPE, start_new_session=True)
+
+
+def count(out: Path) -> int:
+    try:
+        with sqlite3.connect(out / FILE, timeout=10) as connection:
+            return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
+    except sqlite3.OperationalError:
+        return 0
+
+
+def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
+    laid_out = design(tmp_path, STUDY.replace("seeds: 3", "seeds: 12"))
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    sweep(laid_out, whole, here, 1, confirmed=True)
+    chance, kills, reached = random.Random(4), 0, 0
+    while reached < 48 and kills < 4:
+        process = begin(tmp_path, out, 1 + kills % 2)
+        goal = min(reached + chance.randint(1, 9), 47)
+        deadline = time.monotonic() + 120.0
+        while count(out) < goal and process.poll() is None and time.monotonic() < deadline:
+            time.sleep(0.01)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        kills += 1
+        assert count(out) >= reached
+        reached = count(out)
+    assert 0 < reached < 48
+    finished = begin(tmp_path, out, 2)
+    assert finished.communicate(timeout=240)[0].startswith(f"Swept(runs=48, made={48 - reached}")
+    assert (out / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
+
+
+def test_two_at_once_share_the_work(tmp_path: Path) -> None:
+    laid_out = design(tmp_path, STUDY.replace("seeds: 3", "seeds: 12"))
+    whole, out = tmp_path / "whole", tmp_path / "out"
+    sweep(laid_out, whole, here, 1, confirmed=True)
+    both = [begin(tmp_path, out, 1) for _ in range(2)]
+    said = [process.communicate(timeout=240)[0] for process in both]
+    made = [int(words.partition("made=")[2].partition(",")[0]) for words in said]
+    assert sum(made) == 48
+    assert (out / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
+
+
+def test_an_impossible_seed_is_a_row_of_its_own(tmp_path: Path) -> None:
+    text = "study: s\nscenario: main\nset: {duration: 0.1, expect: [], robots.positions: null,"
+    laid_out = design(tmp_path, text + " robots.placement: {within: 3, least_gap: 0.1}}\n")
+    (run,) = laid_out.runs()
+    settings = laid_out.cells[0].settings | {"robots.placement.within": 0.5}
+    row = perform(Job(run.key, 1, settings, laid_out.template.text, "main", None, False))
+    assert row.outcome == "failed"
+    assert "no free place" in row.message
+    assert not row.passed

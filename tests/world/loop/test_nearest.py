@@ -1,0 +1,139 @@
+"""What robots see of obstacles that are no spheres, against exact geometry; and what the law makes of it."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from escort_mj.control.reference import ReferenceController
+from escort_mj.mission import fly
+from escort_mj.scenario import parse_scenario
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.shapes import in_space, nearest
+from escort_mj.scenario.reader.dump import flow
+from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import World, build
+from escort_mj.world.plant import Plant
+
+PLANAR = {
+    "duration": 20,
+    "seed": 5,
+    "robots": {"positions": [[5, 3], [-1, 5], [-5, 0], [-2, -5], [4, -4]]},
+    "target": {"position": ["0.5*t", "sin(0.5*t)"]},
+    "obstacles": [
+        {"position": [9, 3], "shape": "box", "size": [1, 0.3], "orientation": 0.5},
+        {"position": [9, -3.5], "shape": "capsule", "size": [0.3, 1.2], "orientation": [0, 1.5707963, 0.4]},
+        {"position": [3, 6.5], "radius": 0.6},
+        {"position": [-2, -8], "shape": "mesh", "vertices": [[-1, -1], [1, -1], [0, 1]]},
+        {"position": [12, 5], "shape": "cylinder", "size": [0.5]},
+        {"position": [0, 8], "shape": "ellipsoid", "size": [1.2, 0.5], "orientation": 2.0},
+    ],
+    "walls": [{"points": [[-10, -7], [20, -7], [20, 0]], "corridor": 2.5, "doors": [{"at": 12, "width": 3}]}],
+}
+SPATIAL = {
+    "axes": 3,
+    "duration": 20,
+    "robots": {"positions": [[9, 1, 0], [1, 9, 0.3], [-9, 0, 1], [0, 0.5, -9], [0, -9, 0.3], [0, 0, 9]]},
+    "target": {"position": ["0.4*t", "sin(0.3*t)", "0.1*t"]},
+    "mission": {"radius": 4.0},
+    "obstacles": [
+        {"position": [8, 3, 0], "shape": "box", "size": [0.4, 1, 0.3], "orientation": [0.3, 0.5, 1]},
+        {
+            "position": [3, -5, 2],
+            "shape": "ellipsoid",
+            "size": [0.4, 1, 0.6],
+            "orientation": [1, 0.5, 0.2, 0.1],
+        },
+        {"position": [-4, 4, 1], "shape": "cylinder", "size": [0.4, 1], "orientation": [1.2, 0, 0]},
+        {
+            "position": [7, 0, 5],
+            "shape": "mesh",
+            "vertices": [[-1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 1]],
+        },
+    ],
+    "walls": [
+        {
+            "points": [[-3, 7, -3], [9, 7, -3]],
+            "height": 6,
+            "doors": [{"at": 6, "width": 3, "sill": 1, "height": 3}],
+        }
+    ],
+}
+
+
+def points_by_geometry(world: World, scenario, state) -> np.ndarray:
+    """What every robot and the target see, shape (n + 1, m, p), by exact geometry."""
+    seers = np.vstack([state.q, state.target_position])
+    seen = []
+    for body in obstacles_of(scenario):
+        if body.is_sphere:
+            seen.append(np.tile(body.position, (len(seers), 1)))
+        else:
+            seen.append(nearest(body.solid, in_space(seers))[0][:, : scenario.axes])
+    return np.stack(seen, axis=1)
+
+
+@pytest.mark.parametrize("mission", [PLANAR, SPATIAL], ids=["plane", "space"])
+def test_points_are_the_nearest(mission):
+    scenario = parse_scenario(flow(mission))
+    world = build(scenario)
+    plant = Plant(world)
+    n, m, p = world.sizes["robot"], world.sizes["obstacle"], world.sizes["axis"]
+    near = far = 0
+    with native_loop(world):
+        for _ in range(40):
+            plant.step(200)
+            seen = plant.state.obstacle_point.reshape(n + 1, m, p)
+            exact = points_by_geometry(world, scenario, plant.state)
+            seers = np.vstack([plant.state.q, plant.state.target_position])
+            gaps = np.linalg.norm(seers[:, None] - exact, axis=2)
+            bound = np.linalg.norm(seers[:, None] - seen, axis=2)
+            close = gaps < world.setup.nearest_within
+            np.testing.assert_allclose(seen[close], exact[close], atol=2e-4)
+            np.testing.assert_allclose(bound[close], gaps[close], atol=5e-6)
+            assert (bound[~close] <= gaps[~close] + 5e-6).all()
+            assert (bound[~close] >= world.setup.nearest_within - 0.5).all()
+            near, far = near + close.sum(), far + (~close).sum()
+    assert near > 20 and far > 20
+
+
+def test_a_bound_far_away_is_held_against_the_shape_and_not_the_box_around_it(compiled):
+    """The target passes a disc at 2.2 m; its box, turned, has a corner that is nearer."""
+    keys = {
+        "duration": 4,
+        "target": {"position": ["-2+t", "0"]},
+        "robots": {"count": 1, "positions": [[-2, -9]]},
+        "mission": {"radius": 9, "behaviors": ["surface"]},
+        "obstacles": [
+            {"shape": "cylinder", "size": [1, 2], "position": [0, 3.5], "orientation": 0.785, "name": "disc"}
+        ],
+        "expect": [{"clearance": ["target", "disc"], "at_least": bound} for bound in (2.1999, 2.2001)],
+    }
+    near, beyond = fly(parse_scenario(flow(keys))).verdicts[1:]
+    assert near.value == beyond.value == pytest.approx(3.5 - 1.0 - 0.3, abs=1e-5)
+    assert near.passed and not beyond.passed
+
+
+@pytest.mark.parametrize("timestep", [0.01, pytest.param(0.002, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("outer", ["nsb", "potential_field", "barrier_filter"])
+@pytest.mark.parametrize("mission", [PLANAR, SPATIAL], ids=["plane", "space"])
+def test_the_law_is_the_twins(mission, outer, timestep):
+    orders = {"radius": 4.0, "max_speed": 2.0, "outer": outer}
+    scenario = parse_scenario(flow(mission | {"mission": orders, "physics": {"timestep": timestep}}))
+    world = build(scenario)
+    plant = Plant(world)
+    twin = ReferenceController(world.setup, world.schedule.stride, world.schedule.extra)
+    twin.reset(world.team.position)
+    n, m, p = world.sizes["robot"], world.sizes["obstacle"], world.sizes["axis"]
+    avoided = False
+    with native_loop(world):
+        for _ in range(round(6.0 / timestep)):
+            mujoco.mj_step1(world.model, plant.data)
+            state = plant.state
+            signals = twin.evaluate(
+                plant.data.time, state.q, state.v, obstacle_points=state.obstacle_point.reshape(n + 1, m, p)
+            )
+            np.testing.assert_allclose(state.tau, signals.tau, atol=1e-6, rtol=1e-6)
+            np.testing.assert_allclose(state.v_d, signals.v_d, atol=1e-8, rtol=1e-8)
+            avoided |= bool(signals.avoidance_active.any())
+            mujoco.mj_step2(world.model, plant.data)
+    assert avoided
