@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 F = TypeVar("F", bound=Callable[..., Any])
 
 DOUBLE = 8  # bytes
+NOT_NULL = 4096  # where named numbers count from: no name stands for address 0
 STACK_DOUBLES = 192  # the most that a kernel takes in nine axes: 2 p^2 numbers
 
 
@@ -38,8 +39,8 @@ class External(NamedTuple):
 declared: list[tuple[str, Any]] = []
 """How kernels are compiled, and which: "kernel", "inlined" or "merged"."""
 externals: list[tuple[Any, External]] = []
-places: list[tuple[Any, str]] = []
-"""Functions that return an address, and what machine code calls it."""
+places: list[tuple[Any, str, int]] = []
+"""Functions that return an address or a number, its name in machine code, and where its value counts from."""
 symbols: dict[str, int] = {}
 """What machine code names, and where this process has it."""
 
@@ -92,12 +93,27 @@ def external(address: int, result: Any, *arguments: Any) -> Callable[[F], F]:
 
 def place(symbol: str, address: int) -> Callable[[], int]:
     """A function that returns an address, which machine code has a name for: it holds in any process."""
+    return _named(symbol, address, 0)
 
+
+def number(symbol: str, value: int) -> Callable[[], int]:
+    """A function that returns a number of this process, for which machine code has a name and no value.
+
+    The linker fills it in, as a constant.
+
+    Args:
+        symbol: The name.
+        value: The number in this process, not negative.
+    """
+    return _named(symbol, value, NOT_NULL)
+
+
+def _named(symbol: str, value: int, base: int) -> Callable[[], int]:
     def found() -> int:
-        return address
+        return value
 
-    symbols[symbol] = address
-    places.append((found, symbol))
+    symbols[symbol] = base + value
+    places.append((found, symbol, base))
     return found
 
 

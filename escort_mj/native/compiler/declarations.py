@@ -54,8 +54,8 @@ def teach() -> None:
         _teach_on_demand(function)
     for function, what in _news(kernels.externals):
         _teach_external(function, what)
-    for function, symbol in _news(kernels.places):
-        _teach_place(function, symbol)
+    for function, symbol, base in _news(kernels.places):
+        _teach_place(function, symbol, base)
     artifacts.give_names()
 
 
@@ -134,10 +134,12 @@ def _teach_external(function: Any, what: kernels.External) -> None:
     _teach_call(function, signature(result, *arguments), generate)
 
 
-def _teach_place(function: Any, symbol: str) -> None:
+def _teach_place(function: Any, symbol: str, base: int) -> None:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        found = cgutils.add_global_variable(builder.module, ir.IntType(8), symbol)
-        return builder.ptrtoint(found, context.get_value_type(types.intp))
+        word = context.get_value_type(types.intp)
+        known = builder.module.globals.get(symbol)
+        found = known or cgutils.add_global_variable(builder.module, ir.IntType(8), symbol)
+        return builder.sub(builder.ptrtoint(found, word), word(base))
 
     _teach_call(function, signature(types.intp), generate)
 

@@ -53,10 +53,10 @@ def depth_inside(
         the point is not inside.
     """
     p = state.q.shape[1]
-    place = vector_at(pointer_at(d + DATA_PLACE) + 3 * DOUBLE * geom, 3)
-    turn = vector_at(pointer_at(d + DATA_TURN) + 9 * DOUBLE * geom, 9)
-    size = vector_at(pointer_at(m + MODEL_SIZE) + 3 * DOUBLE * geom, 3)
-    shape = int_at(pointer_at(m + MODEL_TYPE) + INT * geom)
+    place = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * geom, 3)
+    turn = vector_at(pointer_at(d + DATA_TURN()) + 9 * DOUBLE * geom, 9)
+    size = vector_at(pointer_at(m + MODEL_SIZE()) + 3 * DOUBLE * geom, 3)
+    shape = int_at(pointer_at(m + MODEL_TYPE()) + INT * geom)
     memory = stack_memory()
     x, out = vector_at(memory, 3), vector_at(memory + 3 * DOUBLE, 3)
     for axis in range(3):

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import ctypes
 import json
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
 import mujoco
 
 from escort_mj.native.cache import remembered
+from escort_mj.native.kernels import number
 
 _SCALARS: dict[str, type] = {
     "mjtNum": ctypes.c_double,
@@ -78,14 +80,21 @@ def _ctype(node: Any) -> Any:
     return type("anonymous", (ctypes.Structure,), {"_fields_": fields})
 
 
-def offset(struct: str, field: str) -> int:
-    """Byte offset of a (possibly nested, dotted) field in a structure."""
+def offset(struct: str, field: str) -> Callable[[], int]:
+    """Return a function that returns the byte offset of a (possibly nested, dotted) field in a structure.
+
+    Machine code has names for offsets, not numbers: it suits every release of MuJoCo.
+    """
+    return number(f"mujoco.{struct}.{field}", _offset(struct, field))
+
+
+def size(struct: str) -> Callable[[], int]:
+    """Return a function that returns the bytes of a structure."""
+    return number(f"mujoco.{struct}", _offset(struct, ""))
+
+
+def _offset(struct: str, field: str) -> int:
     return _layout()[struct][field]
-
-
-def size(struct: str) -> int:
-    """Bytes of a structure."""
-    return _layout()[struct][""]
 
 
 @cache
@@ -154,9 +163,9 @@ def _check_contacts() -> None:
     _compare("mjData", "efc_force", data._address, ctypes.c_void_p, data.efc_force.ctypes.data)
     _compare("mjData", "efc_vel", data._address, ctypes.c_void_p, data.efc_vel.ctypes.data)
     _compare("mjData", "contact", data._address, ctypes.c_void_p, data.contact.dist.ctypes.data)
-    first = ctypes.c_void_p.from_address(data._address + offset("mjData", "contact")).value or 0
+    first = ctypes.c_void_p.from_address(data._address + _offset("mjData", "contact")).value or 0
     for index in range(data.ncon):
-        address, contact = first + index * size("mjContact"), data.contact[index]
+        address, contact = first + index * _offset("mjContact", ""), data.contact[index]
         _compare("mjContact", "dim", address, ctypes.c_int, contact.dim)
         _compare("mjContact", "efc_address", address, ctypes.c_int, contact.efc_address)
         _compare("mjContact", "dist", address, ctypes.c_double, contact.dist)
@@ -168,6 +177,6 @@ def _check_contacts() -> None:
 
 def _compare(struct: str, field: str, address: int, kind: Any, expected: Any, index: int = 0) -> None:
     """Raises unless a field of the structure at an address holds what is expected."""
-    place = address + offset(struct, field) + index * ctypes.sizeof(kind)
+    place = address + _offset(struct, field) + index * ctypes.sizeof(kind)
     if kind.from_address(place).value != expected:
         raise RuntimeError(f"mujoco {mujoco.__version__}: {struct}.{field} is not where it is declared to be")

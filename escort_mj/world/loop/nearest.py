@@ -47,14 +47,14 @@ def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> No
     way = vector_at(segment + 6 * DOUBLE, p)
     for i in range(n + 1):
         geom = int(wiring.robot_geom[i])
-        body = vector_at(pointer_at(d + DATA_PLACE) + 3 * DOUBLE * geom, 3)
+        body = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * geom, 3)
         radius = plan.robot_radius[i] if i < n else wiring.target_radius
         for j in range(obstacles):
             row = i * obstacles + j
             point, square = state.obstacle_point[row], 0.0
             other = int(wiring.obstacle_geom[j])
             if plan.obstacle_radius[j] > 0.0:  # a sphere: its center
-                center = vector_at(pointer_at(d + DATA_PLACE) + 3 * DOUBLE * other, 3)
+                center = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * other, 3)
                 for k in range(p):
                     point[k] = center[k]
                     square += (body[k] - center[k]) ** 2
@@ -82,9 +82,9 @@ def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> No
 @inlined
 def _to_box(m: int, d: int, geom: int, body: Array, nearest: Array) -> float:
     """Distance from a point to the box around a geom, in the geom's axes [m], and its nearest point."""
-    bounds = vector_at(pointer_at(m + MODEL_BOUNDS) + 6 * DOUBLE * geom, 6)
-    place = vector_at(pointer_at(d + DATA_PLACE) + 3 * DOUBLE * geom, 3)
-    turn = vector_at(pointer_at(d + DATA_TURN) + 9 * DOUBLE * geom, 9)
+    bounds = vector_at(pointer_at(m + MODEL_BOUNDS()) + 6 * DOUBLE * geom, 6)
+    place = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * geom, 3)
+    turn = vector_at(pointer_at(d + DATA_TURN()) + 9 * DOUBLE * geom, 9)
     for k in range(3):
         nearest[k] = place[k]
     square = 0.0

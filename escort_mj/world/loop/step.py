@@ -65,7 +65,7 @@ PYRAMIDAL = int(mujoco.mjtCone.mjCONE_PYRAMIDAL)
 @inlined
 def is_ours(m: int) -> bool:
     """Whether a model carries a plan of ours."""
-    return int_at(m + MODEL_NUMBERS) > 0 and double_at(pointer_at(m + MODEL_NUMERIC)) == MAGIC
+    return int_at(m + MODEL_NUMBERS()) > 0 and double_at(pointer_at(m + MODEL_NUMERIC())) == MAGIC
 
 
 @on_demand
@@ -75,10 +75,11 @@ def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
     for i in range(n):
         first = int(wiring.dof_address[i])
         mass_block(
-            pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
-            pointer_at(m + MODEL_COLUMNS), first, p, state.model_mass[i],
+            pointer_at(d + DATA_MASS()), pointer_at(m + MODEL_ROW_SIZES()),
+            pointer_at(m + MODEL_ROW_STARTS()), pointer_at(m + MODEL_COLUMNS()), first, p,
+            state.model_mass[i],
         )  # fmt: skip
-        bias = vector_at(pointer_at(d + DATA_BIAS) + DOUBLE * first, p)
+        bias = vector_at(pointer_at(d + DATA_BIAS()) + DOUBLE * first, p)
         for k in range(p):
             state.model_bias[i, k] = bias[k] - wiring.lift[i, k]
 
@@ -92,15 +93,15 @@ def is_led(wiring: Wiring) -> bool:
 @merged
 def control(m: int, d: int, axes: int) -> None:
     """Evaluates the law for the present state and applies its forces."""
-    numbers = pointer_at(m + MODEL_NUMERIC)
+    numbers = pointer_at(m + MODEL_NUMERIC())
     plan = unpack_plan(numbers, axes)
-    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
+    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA()), axes)
     wiring = unpack_wiring(behind(numbers), axes)
     n, p = state.q.shape
     nq = state.qpos.shape[0]
-    qpos = vector_at(pointer_at(d + DATA_QPOS), nq)
-    qvel = vector_at(pointer_at(d + DATA_QVEL), nq)  # of which there are no more
-    state.time[0] = double_at(d + DATA_TIME)
+    qpos = vector_at(pointer_at(d + DATA_QPOS()), nq)
+    qvel = vector_at(pointer_at(d + DATA_QVEL()), nq)  # of which there are no more
+    state.time[0] = double_at(d + DATA_TIME())
     copy_numbers(qpos, state.qpos, nq)
     if wiring.in_row:
         copy_in(qpos, state.q, n * p)
@@ -111,8 +112,8 @@ def control(m: int, d: int, axes: int) -> None:
                 state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
                 state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
     for b in range(state.mover_position.shape[0]):
-        here = vector_at(pointer_at(d + DATA_QPOS) + DOUBLE * int(wiring.mover_qpos[b]), p)
-        speed = vector_at(pointer_at(d + DATA_QVEL) + DOUBLE * int(wiring.mover_dof[b]), p)
+        here = vector_at(pointer_at(d + DATA_QPOS()) + DOUBLE * int(wiring.mover_qpos[b]), p)
+        speed = vector_at(pointer_at(d + DATA_QVEL()) + DOUBLE * int(wiring.mover_dof[b]), p)
         for k in range(p):
             state.mover_position[b, k], state.mover_velocity[b, k] = here[k], speed[k]
     if state.model_bias.shape[0] > 0:
@@ -121,21 +122,21 @@ def control(m: int, d: int, axes: int) -> None:
         find_nearest(m, d, plan, state, wiring)
     evaluate(plan, state)
     for b in range(state.mover_force.shape[0]):
-        force = vector_at(pointer_at(d + DATA_APPLIED) + DOUBLE * int(wiring.mover_dof[b]), p)
+        force = vector_at(pointer_at(d + DATA_APPLIED()) + DOUBLE * int(wiring.mover_dof[b]), p)
         for k in range(p):
             force[k] = state.mover_force[b, k]
-    applied = vector_at(pointer_at(d + DATA_APPLIED), nq)
+    applied = vector_at(pointer_at(d + DATA_APPLIED()), nq)
     if wiring.in_row:
-        copy_numbers(state.command, vector_at(pointer_at(d + DATA_CTRL), n * p), n * p)
+        copy_numbers(state.command, vector_at(pointer_at(d + DATA_CTRL()), n * p), n * p)
         copy_numbers(state.disturbance, applied, n * p)
     else:
-        controls, activations = pointer_at(d + DATA_CTRL), pointer_at(d + DATA_ACTIVATION)
+        controls, activations = pointer_at(d + DATA_CTRL()), pointer_at(d + DATA_ACTIVATION())
         command_motors(controls, activations, qpos, qvel, plan, state, wiring)
         for i in range(n):
             for k in range(p):
                 applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
     if is_led(wiring):
-        mocap = pointer_at(d + DATA_MOCAP)
+        mocap = pointer_at(d + DATA_MOCAP())
         for k in range(p):  # where it will be when MuJoCo next looks
             target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
             target[0] = wiring.target_offset[k] + state.ahead[NEXT_PLACE, k]
@@ -144,12 +145,12 @@ def control(m: int, d: int, axes: int) -> None:
 @merged
 def look(m: int, d: int, axes: int) -> None:
     """Records what the solved step brought."""
-    numbers = pointer_at(m + MODEL_NUMERIC)
+    numbers = pointer_at(m + MODEL_NUMERIC())
     plan = unpack_plan(numbers, axes)
-    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA), axes)
+    state = unpack_state(numbers, pointer_at(d + DATA_USERDATA()), axes)
     wiring = unpack_wiring(behind(numbers), axes)
     n, p = state.q.shape
-    applied = vector_at(pointer_at(d + DATA_FORCE), state.qpos.shape[0])
+    applied = vector_at(pointer_at(d + DATA_FORCE()), state.qpos.shape[0])
     if wiring.in_row:
         copy_in(applied, state.force, n * p)
     else:
@@ -161,26 +162,26 @@ def look(m: int, d: int, axes: int) -> None:
             plan,
             state,
             wiring,
-            pointer_at(d + DATA_MASS),
-            pointer_at(m + MODEL_ROW_SIZES),
-            pointer_at(m + MODEL_ROW_STARTS),
-            pointer_at(m + MODEL_COLUMNS),
-            pointer_at(d + DATA_BIAS),
-            pointer_at(d + DATA_ACCELERATION),
+            pointer_at(d + DATA_MASS()),
+            pointer_at(m + MODEL_ROW_SIZES()),
+            pointer_at(m + MODEL_ROW_STARTS()),
+            pointer_at(m + MODEL_COLUMNS()),
+            pointer_at(d + DATA_BIAS()),
+            pointer_at(d + DATA_ACCELERATION()),
         )
     if again(state):
         return
     energy = kinetic_energy(
-        pointer_at(d + DATA_MASS), pointer_at(m + MODEL_ROW_SIZES), pointer_at(m + MODEL_ROW_STARTS),
-        pointer_at(m + MODEL_COLUMNS), pointer_at(d + DATA_QVEL), int_at(m + MODEL_FREEDOMS),
-        int_at(m + MODEL_ENTRIES),
+        pointer_at(d + DATA_MASS()), pointer_at(m + MODEL_ROW_SIZES()), pointer_at(m + MODEL_ROW_STARTS()),
+        pointer_at(m + MODEL_COLUMNS()), pointer_at(d + DATA_QVEL()), int_at(m + MODEL_FREEDOMS()),
+        int_at(m + MODEL_ENTRIES()),
     )  # fmt: skip
     overlaps = watch(plan, state, wiring.target_radius, energy)
     if axes > IN_SPACE:
         touch_overlaps(plan, state, wiring.target_radius)
-    elif int_at(d + DATA_NCON) > 0 or state.tally[UNDER_WAY] > 0.0 or (overlaps and is_led(wiring)):
+    elif int_at(d + DATA_NCON()) > 0 or state.tally[UNDER_WAY] > 0.0 or (overlaps and is_led(wiring)):
         look_at_contacts(m, d, plan, state, wiring)
-    keep(pointer_at(d + DATA_USERDATA), plan, state)
+    keep(pointer_at(d + DATA_USERDATA()), plan, state)
 
 
 @on_demand
@@ -194,20 +195,20 @@ def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -
     target, p = state.q.shape[0], state.q.shape[1]
     led = is_led(wiring)
     body = wiring.geom_body
-    first = pointer_at(d + DATA_CONTACT)
-    forces, velocities = pointer_at(d + DATA_EFC_FORCE), pointer_at(d + DATA_EFC_VELOCITY)
-    pyramidal = int_at(m + MODEL_CONE) == PYRAMIDAL
+    first = pointer_at(d + DATA_CONTACT())
+    forces, velocities = pointer_at(d + DATA_EFC_FORCE()), pointer_at(d + DATA_EFC_VELOCITY())
+    pyramidal = int_at(m + MODEL_CONE()) == PYRAMIDAL
     begin(state)
-    for c in range(int_at(d + DATA_NCON)):
-        contact = first + c * CONTACT_SIZE
-        efc, distance = int_at(contact + CONTACT_EFC), double_at(contact + CONTACT_DISTANCE)
-        geom1, geom2 = int_at(contact + CONTACT_GEOMS), int_at(contact + CONTACT_GEOMS + INT)
+    for c in range(int_at(d + DATA_NCON())):
+        contact = first + c * CONTACT_SIZE()
+        efc, distance = int_at(contact + CONTACT_EFC()), double_at(contact + CONTACT_DISTANCE())
+        geom1, geom2 = int_at(contact + CONTACT_GEOMS()), int_at(contact + CONTACT_GEOMS() + INT)
         if efc < 0 or geom1 < 0 or geom2 < 0 or distance > 0.0:
             continue
         body1, body2 = int(body[geom1]), int(body[geom2])
         if body1 < 0 or body2 < 0 or body1 == body2:
             continue
-        dim = int_at(contact + CONTACT_DIM)
+        dim = int_at(contact + CONTACT_DIM())
         rows = 2 * (dim - 1) if pyramidal and dim > 1 else 1
         force, opening = 0.0, 0.0
         for row in range(efc, efc + rows):
@@ -215,7 +216,7 @@ def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -
             opening += double_at(velocities + DOUBLE * row) / rows
         if led and (body1 == target or body2 == target):
             for k in range(p):
-                moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL + DOUBLE * k)
+                moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL() + DOUBLE * k)
                 opening += moved if body2 == target else -moved
         touch(state, state.time[0], body1, body2, force, -distance, -opening)
     if led:
@@ -233,14 +234,14 @@ def control_callback(axes: int | None) -> Callable[..., None]:
 
         def of_many(m: int, d: int) -> None:
             if is_ours(m):
-                axes = axes_of(pointer_at(m + MODEL_NUMERIC))
+                axes = axes_of(pointer_at(m + MODEL_NUMERIC()))
                 if axes >= MANY:
                     control(m, d, axes)
 
         return of_many
 
     def of_few(m: int, d: int) -> None:
-        if is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == axes:
+        if is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC())) == axes:
             control(m, d, axes)
 
     return of_few
@@ -252,14 +253,14 @@ def sensor_callback(axes: int | None) -> Callable[..., None]:
 
         def of_many(m: int, d: int, stage: c_int) -> None:
             if stage == ACCELERATION_STAGE and is_ours(m):
-                axes = axes_of(pointer_at(m + MODEL_NUMERIC))
+                axes = axes_of(pointer_at(m + MODEL_NUMERIC()))
                 if axes >= MANY:
                     look(m, d, axes)
 
         return of_many
 
     def of_few(m: int, d: int, stage: c_int) -> None:
-        if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC)) == axes:
+        if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC())) == axes:
             look(m, d, axes)
 
     return of_few
@@ -275,7 +276,7 @@ def any_control_callback(axes: int | None) -> Callable[..., None]:
 
     def of_any(m: int, d: int) -> None:
         if is_ours(m):
-            callback = pointer_at(_table() + 2 * DOUBLE * min(axes_of(pointer_at(m + MODEL_NUMERIC)), MANY))
+            callback = pointer_at(_table() + 2 * DOUBLE * min(axes_of(pointer_at(m + MODEL_NUMERIC())), MANY))
             if callback != 0:
                 call_at(callback, (m, d))
 
@@ -287,7 +288,7 @@ def any_sensor_callback(axes: int | None) -> Callable[..., None]:
 
     def of_any(m: int, d: int, stage: c_int) -> None:
         if stage == ACCELERATION_STAGE and is_ours(m):
-            at = 2 * min(axes_of(pointer_at(m + MODEL_NUMERIC)), MANY) + 1
+            at = 2 * min(axes_of(pointer_at(m + MODEL_NUMERIC())), MANY) + 1
             callback = pointer_at(_table() + DOUBLE * at)
             if callback != 0:
                 call_at(callback, (m, d, stage))

@@ -48,7 +48,7 @@ def touching() -> tuple[mujoco.MjModel, mujoco.MjData]:
 def test_pointers(touching, struct: str, fields: str) -> None:
     owner = touching[struct == "mjData"]
     for field in fields.split():
-        stored = ctypes.c_void_p.from_address(owner._address + layout.offset(struct, field)).value
+        stored = ctypes.c_void_p.from_address(owner._address + layout._offset(struct, field)).value
         assert stored == getattr(owner, field).ctypes.data, field
 
 
@@ -56,7 +56,7 @@ def test_numbers(touching) -> None:
     model, data = touching
 
     def read(owner, kind, struct: str, field: str):
-        return kind.from_address(owner._address + layout.offset(struct, field)).value
+        return kind.from_address(owner._address + layout._offset(struct, field)).value
 
     assert read(data, ctypes.c_double, "mjData", "time") == 1.25
     assert read(data, ctypes.c_int, "mjData", "ncon") == 1
@@ -67,7 +67,7 @@ def test_numbers(touching) -> None:
 
 def test_contacts(touching) -> None:
     model, data = touching
-    first = ctypes.c_void_p.from_address(data._address + layout.offset("mjData", "contact")).value
+    first = ctypes.c_void_p.from_address(data._address + layout._offset("mjData", "contact")).value
     contact = layout.structure("mjContact").from_address(first)
     expected = data.contact[0]
     assert contact.dist == pytest.approx(expected.dist, abs=0.0)
@@ -87,7 +87,7 @@ def test_size_of_a_contact() -> None:
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     kind = layout.structure("mjContact")
-    first = ctypes.c_void_p.from_address(data._address + layout.offset("mjData", "contact")).value
+    first = ctypes.c_void_p.from_address(data._address + layout._offset("mjData", "contact")).value
     found = [kind.from_address(first + i * ctypes.sizeof(kind)).dist for i in range(2)]
     assert found == list(data.contact.dist) and len(set(found)) == 2
 
@@ -124,12 +124,12 @@ def test_a_wrong_offset_is_caught(planted: tuple[str, str], make_world, monkeypa
     """Every offset that the callbacks use is held against the bindings before the first step."""
     world = make_world(duration=1.0)
     Plant(world)
-    true = layout.offset
+    true = layout._offset
 
     def wrong(struct: str, field: str) -> int:
         return true(struct, field) + (8 if (struct, field) == planted else 0)
 
-    monkeypatch.setattr(layout, "offset", wrong)
+    monkeypatch.setattr(layout, "_offset", wrong)
     layout._check_contacts.cache_clear()
     with pytest.raises(RuntimeError, match="not where it is declared"):
         Plant(world)
