@@ -80,6 +80,7 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
     """Has pieces compiled in processes of their own; where those cannot be started or fail, they are not."""
     left = list(pieces)
     running: list[subprocess.Popen[str]] = []
+    ended = threading.Event()
 
     def serve() -> None:
         # -P: what lies in the user's folder by the name of a module is none of the compiler's.
@@ -96,6 +97,8 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
                 start_new_session=True,
             ) as process:
                 running.append(process)
+                if ended.is_set():
+                    process.kill()
                 while left:
                     print(left.pop(0), file=process.stdin, flush=True)
                     if not process.stdout.readline():  # type: ignore[union-attr]
@@ -114,9 +117,12 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
                 if stopping.asked():
                     raise KeyboardInterrupt
     except KeyboardInterrupt:
+        ended.set()
         left.clear()
         for process in running:
             process.kill()
+        for server in servers:  # one of them may be starting a process just now
+            server.join()
         raise
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from escort_mj.record.intact import check_metrics, check_outcome, check_trace, c
 from escort_mj.record.journal import journal_of, read_journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive
+from escort_mj.record.recording import Recording
 from escort_mj.record.trace import build_trace, load_trace, save_trace
 
 if TYPE_CHECKING:
@@ -88,7 +90,10 @@ def open_run(path: str | os.PathLike[str]) -> StoredRun:
         else:
             trace = None
     if trace is None and not (folder / TRACE).is_file():
-        trace = recovered(folder)  # a disk that was full had no room for the trace beside the journal
+        trace = recovered(folder)  # the run was interrupted, or the disk had no room for both
+        if trace is not None:
+            with suppress(OSError):
+                save_trace(trace, folder / TRACE)
     if trace is None:
         if outcome["outcome"] != Outcome.COMPLETED.value and not (folder / TRACE).is_file():
             raise RunFolderError(
@@ -138,7 +143,7 @@ def recovered(folder: Path) -> xarray.Dataset | None:
         raise
 
 
-def facts(trace: xarray.Dataset | None) -> dict[str, Any]:
+def facts(trace: xarray.Dataset | Recording | None) -> dict[str, Any]:
     """What an outcome takes from a trace: how far the run came, and by which versions."""
     if trace is None:
         return {"simulated_time": 0.0}
@@ -160,12 +165,10 @@ def _bury(folder: Path, outcome: dict[str, Any], trace: xarray.Dataset | None) -
     )
     message = f"process {outcome['pid']} died, {moment}"
     outcome = outcome | so_far | {"outcome": Outcome.KILLED.value, "message": message}
-    try:
+    with suppress(OSError):
         if trace is not None:
             save_trace(trace, folder / TRACE)
         write_json(folder / OUTCOME, outcome)
-    except OSError:
-        pass
     return outcome
 
 

@@ -12,6 +12,7 @@ from escort_mj.errors import RunFolderError
 from escort_mj.record.folder import RunFolder, open_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import identify
+from escort_mj.record.recording import record as recorded
 from escort_mj.record.trace import build_trace
 
 SCENARIO, MODEL = "name: synthetic\n", "<mujoco/>\n"
@@ -122,6 +123,21 @@ class TestARunThatBreaks:
             raise KeyboardInterrupt
         outcome = outcome_of(tmp_path / "run")
         assert (outcome["outcome"], outcome["message"]) == ("interrupted", "KeyboardInterrupt")
+
+    def test_an_interrupted_run_leaves_its_trace_to_the_reader(self, tmp_path, record):
+        samples, sizes, labels = record(20)
+        folder = RunFolder.create(tmp_path / "run")
+        folder.begin(SCENARIO, MODEL, sizes, labels)
+        folder.append(samples)
+        folder.interrupt("by SIGINT", recorded(samples, sizes, labels), {"run": {}}, [])
+        assert outcome_of(tmp_path / "run")["simulated_time"] == samples[-1, 0]
+        assert (tmp_path / "run" / "verdicts.json").is_file()
+        assert not (tmp_path / "run" / "trace.nc").exists()
+        for _ in range(2):  # from the journal, then from what the first reader wrote
+            stored = open_run(tmp_path / "run")
+            assert stored.outcome["outcome"] == "interrupted"
+            xarray.testing.assert_identical(stored.trace, build_trace(samples, sizes, labels))
+            assert (tmp_path / "run" / "trace.nc").is_file()
 
     def test_an_error_after_the_end_changes_nothing(self, tmp_path, record):
         made = record(4)

@@ -12,6 +12,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing
 from functools import partial
 from itertools import islice
+from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import ForkServerContext, ForkServerProcess
 from multiprocessing.forkserver import ensure_running
@@ -59,6 +60,7 @@ def parent_of_workers() -> _Context:
     context = _Context()
     context.set_forkserver_preload([WORK])
     with stopping.deferred():
+        resource_tracker.ensure_running()  # which would end the block below
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # which the process inherits
         try:
             ensure_running()
