@@ -178,7 +178,7 @@ def conclude(
     if folder is not None and outcome is Outcome.INTERRUPTED:
         folder.interrupt(message, recording, metrics, verdicts)
     elif folder is not None:
-        folder.finish(outcome, message, run.trace, metrics, verdicts)
+        folder.finish(outcome, message, recording, metrics, verdicts)
     return run
 
 

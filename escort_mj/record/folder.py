@@ -48,7 +48,7 @@ from escort_mj.record.trace import save_trace
 from escort_mj.signals import record_size
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 __all__ = [
     "CLIP",
@@ -153,7 +153,7 @@ class RunFolder:
         self,
         outcome: Outcome,
         message: str,
-        trace: xarray.Dataset,
+        trace: Recorded,
         metrics: Mapping[str, Any],
         verdicts: Sequence[Any],
     ) -> None:

@@ -14,11 +14,12 @@ from escort_mj.record.intact import check_metrics, check_outcome, check_trace, c
 from escort_mj.record.journal import journal_of, read_journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive
-from escort_mj.record.recording import Recording
 from escort_mj.record.trace import build_trace, load_trace, save_trace
 
 if TYPE_CHECKING:
     import xarray
+
+    from escort_mj.record.recording import Recorded
 
 OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
@@ -143,7 +144,7 @@ def recovered(folder: Path) -> xarray.Dataset | None:
         raise
 
 
-def facts(trace: xarray.Dataset | Recording | None) -> dict[str, Any]:
+def facts(trace: Recorded | None) -> dict[str, Any]:
     """What an outcome takes from a trace: how far the run came, and by which versions."""
     if trace is None:
         return {"simulated_time": 0.0}

@@ -17,6 +17,8 @@ from escort_mj.record.recording import record
 if TYPE_CHECKING:
     import xarray
 
+    from escort_mj.record.recording import Recorded
+
 Array = NDArray[np.float64]
 
 
@@ -27,7 +29,7 @@ def build_trace(
     return record(samples, sizes, labels, episodes).to_dataset()
 
 
-def save_trace(trace: xarray.Dataset, path: Path) -> None:
+def save_trace(trace: Recorded, path: Path) -> None:
     """Write a trace as NetCDF-4, whole or not at all.
 
     HDF5 writes into memory only: it ends the process where it cannot write to a disk.
@@ -35,13 +37,9 @@ def save_trace(trace: xarray.Dataset, path: Path) -> None:
     Raises:
         WriteError: If it cannot be written.
     """
-    compressed = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
-    encoding: dict[str, dict[str, Any]] = {
-        str(name): {"_FillValue": None} | (compressed if variable.ndim and variable.size else {})
-        for name, variable in trace.variables.items()
-        if variable.dtype.kind in "fi"
-    }
-    write_bytes(path, trace.to_netcdf(engine="h5netcdf", encoding=encoding), durable=True)
+    from escort_mj.record.netcdf import to_netcdf
+
+    write_bytes(path, to_netcdf(trace), durable=True)
 
 
 def load_trace(path: Path) -> xarray.Dataset:
@@ -50,10 +48,10 @@ def load_trace(path: Path) -> xarray.Dataset:
     Raises:
         RunFolderError: If there is none, or it cannot be read.
     """
-    import xarray
+    from escort_mj.record.netcdf import from_netcdf
 
     try:
-        return xarray.load_dataset(path, engine="h5netcdf", decode_times=False)
+        return from_netcdf(path).to_dataset()
     except FileNotFoundError:
         raise RunFolderError(f"{path}: there is no trace here; is this a run folder?") from None
     except Exception as error:  # whatever else the libraries stumble over, it is the file's fault
