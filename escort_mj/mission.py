@@ -17,9 +17,10 @@ from escort_mj import stopping
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
+from escort_mj.measuring import measures_of, summarize
+from escort_mj.metrics.metric import Measure
 from escort_mj.native.on_demand import waited
 from escort_mj.record.episodes import NONE
-from escort_mj.record.metrics import Measure, measures_of, summarize
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.record.revision import git_revision

@@ -3,11 +3,10 @@
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView, LawView
 from escort_mj.laws.law import Law
-from escort_mj.record.measures import Measure
+from escort_mj.metrics.metric import Measure, metric
 from escort_mj.scenario.schema.expectations import Judgment
 from escort_mj.scenario.schema.expectations import OwnExpectation as Expectation
 from escort_mj.scenario.schema.kinds import RobotKind
-from escort_mj.scenario.schema.own_metrics import metric
 
 __all__ = [
     "ACROSS",

@@ -9,12 +9,11 @@ Frames: world. Units: SI. Robots are numbered from 1 in a trace's coordinates.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache
 from itertools import accumulate
 from math import prod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 class Signal(NamedTuple):
@@ -65,6 +64,10 @@ CAUSES = (
     "unexplained",  # the rest: what the timestep's finite length leaves
 )
 """Why the Lyapunov function V1 changes."""
+
+ROBOTS, TARGET, OBSTACLES, WALLS, FLOOR = "robots", "target", "obstacles", "walls", "floor"
+GROUPS = (ROBOTS, TARGET, OBSTACLES, WALLS)
+"""Groups of bodies whose clearances are watched; `floor` is one for contacts only."""
 
 # Control signals of one and the same evaluation of the law, at the sample's time.
 # Then what was worst since the previous sample (every physics step is looked at), then running totals.
@@ -241,102 +244,3 @@ def _all_columns(sizes: tuple[tuple[str, int], ...]) -> dict[str, slice]:
     """Where each signal stands in a sample."""
     ends = list(accumulate((signal.size(dict(sizes)) for signal in SIGNALS), initial=0))
     return {signal.name: slice(*ends[k : k + 2]) for k, signal in enumerate(SIGNALS)}
-
-
-class Metric(NamedTuple):
-    """One number that sums up a run, or a window of it.
-
-    Attributes:
-        name: Key in metrics.json, and the name that an expectation uses.
-        unit: SI unit, `1` for none.
-        meaning: One sentence for the docs.
-        tail: Whether the run's own summary looks at its tail only (steady state) instead of all of it.
-        least: No value is below this.
-        most: No value is above this.
-        function: What measures it, of a metric that a plugin brings; others are in `record.measures`.
-        grows: Whether it can only grow as its window does; plugins are checked for it.
-        watched: Whether it reads what is watched between samples; a plugin's may.
-    """
-
-    name: str
-    unit: str
-    meaning: str
-    tail: bool = False
-    least: float = 0.0
-    most: float = math.inf
-    function: Callable[[Any], Any] | None = None
-    grows: bool = False
-    watched: bool = False
-
-
-METRICS: tuple[Metric, ...] = (
-    Metric("radius_error_mean", "m", "mean over time and robots of | |q - c| - radius |", tail=True),
-    Metric("radius_error_max", "m", "largest | |q - c| - radius |", tail=True),
-    Metric("settling_time", "s", "time after which every robot stays within 5 % of the radius"),
-    Metric("spacing_error_mean", "m", "mean absolute deviation of neighbors' distances from even", tail=True),
-    Metric(
-        "spacing_error_max", "m", "largest absolute deviation of a neighbors' distance from even", tail=True
-    ),
-    Metric(
-        "energy_ratio",
-        "1",
-        "largest Coulomb energy of the robots' directions over the least of that many (1 is even)",
-        tail=True,
-        least=1.0,
-    ),
-    Metric("tracking_error_rms", "m", "root mean square of |e|", tail=True),
-    Metric("velocity_error_rms", "m/s", "root mean square of |e_dot|", tail=True),
-    Metric("force_rms", "N", "root mean square of a robot's force, at every physics step", tail=True),
-    Metric("chattering", "N/s", "total variation of a robot's force per second, mean over robots", tail=True),
-    Metric("outer_update_rate", "1/s", "runs of the outer loop per second, mean over robots"),
-    Metric("energy", "J", "integral of |force . velocity|, sum over robots"),
-    Metric("obstacle_distance_min", "m", "least distance robot to obstacle, center to center"),
-    Metric(
-        "obstacle_clearance_min",
-        "m",
-        "least distance robot to obstacle, surface to surface",
-        least=-math.inf,
-        watched=True,
-    ),
-    Metric("robot_distance_min", "m", "least distance between two robots, center to center"),
-    Metric(
-        "robot_clearance_min",
-        "m",
-        "least distance between two robots, surface to surface",
-        least=-math.inf,
-        watched=True,
-    ),
-    Metric(
-        "saturated_share",
-        "1",
-        "share of time in which a robot's motor was at its limit, mean over robots",
-        most=1.0,
-    ),
-    Metric("contacts", "1", "touches between robots, target, obstacles and walls"),
-    Metric("contact_force_max", "N", "largest normal contact force between them"),
-    Metric("contacts_untold", "1", "contacts that the contact log had no room for"),
-    Metric(
-        "tunneling",
-        "1",
-        "most that two bodies can close in a step, over the smallest thickness; above 1 they may pass unseen",
-        watched=True,
-    ),
-    Metric(
-        "kinetic_energy_max",
-        "J",
-        "largest kinetic energy of all that moves freely, at any physics step",
-        watched=True,
-    ),
-    Metric("mass_eigenvalue_min", "kg", "least eigenvalue of a robot's mass matrix (property 1)"),
-    Metric("mass_eigenvalue_max", "kg", "largest eigenvalue of a robot's mass matrix (property 1)"),
-    Metric("skew_residual", "kg/s", "largest symmetric part of dM/dt - 2 C (property 2)"),
-    Metric("coriolis_residual", "N", "largest difference of C v + g from MuJoCo's bias force"),
-    Metric(
-        "lyapunov_rise", "J", "largest rise of a robot's V1 above its least so far, moving reference aside"
-    ),
-    Metric(
-        "lyapunov_unexplained", "J", "sum over robots and samples of |change of V1 without a known cause|"
-    ),
-)
-
-METRIC_NAMES = tuple(metric.name for metric in METRICS)

@@ -5,12 +5,22 @@ import os
 # Pytest's workers have the cores already; threads of BLAS would wait for each other there, and burn time so.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 
 from escort_mj.world.callback import callbacks
+from tests import synthetic
 
 
 @pytest.fixture(scope="session")
 def compiled() -> None:
     """The native callbacks of planar missions, compiled or read from the cache once for the whole session."""
     callbacks(2)
+
+
+@pytest.fixture
+def make_trace() -> Callable[..., Any]:
+    """Synthetic traces, see `synthetic.make_trace`."""
+    return synthetic.make_trace

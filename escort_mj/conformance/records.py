@@ -10,18 +10,17 @@ from typing import Any
 
 from escort_mj.conformance.stand import Row
 from escort_mj.control.custom.place import place_of
+from escort_mj.measuring import measure
+from escort_mj.metrics.metric import Measure, Metric
 from escort_mj.mission import fly
-from escort_mj.record.measures import Measure
-from escort_mj.record.metrics import measure
 from escort_mj.record.recording import Recording, sealed
 from escort_mj.scenario.schema.expectations import Judgment, OwnExpectation
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import Metric
 
 UNIT = re.compile(r"[A-Za-z0-9/ ^*()%]+\Z")
 WINDOWS = ((0.0, None), (0.0, 1.0), (0.5, 1.5), (1.0, 1.0))
 BESIDE: dict[str, dict[str, Any]] = {
-    "five robots": {},
+    "five robots": {"recording": {"truth": True}},
     "one robot alone": {"robots": {"count": 1}},
     "obstacles and noise": {
         "obstacles": ({"position": (4.0, 0.5), "radius": 0.4},),

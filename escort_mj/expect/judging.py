@@ -10,12 +10,15 @@ import numpy as np
 
 from escort_mj.control.custom.place import place_of
 from escort_mj.expect.sanity import sanity
+from escort_mj.expect.touches import least_clearance, touches, unseen_by_mujoco
+from escort_mj.measuring import measure
+from escort_mj.metrics.contacts import FORCELESS, contacts_untold
+from escort_mj.metrics.metric import Bodies, Measure, in_words
+from escort_mj.metrics.radius_error import radius_error
 from escort_mj.record.episodes import by_geometry, pair
-from escort_mj.record.measures import FORCELESS, Bodies, Measure, contacts_untold, in_words, radius_error
-from escort_mj.record.metrics import measure, window
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import sealed
-from escort_mj.record.touches import least_clearance, touches, unseen_by_mujoco
+from escort_mj.record.window import window
 from escort_mj.scenario.schema.expectations import (
     ClearanceExpectation,
     ContactExpectation,

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.record.measures import Bodies, tunneling
+from escort_mj.metrics.metric import Bodies
+from escort_mj.metrics.simulation import tunneling
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.schema.expectations import SanityCheck
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.expect.judging import Found, judged
+from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.geometry.steps import first_step, last_step
 from escort_mj.scenario.schema.expectations import ContactExpectation, Expectation, OutcomeExpectation
 
 if TYPE_CHECKING:

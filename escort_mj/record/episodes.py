@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.scenario.geometry.steps import SLACK
+from escort_mj.numerics.steps import SLACK
 from escort_mj.signals import EPISODE as COLUMNS
 from escort_mj.signals import FIRST, SECOND, START
 

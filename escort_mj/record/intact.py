@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from escort_mj.errors import RunFolderError
-from escort_mj.scenario.geometry.bodies import GROUPS
-from escort_mj.signals import CAUSES, EPISODE, LYAPUNOV, SIGNALS, TRUTH
+from escort_mj.signals import CAUSES, EPISODE, GROUPS, LYAPUNOV, SIGNALS, TRUTH
 
 if TYPE_CHECKING:
     import xarray

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -38,31 +39,41 @@ WHOLE = {
 
 
 class Variable:
-    """An array with the names of its dimensions.
+    """An array with the names of its dimensions; it cannot be written to.
 
     Attributes:
         dims: Name of each dimension.
-        values: The array.
-        attrs: `units` and `long_name`.
     """
 
     def __init__(self, dims: str | tuple[str, ...], values: Any, attrs: Mapping[str, str]) -> None:
         self.dims = (dims,) if isinstance(dims, str) else dims
-        self.values: NDArray[Any] = np.asarray(values)
-        self.attrs = attrs
+        self._array: NDArray[Any] = np.asarray(values)
+        self._values = self._array.view()
+        self._values.flags.writeable = False
+        self._attrs = attrs
+
+    @property
+    def values(self) -> NDArray[Any]:
+        """The array, read-only."""
+        return self._values
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """Its `units` and `long_name`."""
+        return dict(self._attrs)
 
     @property
     def dtype(self) -> np.dtype[Any]:
         """Of the array."""
-        return self.values.dtype
+        return self._values.dtype
 
     def __getitem__(self, place: Any) -> Any:
-        return self.values[place]
+        return self._values[place]
 
     def isel(self, dim: str, places: Any) -> Variable:
         """What is at some places of one of its dimensions."""
         before = (slice(None),) * self.dims.index(dim)
-        return Variable(self.dims, self.values[(*before, places)], self.attrs)
+        return Variable(self.dims, self._array[(*before, places)], self._attrs)
 
 
 @dataclass(frozen=True)
@@ -111,9 +122,9 @@ class Recording:
         import xarray
 
         def labelled(variables: Mapping[Hashable, Variable]) -> dict[Hashable, Any]:
-            return {name: (one.dims, one.values, dict(one.attrs)) for name, one in variables.items()}
+            return {name: (one.dims, one._array, one.attrs) for name, one in variables.items()}
 
-        return xarray.Dataset(labelled(self.data_vars), labelled(self.coords), self.attrs)
+        return xarray.Dataset(labelled(self.data_vars), labelled(self.coords), dict(self.attrs))
 
 
 def _part(variables: Mapping[Hashable, Variable], dim: str, places: Any) -> dict[Hashable, Variable]:
@@ -132,24 +143,25 @@ def _stretch(places: NDArray[Any]) -> Any:
     return slice(first, last + 1) if last - first + 1 == len(inside) else places
 
 
-def sealed(trace: Part) -> Part:
-    """The same trace, in arrays that cannot be written to: what a plugin is shown."""
+def sealed(trace: Recorded) -> Recording:
+    """Return the same trace as plain arrays, no part of which can be changed: what metrics are shown."""
+    if not isinstance(trace, Recording):
+        attributes = {str(key): value for key, value in trace.attrs.items()}
+        trace = Recording(attributes, _plain(trace.coords), _plain(trace.data_vars))
+    if isinstance(trace.data_vars, MappingProxyType):
+        return trace
+    attrs: Any = MappingProxyType(trace.attrs)
+    return replace(
+        trace,
+        attrs=attrs,
+        coords=MappingProxyType(trace.coords),
+        data_vars=MappingProxyType(trace.data_vars),
+    )
 
-    def read_only(values: NDArray[Any]) -> NDArray[Any]:
-        view = values.view()
-        view.flags.writeable = False
-        return view
 
-    if isinstance(trace, Recording):
-        coords, variables = (
-            {name: Variable(one.dims, read_only(one.values), dict(one.attrs)) for name, one in group.items()}
-            for group in (trace.coords, trace.data_vars)
-        )
-        return replace(trace, attrs=dict(trace.attrs), coords=coords, data_vars=variables)
-    copied = trace.copy()
-    for name, one in trace.variables.items():
-        copied[name] = (one.dims, read_only(one.values), dict(one.attrs))
-    return copied
+def _plain(arrays: Mapping[Hashable, xarray.DataArray]) -> Mapping[Hashable, Variable]:
+    """Return arrays with their labels taken off."""
+    return {name: Variable(tuple(map(str, one.dims)), one.values, {}) for name, one in arrays.items()}
 
 
 def record(

@@ -12,9 +12,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
+from escort_mj.metrics.radius_error import radius_error
 from escort_mj.record.files import write_json, write_text
 from escort_mj.record.folder import open_run
-from escort_mj.record.measures import radius_error
 from escort_mj.report.figures.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.figures.style import FAILED, figure
 from escort_mj.scenario import Scenario

@@ -18,7 +18,7 @@ from escort_mj.mission import bound_of, completed, conclude, labels_of, take
 from escort_mj.record.episodes import NONE, during
 from escort_mj.record.folder import MODEL, StoredRun, open_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import Recording, Variable, record
+from escort_mj.record.recording import record, sealed
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.solids import load_model
 from escort_mj.scenario.schema.scenario import Scenario
@@ -109,15 +109,7 @@ class Stored:
         if not run.trace.sizes["time"]:
             raise RenderError(f"{folder}: the trace holds no sample, so there is nothing to see")
 
-        def plain(name: object) -> Variable:
-            one = run.trace[name]
-            return Variable(tuple(map(str, one.dims)), one.values, {})
-
-        attributes = {str(key): value for key, value in run.trace.attrs.items()}
-        coordinates = {name: plain(name) for name in run.trace.coords}
-        self._recording = Recording(
-            attributes, coordinates, {name: plain(name) for name in run.trace.data_vars}
-        )
+        self._recording = sealed(run.trace)
         self._times: Array = self._recording["time"].values
         self.title = str(run.trace.attrs["title"])
         self.model = load_model(run.path / MODEL, run.trace.sizes["coordinate"])

@@ -3,7 +3,7 @@
 import pytest
 
 from escort_mj.expect.verdicts import judge_one
-from escort_mj.record.metrics import measure
+from escort_mj.measuring import measure
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.schema.expectations import ClearanceExpectation, ContactExpectation
 from tests.expect.traces import episode, watched

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.expect.verdicts import judge, verdict_lines
+from escort_mj.metrics import METRIC_NAMES
+from escort_mj.metrics.metric import Measure
 from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import write_json
-from escort_mj.record.measures import Measure
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.schema.expectations import ClearanceExpectation
 from escort_mj.scenario.schema.expectations import MetricExpectation as Expectation
-from escort_mj.signals import METRIC_NAMES
 from tests.expect.traces import watched
 
 RADIUS = 5.0

@@ -167,6 +167,6 @@ def test_a_process_knows_itself():
 
 def test_importing_the_floor_is_light():
     heavy = "{'xarray', 'pandas', 'h5netcdf', 'h5py', 'mujoco', 'matplotlib', 'numba', 'dm_control'}"
-    code = f"import sys, escort_mj.record.folder, escort_mj.record.metrics; print({heavy} & set(sys.modules))"
+    code = f"import sys, escort_mj.record.folder, escort_mj.measuring; print({heavy} & set(sys.modules))"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.strip() == "set()"

@@ -8,10 +8,12 @@ import pytest
 
 import escort_mj
 from escort_mj.expect.verdicts import judge
+from escort_mj.measuring import measures_of
+from escort_mj.metrics import METRICS
 from escort_mj.mission import Run
-from escort_mj.record.metrics import FUNCTIONS, measures_of, window
 from escort_mj.record.recording import record as recording_of
 from escort_mj.record.trace import build_trace
+from escort_mj.record.window import window
 
 Samples = Callable[..., Any]
 MISSIONS = {
@@ -38,8 +40,8 @@ def test_so_is_every_metric_of_a_window(flown: Run) -> None:
     for after, before in ((0.3 * end, 0.7 * end), (0.5 * end, None), (0.0, 0.4 * end)):
         part, expected = (window(one, after, before) for one in (flown.recording, flown.trace))
         assert part.sizes["time"] == expected.sizes["time"] > 1
-        for name, function in FUNCTIONS.items():
-            assert function(part) == function(expected), name
+        for metric in METRICS:
+            assert metric.of(part) == metric.of(expected), metric.name
 
 
 def test_its_parts_are_those_of_the_trace(flown: Run) -> None:

@@ -13,10 +13,10 @@ import pytest
 
 from escort_mj import api
 from escort_mj.errors import EscortError
+from escort_mj.measuring import measures_of
 from escort_mj.record import stored
 from escort_mj.record.export import table
 from escort_mj.record.intact import check_trace
-from escort_mj.record.metrics import measures_of
 from escort_mj.record.stored import StoredRun, open_run
 from escort_mj.record.trace import load_trace
 from escort_mj.report.pages.run_page import _body

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from escort_mj.metrics.reading import lost
 from escort_mj.numerics.thomson import nearest_edges
-from escort_mj.record.evenness import lost
 from escort_mj.report.figures.style import Key
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.metrics.reading import lost
 from escort_mj.record.episodes import apart_from, pair
-from escort_mj.record.evenness import lost
 from escort_mj.report.figures.curves import BOUND, curve_keys, draw_curves, limit_line, timeline
 from escort_mj.report.figures.losses import lost_keys
 from escort_mj.report.figures.style import Key, name_robots

@@ -17,8 +17,8 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.metrics.reading import lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
-from escort_mj.record.evenness import lost
 from escort_mj.report.figures.curves import BOUND
 from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
 from escort_mj.report.figures.style import WIDTH, Key, name_robots

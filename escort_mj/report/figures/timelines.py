@@ -12,7 +12,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.record.evenness import energy_ratios, lost
+from escort_mj.metrics.energy_ratio import energy_ratios
+from escort_mj.metrics.reading import lost
 from escort_mj.report.figures.curves import (
     BOUND,
     TWIN,

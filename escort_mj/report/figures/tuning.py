@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
+from escort_mj.metrics import METRICS
 from escort_mj.report.figures.style import figure
-from escort_mj.signals import METRICS
 from escort_mj.study.search.tune import Trial, Tuned
 from escort_mj.study.sweeps.searches import Tune
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from escort_mj.expect.verdicts import Verdict, mark
+from escort_mj.metrics import METRICS
 from escort_mj.record.episodes import pair
 from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, open_run
@@ -21,7 +22,6 @@ from escort_mj.report.pages.html import Text, folded, page, picture, table
 from escort_mj.report.pages.replay_data import replay_data
 from escort_mj.report.pages.signals_data import signals_data
 from escort_mj.report.video.video import ending, scenario_video
-from escort_mj.signals import METRICS
 
 SCRIPTS = ("record.js", "webgl.js", "scene.js", "player.js", "uplot/uPlot.iife.min.js", "signals.js")
 STYLES = ("run.css", "uplot/uPlot.min.css")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.record.evenness import lost
+from escort_mj.metrics.reading import lost
 from escort_mj.report.pages.replay_data import packed
 
 if TYPE_CHECKING:

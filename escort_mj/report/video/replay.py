@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
+from escort_mj.metrics.reading import lost
 from escort_mj.record.episodes import touched
-from escort_mj.record.evenness import lost
 from escort_mj.report.figures.losses import links
 
 if TYPE_CHECKING:

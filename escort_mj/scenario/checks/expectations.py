@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.scenario.findings import Finding, Path, nearest, shown
-from escort_mj.scenario.geometry.bodies import FLOOR, GROUPS, ROBOTS, TARGET, bodies_of
-from escort_mj.scenario.geometry.steps import first_step, last_step
+from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.schema.expectations import (
     ClearanceExpectation,
     ContactExpectation,
@@ -17,6 +17,7 @@ from escort_mj.scenario.schema.expectations import (
     SettledExpectation,
 )
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.signals import FLOOR, GROUPS, ROBOTS, TARGET
 
 MOST_NAMES = 8  # listed in a message
 

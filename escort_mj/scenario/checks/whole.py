@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Collection, Iterator
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.numerics.steps import last_step
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.checks.failures import check_failures
 from escort_mj.scenario.checks.mission import (
@@ -35,7 +36,6 @@ from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
-from escort_mj.scenario.geometry.steps import last_step
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import record_size, truth_sizes
 

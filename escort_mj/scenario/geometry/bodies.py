@@ -9,11 +9,7 @@ from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.schema.expectations import ClearanceExpectation
 from escort_mj.scenario.schema.scenario import Scenario
-
-ROBOTS, TARGET, OBSTACLES, WALLS, FLOOR = "robots", "target", "obstacles", "walls", "floor"
-GROUPS = (ROBOTS, TARGET, OBSTACLES, WALLS)
-"""Groups whose clearances are watched; `floor` is one for contacts only."""
-
+from escort_mj.signals import FLOOR, GROUPS, ROBOTS, TARGET
 
 BodyMotion = Literal["free", "driven", "led", "still"]
 """Free by its own forces, driven along a motion by a force, led (put where it is to be), or still."""

@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from escort_mj.numerics.steps import first_step, last_step
+
 if TYPE_CHECKING:
     from escort_mj.scenario.schema.scenario import Scenario
-
-SLACK = 1e-3  # of a step: a simulation's time is a sum of timesteps, each rounded
-
-
-def first_step(time: float, timestep: float) -> int:
-    """The first physics step at or after a time [s]."""
-    return math.ceil(time / timestep - SLACK)
-
-
-def last_step(time: float, timestep: float) -> int:
-    """The last physics step at or before a time [s]."""
-    return math.floor(time / timestep + SLACK)
 
 
 @dataclass(frozen=True)

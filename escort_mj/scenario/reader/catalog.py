@@ -20,6 +20,8 @@ from escort_mj.components.plan import MAX_LEVELS
 from escort_mj.errors import PluginError
 from escort_mj.laws import LAWS
 from escort_mj.laws.law import Law
+from escort_mj.metrics import METRICS
+from escort_mj.metrics.metric import Metric
 from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.reader.plugins import Plugin, load, load_all, source_of
 from escort_mj.scenario.schema.expectations import KINDS as EXPECTATIONS
@@ -29,7 +31,6 @@ from escort_mj.scenario.schema.kinds import KINDS, RobotKind
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
 from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario
-from escort_mj.signals import METRICS, Metric
 
 Members = tuple[type[Any], ...]
 

@@ -13,10 +13,10 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import COMPILED, Component
 from escort_mj.errors import PluginError
 from escort_mj.laws.law import Law
+from escort_mj.metrics.metric import Metric
 from escort_mj.scenario.findings import listed, nearest
 from escort_mj.scenario.schema.expectations import OwnExpectation
 from escort_mj.scenario.schema.kinds import RobotKind
-from escort_mj.signals import Metric
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 PARAMETERS: dict[type, list[str]] = {Law: ["self", "robots"], Behavior: ["self", "robots", "i"]}
@@ -57,7 +57,6 @@ def check_metric(metric: Metric, source: str) -> None:
         PluginError: If its name or function is not as it must be.
     """
     place = f"{source}: {metric.name}"
-    assert metric.function is not None, "that is what makes it a metric of a plugin"
     if not NAME.match(metric.name):
         raise PluginError(f"{place}: a metric's name is lower-case letters, digits and _, at most 40")
     if not metric.meaning:

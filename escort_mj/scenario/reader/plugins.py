@@ -27,11 +27,11 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
 from escort_mj.errors import PluginError
 from escort_mj.laws.law import Law
+from escort_mj.metrics.metric import metrics_of
 from escort_mj.scenario.findings import listed, nearest
 from escort_mj.scenario.reader.plugin_shape import check_metric, check_shape
 from escort_mj.scenario.schema.expectations import OwnExpectation
 from escort_mj.scenario.schema.kinds import RobotKind
-from escort_mj.scenario.schema.own_metrics import metric_of
 from escort_mj.scenario.schema.plugin_source import PluginSource
 
 GROUP = "escort_mj.plugins"
@@ -278,7 +278,7 @@ def _members(module: ModuleType, name: str, home: str) -> tuple[Any, ...]:
         if key in METHODS and isinstance(value, FunctionType) and value.__module__ == module.__name__:
             line = value.__code__.co_firstlineno
             raise PluginError(f"{name}:{line}: {key} stands outside of a class: indent it by four spaces")
-    metrics = [each for each in map(metric_of, vars(module).values()) if each is not None]
+    metrics = metrics_of(module, home)
     found = list(_classes(module, home))
     if not found and not metrics:
         names = "Law, Behavior, RobotKind or Expectation of escort_mj.plugins, and no function is a @metric"

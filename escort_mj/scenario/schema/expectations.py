@@ -29,7 +29,8 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from escort_mj.components.parameters import Parameters
-from escort_mj.signals import METRIC_NAMES, METRICS, Metric
+from escort_mj.metrics import METRIC_NAMES, METRICS
+from escort_mj.metrics.metric import Metric
 
 _SIDE = "a group (robots, target, obstacles, walls, floor) or the name of a body"
 Sides = tuple[str, str]
@@ -122,7 +123,7 @@ class MetricExpectation(Windowed):
     @property
     def watched(self) -> bool:
         """Whether it reads what is watched between samples, such as clearances."""
-        return self.definition.watched or self.definition.function is not None
+        return self.definition.watched
 
 
 class ContactExpectation(Windowed):

@@ -11,12 +11,13 @@ import numpy as np
 
 from escort_mj.errors import UsageError
 from escort_mj.laws import LAWS as SHIPPED
-from escort_mj.record.metrics import TAIL, measure, window
+from escort_mj.measuring import TAIL, measure
+from escort_mj.metrics import METRICS
 from escort_mj.record.outcome import FINAL, Outcome
+from escort_mj.record.window import window
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks.whole import check_scenario
 from escort_mj.scenario.findings import nearest
-from escort_mj.signals import METRICS
 from escort_mj.study.compare.laws import controller_of, outer_of
 from escort_mj.study.compare.measured import Quantity, true_error_rms
 from escort_mj.study.compare.runs import run_once

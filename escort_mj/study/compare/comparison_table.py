@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import UsageError
+from escort_mj.measuring import TAIL
 from escort_mj.record.files import comma_separated
-from escort_mj.record.metrics import TAIL
 from escort_mj.scenario import Scenario
 from escort_mj.study.compare.claims import number
 from escort_mj.study.compare.comparison import (

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.means import mean
-from escort_mj.record.metrics import measure, window
+from escort_mj.measuring import measure
+from escort_mj.metrics.reading import mean
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.window import window
 from escort_mj.study.compare.reproduction import Simulation
 
 if TYPE_CHECKING:

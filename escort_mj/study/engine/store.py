@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from escort_mj.errors import EscortError, RunFolderError, UsageError, WriteError
+from escort_mj.metrics import METRIC_NAMES
 from escort_mj.record.intact import MAYBE, REAL, VERDICT, WORDS, Kinds, check_table
 from escort_mj.record.process import alive, identify
-from escort_mj.signals import METRIC_NAMES
 
 FILE = "results.sqlite"
 FORMAT = 1

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from escort_mj.metrics import METRICS
 from escort_mj.record.files import comma_separated
-from escort_mj.signals import METRICS
 from escort_mj.study.sweeps.searches import Tune
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from escort_mj.metrics import METRICS
 from escort_mj.record.outcome import Outcome
-from escort_mj.signals import METRICS
 from escort_mj.study.engine.store import Row
 
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from escort_mj.errors import UsageError
+from escort_mj.measuring import measures_of
 from escort_mj.mission import Progress, Run, fly
 from escort_mj.record.folder import RunFolder, StoredRun, open_run
-from escort_mj.record.metrics import measures_of
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.stored import PLUGINS
 from escort_mj.scenario.reader.document import read

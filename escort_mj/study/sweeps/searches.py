@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 from pydantic import Field, PositiveFloat, PositiveInt
 
 from escort_mj.components.parameters import Parameters
+from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.findings import Finding
-from escort_mj.signals import METRIC_NAMES
 from escort_mj.study.sweeps.ranges import Box
 
 MetricName = Literal[METRIC_NAMES]  # type: ignore[valid-type]

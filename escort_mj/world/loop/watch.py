@@ -35,7 +35,7 @@ from escort_mj.numerics.neighbors import (
     most_candidates,
     number_of_candidates,
 )
-from escort_mj.scenario.geometry.bodies import GROUPS
+from escort_mj.signals import GROUPS
 from escort_mj.world.loop.motion import watch_displacements, watch_motion
 
 Array = NDArray[np.float64]

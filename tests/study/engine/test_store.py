@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from escort_mj.errors import UsageError
-from escort_mj.signals import METRIC_NAMES
+from escort_mj.metrics import METRIC_NAMES
 from escort_mj.study.engine.store import FILE, SILENCE, Row, Store, open_store
 
 

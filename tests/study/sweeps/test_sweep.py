@@ -14,9 +14,9 @@ import pytest
 
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import UsageError
+from escort_mj.measuring import measures_of
 from escort_mj.mission import fly
 from escort_mj.record.folder import open_run
-from escort_mj.record.metrics import measures_of
 from escort_mj.stopping import Interrupted
 from escort_mj.study.engine.backends import dask, here, local
 from escort_mj.study.engine.store import FILE, Row, Store

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.metrics.metric import Measure
 from escort_mj.record.episodes import during, moving_as, without_forces
-from escort_mj.record.measures import Measure
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

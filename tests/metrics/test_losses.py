@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from escort_mj.measuring import measure
 from escort_mj.numerics.thomson import least_energy
-from escort_mj.record.metrics import measure
 
 TIME = np.linspace(0.0, 10.0, 501)
 AFTER = TIME >= 4.0 - 1e-9  # robot 3 is lost

@@ -7,17 +7,27 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import ALONE, largest, lost, nobody
+
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+
+UNKNOWN = "the least energy of so many robots was not looked for"
+LEFT_ALONE = "a single robot is left"
 
 
-def lost(trace: Recorded) -> Flags:
-    """Which robots the team has lost, shape (time, robot)."""
-    flags: Flags = trace["lost"].values > 0
-    return flags
+@metric(unit="1", tail=True, least=1.0, grows=True, watched=False, rank=60)
+def energy_ratio(trace: Recorded) -> Measure:
+    """Largest Coulomb energy of the robots' directions over the least of that many (1 is even)."""
+    ratios = energy_ratios(trace)
+    if ratios is None:
+        return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)
+    if np.isnan(ratios).all():
+        return Measure(None, reason=LEFT_ALONE)
+    return largest(trace, ratios[:, None], nobody)
 
 
 def energy_ratios(trace: Recorded) -> Array | None:

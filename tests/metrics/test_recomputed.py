@@ -18,8 +18,8 @@ import numpy as np
 import pytest
 
 from escort_mj import mission
+from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.reader.load import parse_scenario
-from escort_mj.signals import METRIC_NAMES
 
 Array = np.ndarray
 DT = 0.002

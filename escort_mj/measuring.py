@@ -1,0 +1,95 @@
+"""Metrics of a run or of a window of it, with their unit, moment and bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from escort_mj.metrics import METRICS
+from escort_mj.metrics.metric import Measure, Metric
+from escort_mj.record.recording import sealed
+from escort_mj.record.window import window
+
+if TYPE_CHECKING:
+    from escort_mj.record.outcome import Outcome
+    from escort_mj.record.recording import Recorded
+
+TAIL = 0.2  # share of a run that counts as its steady state
+EMPTY = "the run has no sample in the window"
+SHIPPED = {metric.name: metric for metric in METRICS}
+
+
+def measure(
+    metric: str | Metric, trace: Recorded, after: float = 0.0, before: float | None = None
+) -> Measure:
+    """Return a metric's value over a window of a trace.
+
+    Args:
+        metric: Itself, or the name of one that ships.
+        trace: A trace.
+        after: Start of the window [s].
+        before: Its end [s]; None for the end of the run.
+    """
+    part = window(trace, after, before)
+    if not part.sizes["time"]:
+        return Measure(None, reason=EMPTY)
+    return (SHIPPED[metric] if isinstance(metric, str) else metric).of(part)
+
+
+def measures_of(trace: Recorded, metrics: Sequence[Metric] = METRICS) -> dict[str, Measure]:
+    """Every metric: over the whole run or, for steady state, over its last fifth."""
+    if not trace.sizes["time"]:
+        return {metric.name: Measure(None, reason=EMPTY) for metric in metrics}
+    whole = sealed(trace)
+    tail = sealed(window(whole, (1.0 - TAIL) * float(trace["time"][-1])))
+    return {metric.name: metric.of(tail if metric.tail else whole) for metric in metrics}
+
+
+def summarize(
+    found: dict[str, Measure],
+    trace: Recorded,
+    outcome: Outcome,
+    steps: int,
+    wall_time: float,
+    metrics: Sequence[Metric] = METRICS,
+) -> dict[str, Any]:
+    """Contents of metrics.json: every metric, over the run or, for steady state, over its last fifth.
+
+    Args:
+        found: What `measures_of` says of the trace.
+        trace: The whole trace.
+        outcome: How the run ended.
+        steps: Physics steps taken.
+        wall_time: Time that they took [s].
+        metrics: Which.
+    """
+    time = trace["time"].values
+    reached = float(time[-1]) if len(time) else 0.0
+    tail = float(window(trace, (1.0 - TAIL) * reached)["time"][0]) if len(time) else 0.0
+    summary: dict[str, Any] = {
+        "run": {
+            "outcome": outcome.value,
+            "simulated_time": reached,
+            "steps": steps,
+            "wall_time": wall_time,
+            "real_time_factor": reached / wall_time if wall_time > 0.0 else None,
+        }
+    }
+    for metric in metrics:
+        one = _finite(found[metric.name])
+        summary[metric.name] = {
+            "value": one.value,
+            "unit": metric.unit,
+            "window": [tail if metric.tail else 0.0, reached],
+            "time": one.time,
+            "who": one.who,
+        } | ({"reason": one.reason} if one.reason else {})
+    return summary
+
+
+def _finite(found: Measure) -> Measure:
+    """A measure as JSON can hold it: where the value is no finite number, the reason says so."""
+    if found.value is None or math.isfinite(found.value):
+        return found
+    return found._replace(value=None, reason=found.reason or f"the value is {found.value}")

@@ -1,0 +1,55 @@
+"""Touches of robots, target, obstacles and walls."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.record.episodes import apart_from, by_geometry, during, pair
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+FORCELESS = "touches were found by geometry, which knows no force"
+
+
+def _touches(trace: Recorded) -> Recorded:
+    """Episodes within the trace's samples between bodies other than the floor."""
+    time = trace["time"].values
+    found = during(trace, float(time[0]), float(time[-1]))
+    apart = apart_from(found, "floor")
+    return found if apart.all() else found.isel(episode=apart)
+
+
+@metric(unit="1", grows=True, watched=False, rank=180)
+def contacts(trace: Recorded) -> Measure:
+    """Touches between robots, target, obstacles and walls."""
+    found = _touches(trace)
+    count = found.sizes["episode"]
+    if not count:
+        return Measure(0.0)
+    return Measure(
+        float(count), max(float(found["episode_start"][0]), float(trace["time"][0])), pair(found, 0)
+    )
+
+
+@metric(unit="N", grows=True, watched=False, rank=190)
+def contact_force_max(trace: Recorded) -> Measure:
+    """Largest normal contact force between them."""
+    found = _touches(trace)
+    if by_geometry(found).any():
+        return Measure(None, reason=FORCELESS)
+    forces = found["episode_peak_force"].values
+    if not forces.any():
+        return Measure(0.0)
+    hardest = int(np.argmax(forces))
+    return Measure(float(forces[hardest]), float(found["episode_peak_time"][hardest]), pair(found, hardest))
+
+
+@metric(unit="1", grows=True, watched=False, rank=200)
+def contacts_untold(trace: Recorded) -> Measure:
+    """Contacts that the contact log had no room for."""
+    total = trace["contacts_untold"].values
+    return Measure(float(total[-1] - total[0]))

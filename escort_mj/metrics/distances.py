@@ -1,0 +1,58 @@
+"""How near robots come to obstacles and to each other."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import ALONE, least, robot
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+UNOBSTRUCTED = "there are no obstacles"
+
+
+def _clearance(trace: Recorded, group: str, reason: str) -> Measure:
+    """Least clearance of robots to a group, watched at every physics step."""
+    column = [str(name) for name in trace["group"].values].index(group)
+    values = trace["clearance"].values[:, :, column]
+    if not np.isfinite(values).any():
+        return Measure(None, reason=reason)
+    nearest = trace["clearance_body"].values[:, :, column]
+    row, which = np.unravel_index(np.argmin(values), values.shape)
+    who = (*robot(int(which)), str(trace["body"].values[nearest[row, which]]))
+    return Measure(float(values[row, which]), float(trace["time"][row]), who)
+
+
+@metric(unit="m", watched=False, rank=130)
+def obstacle_distance_min(trace: Recorded) -> Measure:
+    """Least distance robot to obstacle, center to center."""
+    if not trace.sizes["obstacle"]:
+        return Measure(None, reason=UNOBSTRUCTED)
+    distances = trace["obstacle_distance"].values
+    names, count = trace["obstacle"].values, trace.sizes["obstacle"]
+    flat = distances.reshape(len(distances), -1)
+    return least(trace, flat, lambda index: (*robot(index // count), str(names[index % count])))
+
+
+@metric(unit="m", least=-math.inf, rank=140)
+def obstacle_clearance_min(trace: Recorded) -> Measure:
+    """Least distance robot to obstacle, surface to surface."""
+    return _clearance(trace, "obstacles", UNOBSTRUCTED)
+
+
+@metric(unit="m", watched=False, rank=150)
+def robot_distance_min(trace: Recorded) -> Measure:
+    """Least distance between two robots, center to center."""
+    name = "robot_distance_min"
+    return least(trace, trace[name].values, robot) if name in trace else Measure(None, reason=ALONE)
+
+
+@metric(unit="m", least=-math.inf, rank=160)
+def robot_clearance_min(trace: Recorded) -> Measure:
+    """Least distance between two robots, surface to surface."""
+    return _clearance(trace, "robots", ALONE)

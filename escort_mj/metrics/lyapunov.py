@@ -1,0 +1,42 @@
+"""How the Lyapunov function V1 of the sliding-mode laws changes, from the truth channel."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import SHORT, UNTOLD, largest, lost, robot
+from escort_mj.signals import CAUSES
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+NO_LYAPUNOV = "the Lyapunov function belongs to the sliding-mode laws"
+
+
+def _changed_by(trace: Recorded, cause: str) -> np.ndarray:
+    """Change of V1 so far by one cause, shape (time, robot) [J]."""
+    return trace["lyapunov_change"].values[:, :, CAUSES.index(cause)]
+
+
+@metric(unit="J", grows=True, watched=False, rank=270)
+def lyapunov_rise(trace: Recorded) -> Measure:
+    """Largest rise of a robot's V1 above its least so far, moving reference aside."""
+    if "lyapunov" not in trace:
+        return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
+    value = trace["lyapunov"].values - _changed_by(trace, "reference")
+    value = np.where(lost(trace), np.nan, value)
+    return largest(trace, value - np.minimum.accumulate(value, axis=0), robot)
+
+
+@metric(unit="J", grows=True, watched=False, rank=280)
+def lyapunov_unexplained(trace: Recorded) -> Measure:
+    """Sum over robots and samples of |change of V1 without a known cause|."""
+    if "lyapunov" not in trace:
+        return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
+    total = np.where(lost(trace), np.nan, _changed_by(trace, "unexplained"))
+    if len(total) < 2:
+        return Measure(None, reason=SHORT)
+    return Measure(float(np.nansum(np.abs(np.diff(total, axis=0)))))

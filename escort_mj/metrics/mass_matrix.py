@@ -1,0 +1,51 @@
+"""Properties of the robots' equations of motion, from the truth channel."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import UNTOLD, largest, least, robot
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+
+def _eigenvalues(trace: Recorded) -> np.ndarray:
+    """Eigenvalues of each robot's mass matrix, ascending, shape (time, robot, axis) [kg]."""
+    return np.linalg.eigvalsh(trace["mass_matrix"].values)
+
+
+def _residual(trace: Recorded, name: str) -> Measure:
+    """Largest of a residual of the truth channel."""
+    return largest(trace, trace[name].values, robot) if name in trace else Measure(None, reason=UNTOLD)
+
+
+@metric(unit="kg", watched=False, rank=230)
+def mass_eigenvalue_min(trace: Recorded) -> Measure:
+    """Least eigenvalue of a robot's mass matrix (property 1)."""
+    if "mass_matrix" not in trace:
+        return Measure(None, reason=UNTOLD)
+    return least(trace, _eigenvalues(trace)[..., 0], robot)
+
+
+@metric(unit="kg", grows=True, watched=False, rank=240)
+def mass_eigenvalue_max(trace: Recorded) -> Measure:
+    """Largest eigenvalue of a robot's mass matrix (property 1)."""
+    if "mass_matrix" not in trace:
+        return Measure(None, reason=UNTOLD)
+    return largest(trace, _eigenvalues(trace)[..., -1], robot)
+
+
+@metric(unit="kg/s", grows=True, watched=False, rank=250)
+def skew_residual(trace: Recorded) -> Measure:
+    """Largest symmetric part of dM/dt - 2 C (property 2)."""
+    return _residual(trace, "skew_residual")
+
+
+@metric(unit="N", grows=True, watched=False, rank=260)
+def coriolis_residual(trace: Recorded) -> Measure:
+    """Largest difference of C v + g from MuJoCo's bias force."""
+    return _residual(trace, "coriolis_residual")

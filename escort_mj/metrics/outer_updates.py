@@ -1,0 +1,17 @@
+"""How often the outer loop runs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import rate
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+
+@metric(unit="1/s", watched=False, rank=110)
+def outer_update_rate(trace: Recorded) -> Measure:
+    """Runs of the outer loop per second, mean over robots."""
+    return rate(trace, "outer_updates")

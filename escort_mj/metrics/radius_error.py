@@ -1,0 +1,48 @@
+"""How far robots are from where they are to be around the target: at the mission's radius."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import largest, lost, mean, robot
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+SETTLED = 0.05  # of the radius
+
+
+def radius_error(trace: Recorded) -> np.ndarray:
+    """Signed | q - c | - radius, shape (time, robot) [m]; NaN where a robot is lost."""
+    offset = trace["q"].values - trace["target_position"].values[:, None]
+    return np.where(lost(trace), np.nan, np.linalg.norm(offset, axis=2) - trace.attrs["mission_radius"])
+
+
+@metric(unit="m", tail=True, watched=False, rank=10)
+def radius_error_mean(trace: Recorded) -> Measure:
+    """Mean over time and robots of | |q - c| - radius |."""
+    return Measure(mean(trace, np.abs(radius_error(trace))))
+
+
+@metric(unit="m", tail=True, grows=True, watched=False, rank=20)
+def radius_error_max(trace: Recorded) -> Measure:
+    """Largest | |q - c| - radius |."""
+    return largest(trace, np.abs(radius_error(trace)), robot)
+
+
+@metric(unit="s", watched=False, rank=30)
+def settling_time(trace: Recorded) -> Measure:
+    """Time after which every robot stays within 5 % of the radius."""
+    outside = np.abs(radius_error(trace)) > SETTLED * trace.attrs["mission_radius"]
+    late = np.flatnonzero(outside.any(axis=1))
+    if not len(late):
+        return Measure(float(trace["time"][0]))
+    last = int(late[-1])
+    who = robot(int(np.argmax(outside[last])))
+    if last == trace.sizes["time"] - 1:
+        return Measure(math.inf, float(trace["time"][last]), who, "never settles")
+    return Measure(float(trace["time"][last + 1]), float(trace["time"][last]), who)

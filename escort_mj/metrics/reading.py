@@ -1,0 +1,91 @@
+"""What metrics read alike: means over time, totals, the worst value with its moment and bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.metrics.metric import Bodies, Measure
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+Array = NDArray[np.float64]
+
+SHORT = "the window holds a single sample"
+ALONE = "there is one robot"
+UNTOLD = "the truth was not recorded (recording.truth)"
+
+
+def lost(trace: Recorded) -> NDArray[np.bool_]:
+    """Which robots the team has lost, shape (time, robot)."""
+    flags: NDArray[np.bool_] = trace["lost"].values > 0
+    return flags
+
+
+def mean(trace: Recorded, values: Array) -> float:
+    """Mean over time and things of values of shape (time, thing), without those that are NaN.
+
+    A sample counts for the time around it: halfway to its neighbors, at either end as far out as in.
+
+    Args:
+        trace: With a sample at least.
+        values: One row for each sample.
+    """
+    gaps = np.diff(np.rint(trace["time"].values / trace.attrs["timestep"]))
+    weights = np.ones(len(values))
+    if len(gaps):
+        weights = np.append(gaps[0], gaps) + np.append(gaps, gaps[-1])
+    known = ~np.isnan(values)
+    weighed = (weights / weights.max())[:, None] * known
+    return float((np.where(known, values, 0.0) * weighed).sum() / weighed.sum())
+
+
+def largest(trace: Recorded, values: Array, name: Callable[[int], Bodies]) -> Measure:
+    """Largest of values of shape (time, thing), the first of equals; NaN is none."""
+    return _at(trace, values, np.argmax(np.where(np.isnan(values), -np.inf, values)), name)
+
+
+def least(trace: Recorded, values: Array, name: Callable[[int], Bodies]) -> Measure:
+    """Least of values of shape (time, thing), the first of equals."""
+    return _at(trace, values, np.argmin(values), name)
+
+
+def _at(trace: Recorded, values: Array, place: np.intp, name: Callable[[int], Bodies]) -> Measure:
+    """The value at a flat place of values of shape (time, thing)."""
+    row, column = divmod(int(place), values.shape[1])
+    return Measure(float(values[row, column]), float(trace["time"][row]), name(column))
+
+
+def robot(index: int) -> Bodies:
+    """Name of a robot, by its index."""
+    return (f"robot_{index + 1}",)
+
+
+def nobody(index: int) -> Bodies:
+    """No name at all, of what no body has by itself."""
+    return ()
+
+
+def gained(trace: Recorded, name: str) -> Measure:
+    """What a running total gained over the window, sum over robots; no value for a window of one sample."""
+    if trace.sizes["time"] < 2:
+        return Measure(None, reason=SHORT)
+    total, last = trace[name].values, _last(trace)
+    return Measure(float((total[last, np.arange(len(last))] - total[0]).sum()))
+
+
+def rate(trace: Recorded, name: str) -> Measure:
+    """What a running total gained per second, mean over robots; no value for a window of one sample."""
+    total, time = gained(trace, name), trace["time"].values
+    if total.value is None:
+        return total
+    return Measure(total.value / float((time[_last(trace)] - time[0]).sum()))
+
+
+def _last(trace: Recorded) -> NDArray[np.intp]:
+    """The last sample in which each robot was not lost, the first if it always was, shape (robot,)."""
+    return np.maximum((~lost(trace)).sum(axis=0) - 1, 0)

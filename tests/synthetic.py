@@ -1,0 +1,102 @@
+"""Synthetic records: every signal zero but those that a test gives."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from escort_mj.record.episodes import COLUMNS
+from escort_mj.record.recording import Recording, Variable
+from escort_mj.record.trace import build_trace
+from escort_mj.signals import SIGNALS, truth_sizes
+
+
+def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> dict[str, int]:
+    sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
+    sizes["group"] = 4
+    return sizes | truth_sizes(axes, truth, lyapunov=truth)
+
+
+def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
+    """Samples of shape (k, record_size); each given signal broadcasts to (k, its dims)."""
+    time = np.asarray(time, float)
+    columns = []
+    for signal in SIGNALS:
+        if not signal.recorded(sizes):
+            continue
+        shape = (len(time), *(sizes[dim] for dim in signal.dims))
+        values = time if signal.name == "time" else given.pop(signal.name, 0.0)
+        if signal.name == "robot_distance_min" and sizes["robot"] == 1:
+            values = np.inf  # what the watcher leaves where there is nothing to be clear of
+        if signal.name == "clearance" and np.ndim(values) == 0:
+            there = sizes["robot"] > 1, True, sizes["obstacle"] > 0, False
+            values = np.where(there, values, np.inf)
+        columns.append(np.broadcast_to(values, shape).reshape(len(time), signal.size(sizes)))
+    assert not given, given
+    return np.concatenate(columns, axis=1)
+
+
+def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
+    """Labels of a ring of robots; changes named like an attribute go to the attributes."""
+    n, m = sizes["robot"], sizes["obstacle"]
+    labels: dict[str, Any] = {
+        "obstacles": [f"rock {j}" for j in range(1, m + 1)],
+        "bodies": [*(f"robot_{i}" for i in range(1, n + 1)), "target"]
+        + [*(f"rock {j}" for j in range(1, m + 1)), "floor"],
+        "body_groups": [*["robots"] * n, "target", *["obstacles"] * m, "floor"],
+        "body_motions": [*["free"] * n, "led", *["still"] * m, "still"],
+        "body_thickness": [0.4] * n + [0.6] + [1.0] * m + [None],
+        "groups": ["robots", "target", "obstacles", "walls"],
+        "behaviors": ["vertices", "surface"],
+        "robot_mass": [1.0] * n,
+        "robot_radius": [0.2] * n,
+        "obstacle_radius": [0.5] * m,
+        "force_limit": [10.0] * n,
+        "neighbors": [[i, i + 1] for i in range(1, n)],
+        "spacing": 1.0,
+        "attributes": {
+            "title": "synthetic",
+            "description": "",
+            "seed": 2**53 - 1,
+            "timestep": 0.002,
+            "mission_radius": 5.0,
+            "target_radius": 0.3,
+            "safe_distance": 0.0,
+            "safe_distance_measure": "none",
+            "phases": "mission",
+            "height": 0.0,
+            "gravity": 0.0,
+            "wind": 0.0,
+            "robots_mass": float(n),
+            "version_numpy": np.__version__,
+            "version_platform": "some machine",
+        },
+    }
+    for key, value in changes.items():
+        (labels if key in labels else labels["attributes"])[key] = value
+    labels["spacing"] = np.broadcast_to(labels["spacing"], len(labels["neighbors"])).tolist()
+    return labels
+
+
+def make_trace(
+    time: Any,
+    robots: int = 1,
+    axes: int = 2,
+    obstacles: int = 0,
+    about: Any = None,
+    truth: bool = True,
+    episodes: Any = (),
+    **given: Any,
+) -> Any:
+    sizes = dimensions(robots, axes, obstacles, truth)
+    rows = np.reshape(np.asarray(episodes, float), (-1, len(COLUMNS)))
+    return build_trace(pack(time, sizes, **given), sizes, describe(sizes, **(about or {})), rows)
+
+
+def as_recording(trace):
+    """A trace as plain arrays."""
+    coords, variables = (
+        {name: Variable(tuple(one.dims), one.values.copy(), {}) for name, one in group.items()}
+        for group in (trace.coords, trace.data_vars)
+    )
+    return Recording(dict(trace.attrs), coords, variables)
