@@ -9,19 +9,26 @@ endif
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test kernels slow bench docs lint style types format lock clean
+.PHONY: help run test machine-code kernels slow bench docs wheel lint style types format lock clean
 
 help: ## show these targets
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile | expand -t 16
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 16
 
-run: .venv/.run .venv/.gl ## run the main scenario
+run: .venv/.run .venv/.gl machine-code ## run the main scenario
 	@$(BIN)/escort-mj run scenarios/main.yaml $(ARGS)
 
 test: .venv/.test .venv/.gl ## lint, types, import contracts, then the fast tests
 	@$(MAKE) --no-print-directory -j2 lint kernels
 	$(BIN)/pytest -n logical --maxprocesses 8 --dist worksteal $(ARGS)
 
-kernels: .venv/.test ## compile the machine code that tests need
+machine-code: .venv/.run ## compile all kernels for this machine's level of processors
+	@$(BIN)/python -m escort_mj.native.compiler.ship
+
+wheel: .venv/.run ## the wheel, with machine code for every level of x86-64 processors
+	$(BIN)/python -m escort_mj.native.compiler.ship --every-level
+	$(BIN)/python -m hatchling build -t wheel
+
+kernels: .venv/.test machine-code ## compile the machine code that tests need
 	$(BIN)/python -m tests.kernels
 
 slow: .venv/.test .venv/.gl ## the tests too slow for every change
@@ -49,11 +56,11 @@ format: .venv/.test ## put the code into its style
 
 COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --custom-compile-command "make lock"
 lock: $(BIN)/uv ## pin the dependencies anew (all of them to their newest: make lock ARGS=--upgrade)
-	$(COMPILE) $(ARGS) pyproject.toml --group setup --extra video -o requirements/run.txt
+	$(COMPILE) $(ARGS) pyproject.toml --group setup --extra compile --extra video -o requirements/run.txt
 	$(COMPILE) $(ARGS) pyproject.toml --group setup --extra test -c requirements/run.txt -o requirements/test.txt
 
 clean: ## remove .venv and every cache
-	rm -rf .venv .cache .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis dist
+	rm -rf .venv escort_mj/native/machine_code .cache .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # Compiled here, so that no program has to compile what it imports each time it starts.

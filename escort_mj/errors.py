@@ -102,6 +102,13 @@ _PATH_AT_FAULT = frozenset(
 )
 
 
+class CompilerMissingError(UsageError):
+    """Something has to be compiled, and numba is not installed."""
+
+    def __init__(self, why: str) -> None:
+        super().__init__(f"{why}; numba would compile it: pip install 'escort-mj[compile]'")
+
+
 class WriteError(EscortError, OSError):
     """A file that cannot be written; an earlier file of that name stays as it was.
 

@@ -20,6 +20,7 @@ from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.measuring import measures_of, summarize
 from escort_mj.metrics.metric import Measure
 from escort_mj.native.on_demand import waited
+from escort_mj.native.shipped import numba_version
 from escort_mj.record.episodes import NONE
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable, record
@@ -381,7 +382,7 @@ def _versions() -> dict[str, str]:
         "version_escort_mj": version("escort-mj"),
         "version_mujoco": mujoco_version(),
         "version_numpy": np.__version__,
-        "version_numba": version("numba"),
+        "version_numba": numba_version(),
         "version_python": platform.python_version(),
         "version_platform": platform.platform(),
     }

@@ -1,35 +1,26 @@
-"""Compiles the machine code that tests need, on all cores, before they start: `make kernels`.
+"""Compiles the machine code that tests need beside what ships, before they start: `make kernels`.
 
 Without it every worker of pytest would find the same empty cache, and compile the same.
 """
 
 import gc
-from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 
-from escort_mj.native import artifacts, on_demand
+from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Piece
 from escort_mj.native.compiler.pieces import compile_piece
-from escort_mj.world.callback import class_pieces
+from escort_mj.native.on_demand import CLASSES
 
 TWINS = "tests.control.twins"
 
 
-def pieces() -> Iterator[Piece]:
-    """Those that take longest first."""
-    for axes in (2, 3, None):
-        yield from class_pieces(axes)
-        yield Piece(TWINS, "evaluation", axes)
-    for entry in on_demand.entries.values():
-        yield entry.piece
-
-
-def compile_if_missing(piece: Piece) -> None:
+def compile_if_missing(axes: int | None) -> None:
     """In a process of the pool."""
+    piece = Piece(TWINS, "evaluation", axes)
     if artifacts.kept(piece) is None:
-        compile_piece(piece)
+        artifacts.keep(piece, compile_piece(piece))
 
 
 if __name__ == "__main__":
     with ProcessPoolExecutor(initializer=gc.disable) as pool:
-        list(pool.map(compile_if_missing, dict.fromkeys(pieces())))
+        list(pool.map(compile_if_missing, CLASSES))

@@ -95,9 +95,14 @@ def _cores() -> Finding:
 
 
 def _kernels() -> Finding:
-    """The compiled kernels, which a first run makes and later ones find."""
-    from escort_mj.native import cache
+    """Machine code: what ships, or what a first run compiles and later ones find."""
+    from escort_mj.native import cache, shipped
+    from escort_mj.native.levels import level
 
+    if count := shipped.count():
+        return Finding("kernels", GOOD, f"{count} ship as machine code for {level().name}")
+    if _version("numba") is None:
+        return Finding("kernels", BAD, f"none ship for {level().name}", "pip install 'escort-mj[compile]'")
     folder = cache.kernels.folder
     if folder.name != cache.cache_key():
         if (image := cache.kernels.read_only) is not None and any(image.glob("*.o")):

@@ -16,8 +16,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from escort_mj import stopping
-from escort_mj.native import cache
+from escort_mj.errors import CompilerMissingError
+from escort_mj.native import cache, shipped
 from escort_mj.native.kernels import symbols
+from escort_mj.native.levels import level
 
 PROCESSES = 2  # that compile at once
 POLL = 0.1  # s between two looks at whether anybody still wants what is compiled
@@ -40,6 +42,11 @@ class Piece(NamedTuple):
     def __str__(self) -> str:
         return f"{self.module}.{self.function}.{self.axes}"
 
+    @property
+    def file(self) -> str:
+        """Name of the object file."""
+        return f"{self}.o"
+
     @classmethod
     def named(cls, text: str) -> Piece:
         """The piece that has a text for its name."""
@@ -49,31 +56,34 @@ class Piece(NamedTuple):
 
 def keep(piece: Piece, code: bytes) -> None:
     """Writes a piece to the cache."""
-    cache.kernels.write(f"{piece}.o", code)
+    cache.kernels.write(piece.file, code)
 
 
 def kept(piece: Piece) -> bytes | None:
-    """A piece's machine code; None where it is not in the cache."""
-    return cache.kernels.read(f"{piece}.o")
+    """A piece's machine code; None where it neither ships nor is in the cache."""
+    return shipped.read(piece.file) or cache.kernels.read(piece.file)
 
 
 def have(pieces: Sequence[Piece]) -> None:
     """Compiles those of some pieces that are not on disk, side by side; begin with those that take longest.
 
     Raises:
+        CompilerMissingError: If numba is not installed.
         Exception: What the compiler says of a kernel that is wrong.
         KeyboardInterrupt: If it comes, also to the thread that wants this thread's results.
     """
     missing = [piece for piece in pieces if piece not in _loaded and kept(piece) is None]
     if not missing:
         return
+    if cache.version("numba") == "none":
+        raise CompilerMissingError(f"no machine code of these sources ships for {level().name} processors")
     if "numba" not in sys.modules:  # else it is faster here
         _elsewhere(missing)
     for piece in missing:
         if kept(piece) is None:
             from importlib import import_module
 
-            import_module("escort_mj.native.compiler.pieces").compile_piece(piece)
+            keep(piece, import_module("escort_mj.native.compiler.pieces").compile_piece(piece))
 
 
 def _elsewhere(pieces: Sequence[Piece]) -> None:

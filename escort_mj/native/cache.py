@@ -18,10 +18,13 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
+from escort_mj.native.levels import level
+
 FOLDER = "ESCORT_MJ_CACHE_DIR"
+PACKAGE = Path(__file__).parents[1]
 MOST_KEYS = 8  # folders of kernels that are kept, the latest used: versions, environments, checkouts
 AGAIN = "what is missing there is compiled again in each run"
 ROOMS = ("native/compiler", "behaviors", "laws", "control", "world/loop")
@@ -46,11 +49,10 @@ def sources(package: Path) -> list[Path]:
     return sorted(found)
 
 
-def cache_key(package: Path = Path(__file__).parents[1]) -> str:
-    """Digest of everything machine code depends on: sources, versions, and the processor.
+def cache_key(package: Path = PACKAGE) -> str:
+    """Digest of everything machine code depends on: sources, versions, and the level of the processor.
 
-    A kernel holds constants of other files and the layout of MuJoCo's structures. A folder per digest makes a
-    stale kernel impossible.
+    A kernel holds constants of other files. A folder per digest makes a stale kernel impossible.
 
     Args:
         package: Where the package is.
@@ -59,16 +61,31 @@ def cache_key(package: Path = Path(__file__).parents[1]) -> str:
 
     digest = hashlib.sha256()
     for name in ("mujoco", "dm-control", "numba", "llvmlite", "numpy"):
-        digest.update(f"{name}={importlib.metadata.version(name)};".encode())
-    digest.update(f"python={platform.python_version()};{llvm.get_process_triple()};".encode())
-    digest.update(f"{llvm.get_host_cpu_name()};{llvm.get_host_cpu_features().flatten()};".encode())
+        digest.update(f"{name}={version(name)};".encode())
+    digest.update(f"python={platform.python_version()};{llvm.get_process_triple()};{level()};".encode())
     for name in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT"):
         digest.update(f"{name}={os.environ.get(name)};".encode())
+    digest.update(source_digest(package).encode())
+    return digest.hexdigest()[:16]
+
+
+def version(package: str) -> str:
+    """Return the version of an installed package; `none` for one that is not installed."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "none"
+
+
+@cache
+def source_digest(package: Path = PACKAGE) -> str:
+    """Digest of the sources of all machine code that ships."""
+    digest = hashlib.sha256()
     for source in sources(package):
         content = source.read_bytes()
         digest.update(f"{source.relative_to(package).as_posix()}:{len(content)};".encode())
         digest.update(content)
-    return digest.hexdigest()[:16]
+    return digest.hexdigest()
 
 
 def home() -> Path:

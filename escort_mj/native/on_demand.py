@@ -42,6 +42,8 @@ class Entry(NamedTuple):
 
 
 declared: list[Any] = []
+callbacks: list[Piece] = []
+"""What MuJoCo calls, of every class of axes."""
 entries: dict[int, Entry] = {}  # by the slot's address
 _waited = threading.local()
 
@@ -60,6 +62,16 @@ def on_demand(function: F) -> F:
         entries[ctypes.addressof(slot)] = Entry(slot, piece)
         symbols[slot_name(piece)] = ctypes.addressof(slot)
     return function
+
+
+def callback(*classes: int | None) -> Callable[[F], F]:
+    """Mark a function that makes a callback for each of some classes of axes: it returns what is compiled."""
+
+    def mark(function: F) -> F:
+        callbacks.extend(Piece(function.__module__, function.__qualname__, axes) for axes in classes)
+        return function
+
+    return mark
 
 
 def slot_name(piece: Piece) -> str:

@@ -13,8 +13,8 @@ from escort_mj.native.artifacts import Piece
 SMALL = Piece("escort_mj.world.loop.step", "any_control_callback", None)
 PROGRAM = """
 import sys
-from escort_mj.native import cache
-from escort_mj.native import artifacts
+from escort_mj.native import artifacts, cache, shipped
+shipped.FOLDER = shipped.FOLDER / 'nowhere'
 import escort_mj.world.loop.step
 sys.executable = sys.argv[1] or sys.executable
 address = artifacts.address(artifacts.Piece.named(sys.argv[2]))

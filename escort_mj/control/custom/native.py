@@ -19,9 +19,9 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component, layout_of
 from escort_mj.components.plan import LAYOUT, Array
 from escort_mj.control.custom.place import place_of
-from escort_mj.errors import PluginError
+from escort_mj.errors import CompilerMissingError, PluginError
 from escort_mj.laws.law import Law
-from escort_mj.native import artifacts
+from escort_mj.native import artifacts, cache
 from escort_mj.native.kernels import DOUBLE, external, place, vector_at
 from escort_mj.native.memory import Layout
 from escort_mj.native.on_demand import CLASSES
@@ -74,6 +74,7 @@ def block_of(own: Law | Behavior, axes: int) -> Array:
     """The numbers of a law or behavior for the plan; what it runs is compiled or found.
 
     Raises:
+        CompilerMissingError: If it has to be compiled, and numba is not installed.
         PluginError: If it cannot be compiled.
     """
     number = ready(type(own), axes)
@@ -118,6 +119,8 @@ def _compiled(model: type[Component], function: Any, layout: Layout, text: str, 
     plugged = artifacts.kept_plugged(name) if model.digest else None
     if plugged is not None:
         return Slot(model, layout, function, plugged, artifacts.load_plugged(plugged))
+    if cache.version("numba") == "none":
+        raise CompilerMissingError(f"{_place(function)}: {function.__name__} is a kernel")
     from escort_mj.native.compiler.plugged import NotCompiledError, compile_function
 
     views = (f"plugin {text}", layout, layout.plan, None), (model.view.__name__, LAYOUT, model.view, known)

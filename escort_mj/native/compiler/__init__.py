@@ -3,3 +3,7 @@
 `declarations` teaches numba what `kernels`, `memory`, `lanes` and `on_demand` only name; `views`, `lanes` and
 `machine` say by which instructions; `pieces` compiles what is kept on disk.
 """
+
+EVERY_KERNEL = "escort_mj.world.loop.step"  # a module that brings all kernels and views
+
+EVERY_KERNEL = "escort_mj.world.loop.step"  # a module that brings all kernels and views

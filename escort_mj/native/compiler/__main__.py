@@ -27,5 +27,6 @@ if __name__ == "__main__":
     cache.kernels.folder = folder  # a temporary one is known to nobody else
     while True:
         name = asked.get()
-        compile_piece(artifacts.Piece.named(name))
+        piece = artifacts.Piece.named(name)
+        artifacts.keep(piece, compile_piece(piece))
         print(name, flush=True)

@@ -13,10 +13,13 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, ConcreteTemplate, infer_global, signature
 from numba.extending import lower_builtin
 
-from escort_mj.native import artifacts, cache, kernels, memory, on_demand
+from escort_mj.native import artifacts, cache, kernels, levels, memory, on_demand
 from escort_mj.native.compiler import lanes, machine, uint64_lanes, views  # noqa: F401
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+if numba.config.CPU_NAME is None and levels.level().processor:
+    numba.config.CPU_NAME, numba.config.CPU_FEATURES = levels.level().processor, levels.level().flags
 
 # No reassociation and no "NaN cannot happen": kernels must agree with their NumPy twin and see a NaN.
 # Kernels see borrowed memory only, so numba's reference counting (half of the time, else) is off.

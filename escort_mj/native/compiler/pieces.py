@@ -7,28 +7,23 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
 from numba.core import codegen
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
 
-from escort_mj.native import artifacts, on_demand
+from escort_mj.native import on_demand
 from escort_mj.native.artifacts import Piece
+from escort_mj.native.compiler import EVERY_KERNEL
 from escort_mj.native.compiler.declarations import ALONE, OPTIONS, teach, types_of
 
-# LLVM's model of Zen 3 and later unrolls the law's short loops until they miss the instruction cache:
-# tuned as for Zen 2, with all features of the machine, a controlled step takes 6 % less.
-if numba.config.CPU_NAME is None and llvm.get_host_cpu_name() in ("znver3", "znver4", "znver5"):
-    numba.config.CPU_NAME = "znver2"
 
+def compile_piece(piece: Piece) -> bytes:
+    """Compile one piece.
 
-EVERY_KERNEL = "escort_mj.world.loop.step"  # a module that brings all kernels and views
-
-
-def compile_piece(piece: Piece) -> None:
-    """Compiles one piece.
+    Returns:
+        An object file.
 
     Raises:
         RuntimeError: If it needs what only a process with numba has.
@@ -46,7 +41,7 @@ def compile_piece(piece: Piece) -> None:
         library = _callable_from_c(str(piece), typed, dispatcher.overloads[typed.args])
         module = library._final_module
         _check_names(piece, module)
-        artifacts.keep(piece, cpu_target.target_context.codegen()._tm.emit_object(module))
+        return bytes(cpu_target.target_context.codegen()._tm.emit_object(module))
 
 
 @contextmanager

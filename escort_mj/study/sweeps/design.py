@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.native.shipped import numba_version
 from escort_mj.recognize import scenario_names
 from escort_mj.scenario.findings import nearest, parse_key_path, shortened
 from escort_mj.scenario.reader.catalog import catalog_of, resolve
@@ -26,7 +27,7 @@ from escort_mj.study.sweeps.definition import Sample, Study, StudyFile, values_o
 from escort_mj.study.sweeps.parameters import filled
 from escort_mj.world.model.parts import models_folder
 
-REPEATED = {"control", "expect", "record", "scenario", "world"}  # floors that a run comes from
+AROUND = {"cli", "conformance", "environments", "report", "study", "view"}  # rooms that no run comes from
 CASE, SAMPLE = "case", "point"
 MOST_FAULTS = 20
 DIGITS = 32
@@ -173,16 +174,16 @@ def _with_seed(digest: hashlib._Hash, seed: int) -> str:
 
 @cache
 def _versions() -> dict[str, str]:
-    return {name: version(name) for name in ("escort-mj", "mujoco", "numpy", "numba")}
+    return {name: version(name) for name in ("escort-mj", "mujoco", "numpy")} | {"numba": numba_version()}
 
 
 @cache
 def source_digest() -> str:
     """Digest of the code and models that runs come from: in a checkout they change without a new version."""
     package = Path(__file__).parents[2]
-    files = [file for file in package.rglob("*.py") if not REPEATED.isdisjoint(file.parts)]
+    files = [file for file in package.rglob("*.py") if AROUND.isdisjoint(file.relative_to(package).parts)]
     digest = hashlib.sha256()
-    for file in sorted([*files, *package.glob("*.py"), *models_folder().glob("*.xml")]):
+    for file in sorted([*files, *models_folder().glob("*.xml")]):
         digest.update(file.read_bytes())
     return digest.hexdigest()[:DIGITS]
 

@@ -26,7 +26,7 @@ from escort_mj.native.kernels import (
     vector_at,
 )
 from escort_mj.native.lanes import copy_in, copy_numbers
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import CLASSES, callback, on_demand
 from escort_mj.world.loop.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps, touch_what_stands
 from escort_mj.world.loop.layout import offset, size
 from escort_mj.world.loop.mass import INT, kinetic_energy, mass_block
@@ -228,6 +228,7 @@ def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -
 # them, so any number of models and threads can be stepped at once; other models are left alone at once.
 
 
+@callback(*CLASSES)
 def control_callback(axes: int | None) -> Callable[..., None]:
     """Before MuJoCo solves for accelerations: evaluates the law."""
     if axes is None:
@@ -247,6 +248,7 @@ def control_callback(axes: int | None) -> Callable[..., None]:
     return of_few
 
 
+@callback(*CLASSES)
 def sensor_callback(axes: int | None) -> Callable[..., None]:
     """A sensor after the solve: only then do contact forces belong to this step."""
     if axes is None:
@@ -271,26 +273,28 @@ table = (ctypes.c_void_p * (2 * (MANY + 1)))()
 _table = place("escort_mj.world.loop.step.table", ctypes.addressof(table))
 
 
+@callback(None)
 def any_control_callback(axes: int | None) -> Callable[..., None]:
     """Where models of several classes are stepped: sends each to the callback of its own."""
 
     def of_any(m: int, d: int) -> None:
         if is_ours(m):
-            callback = pointer_at(_table() + 2 * DOUBLE * min(axes_of(pointer_at(m + MODEL_NUMERIC())), MANY))
-            if callback != 0:
-                call_at(callback, (m, d))
+            found = pointer_at(_table() + 2 * DOUBLE * min(axes_of(pointer_at(m + MODEL_NUMERIC())), MANY))
+            if found != 0:
+                call_at(found, (m, d))
 
     return of_any
 
 
+@callback(None)
 def any_sensor_callback(axes: int | None) -> Callable[..., None]:
     """Likewise."""
 
     def of_any(m: int, d: int, stage: c_int) -> None:
         if stage == ACCELERATION_STAGE and is_ours(m):
             at = 2 * min(axes_of(pointer_at(m + MODEL_NUMERIC())), MANY) + 1
-            callback = pointer_at(_table() + DOUBLE * at)
-            if callback != 0:
-                call_at(callback, (m, d, stage))
+            found = pointer_at(_table() + DOUBLE * at)
+            if found != 0:
+                call_at(found, (m, d, stage))
 
     return of_any
