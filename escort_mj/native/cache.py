@@ -18,7 +18,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 
 from escort_mj.native.levels import level
@@ -28,6 +28,10 @@ PACKAGE = Path(__file__).parents[1]
 MOST_KEYS = 8  # folders of kernels that are kept, the latest used: versions, environments, checkouts
 AGAIN = "what is missing there is compiled again in each run"
 ROOMS = ("native/compiler", "behaviors", "laws", "control", "world/loop")
+NO_CONSTANTS = {  # modules from which no kernel takes anything
+    *("__init__.py", "errors.py", "stopping.py"),
+    *(f"native/{name}.py" for name in ("artifacts", "cache", "levels", "shipped")),
+}
 _IMPORT = re.compile(r"^from (escort_mj[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 _KEY = re.compile(r"[0-9a-f]{16}")
 
@@ -38,7 +42,7 @@ def sources(package: Path) -> list[Path]:
     found: set[Path] = set()
     while left:
         source = left.pop()
-        if source in found or source == package / "__init__.py":
+        if source in found or source.relative_to(package).as_posix() in NO_CONSTANTS:
             continue
         found.add(source)
         for module, names in _IMPORT.findall(source.read_text("utf-8")):
@@ -77,7 +81,6 @@ def version(package: str) -> str:
         return "none"
 
 
-@cache
 def source_digest(package: Path = PACKAGE) -> str:
     """Digest of the sources of all machine code that ships."""
     digest = hashlib.sha256()

@@ -9,7 +9,7 @@ import pytest
 from escort_mj import gl
 from escort_mj.cli import doctor
 from escort_mj.cli.doctor import BAD, GOOD, WARNING, Finding, examine
-from escort_mj.native import cache
+from escort_mj.native import cache, shipped
 
 
 def found(folder: Path) -> dict[str, Finding]:
@@ -38,14 +38,14 @@ def test_no_rendering_is_no_end_of_runs(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_versions_that_do_not_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    versions = {"mujoco": "4.0.0", "pydantic": "1.10", "numba": None}
+    versions = {"mujoco": "4.0.0", "pydantic": "1.10", "llvmlite": None}
     real = doctor._version
     monkeypatch.setattr(doctor, "_version", lambda name: versions.get(name, real(name)))
     findings = found(tmp_path)
     assert findings["mujoco"].state == BAD and "solver" in findings["mujoco"].found
     assert findings["packages"].state == BAD
     assert "pydantic is 1.10, needed is >=2" in findings["packages"].found
-    assert "numba is missing" in findings["packages"].found
+    assert "llvmlite is missing" in findings["packages"].found
 
 
 def test_a_full_disk_and_a_locked_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,8 +56,18 @@ def test_a_full_disk_and_a_locked_folder(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_kernels_that_are_compiled_again_each_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "ship as machine code" in found(tmp_path)["kernels"].found
+    monkeypatch.setattr(shipped, "count", lambda: 0)
     monkeypatch.setattr(cache.kernels, "folder", tmp_path)
     assert found(tmp_path)["kernels"].state == WARNING
+
+
+def test_no_machine_code_and_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = doctor._version
+    monkeypatch.setattr(shipped, "count", lambda: 0)
+    monkeypatch.setattr(doctor, "_version", lambda name: None if name == "numba" else real(name))
+    finding = found(tmp_path)["kernels"]
+    assert finding.state == BAD and "escort-mj[compile]" in finding.advice
 
 
 def test_no_encoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from escort_mj.native import cache
 from escort_mj.native.cache import Shelf
+from escort_mj.native.levels import SHIPPED
 from tests.limits import files_up_to
 
 PACKAGE = Path(cache.__file__).parents[1]
@@ -64,7 +65,7 @@ def test_sources_that_change_places_change_the_key(copied: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "source", ["cli/app.py", "report/figures/style.py", "scenario/checks/space.py", "mission.py"]
+    "source", ["cli/app.py", "report/figures/style.py", "scenario/checks/space.py", "mission.py", "errors.py"]
 )
 def test_a_change_of_what_no_kernel_reads_compiles_nothing(source: str, copied: Path) -> None:
     before = cache.cache_key(copied)
@@ -93,14 +94,22 @@ def test_every_module_with_a_kernel_is_in_the_key_and_what_it_imports() -> None:
             name = getattr(node, "module", None) or ""
             if isinstance(node, ast.ImportFrom) and name.startswith("escort_mj."):
                 path = PACKAGE.parent / name.replace(".", "/")
-                assert {path.with_suffix(".py"), path / "__init__.py"} & known, name
+                files = {path.with_suffix(".py"), path / "__init__.py"}
+                assert files & known or files & {PACKAGE / each for each in cache.NO_CONSTANTS}, name
 
 
-@pytest.mark.parametrize("asked", ["get_host_cpu_name", "get_process_triple"])
-def test_another_processor_has_another_key(asked: str, monkeypatch) -> None:
+def test_another_system_has_another_key(monkeypatch) -> None:
     before = cache.cache_key()
-    monkeypatch.setattr(llvmlite.binding, asked, lambda: "another")
+    monkeypatch.setattr(llvmlite.binding, "get_process_triple", lambda: "another")
     assert cache.cache_key() != before
+
+
+def test_another_level_of_processors_has_another_key(monkeypatch) -> None:
+    keys = set()
+    for level in SHIPPED:
+        monkeypatch.setattr(cache, "level", lambda level=level: level)
+        keys.add(cache.cache_key())
+    assert len(keys) == len(SHIPPED)
 
 
 def test_settings_of_the_compiler_are_in_the_key(monkeypatch) -> None:
@@ -232,6 +241,7 @@ def test_temporary_folders_go_with_their_process(tmp_path) -> None:
 import multiprocessing, sys
 from pathlib import Path
 from escort_mj.native.cache import Shelf
+from escort_mj.native.levels import SHIPPED
 
 def use(path):
     shelf = Shelf(lambda: Path(path))
@@ -280,6 +290,7 @@ def test_processes_that_write_the_same_file_leave_it_whole(tmp_path) -> None:
 import sys
 from pathlib import Path
 from escort_mj.native.cache import Shelf
+from escort_mj.native.levels import SHIPPED
 shelf = Shelf(lambda: Path(sys.argv[1]))
 for _ in range(200):
     shelf.write("name", b"content" * 10_000)
