@@ -50,7 +50,9 @@ def test_the_wheel_carries_code_models_and_scenarios(built: Path) -> None:
 def test_the_sdist_carries_what_its_tests_and_docs_need(built: Path) -> None:
     with tarfile.open(the(built, "*.tar.gz")) as sdist:
         names = {name.split("/", 1)[1] for name in sdist.getnames()}
-    assert shipped("escort_mj", "models", "scenarios", "tests", "examples", "requirements") <= names
+    sources = shipped("escort_mj", "models", "scenarios", "tests", "examples", "requirements")
+    assert {name for name in sources if "/machine_code/" not in name} <= names
+    assert not any("/machine_code/" in name for name in names), "that is for wheels"
     assert {"Makefile", "pyproject.toml", "CITATION.cff", "CHANGELOG.md"} <= names
     assert not any(name.startswith(("renders", ".github")) for name in names)
 
@@ -91,6 +93,7 @@ def test_the_wheel_works_in_an_empty_environment(
     escort = str(tmp_path / "venv" / "bin" / "escort-mj")
     place = sh("venv/bin/python", "-c", "import escort_mj; print(escort_mj.__file__)")
     assert Path(place.strip()).is_relative_to(tmp_path)
+    assert not list((tmp_path / "venv").rglob("numba")), "machine code ships"
     assert "main: completed" in sh(escort, "run", "main", "--no-video")
     sh(escort, "report", "renders/main")
     assert (tmp_path / "renders" / "main" / "report.html").stat().st_size > 100_000
