@@ -105,7 +105,7 @@ def mission() -> list[list[str]]:
     """The whole mission in a process of its own: what it cost, and what came of it."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / MISSION
-        command = [sys.executable, "-m", "escort_mj.cli", "run", MISSION, "--no-video", "--no-figures"]
+        command = [sys.executable, "-m", "escort_mj", "run", MISSION, "--no-video", "--no-figures"]
         start = time.perf_counter()
         subprocess.run([*command, "--out", str(folder)], check=True)
         wall = time.perf_counter() - start

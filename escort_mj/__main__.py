@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import os
+
 from escort_mj import stopping
 
 
 def main() -> None:
-    """Entry point: runs a command of the command line."""
+    """Run a command: an interrupt becomes one line and exit code 130.
+
+    Linear algebra gets one thread, unless the environment says how many: its matrices are small, and other
+    cores compute other missions.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     stopping.command(_run)
 
 

@@ -168,10 +168,12 @@ def command(run: Callable[[], None]) -> None:
         if interrupt is None:
             raise
         kept = str(interrupt) if isinstance(interrupt, Interrupted) else "the same command begins again"
-        print(f"escort-mj: interrupted; {kept}", file=sys.stderr)
+        if sys.stderr is not None:
+            with suppress(OSError, ValueError):
+                print(f"escort-mj: interrupted; {kept}", file=sys.stderr)
         atexit._run_exitfuncs()
         for stream in (sys.stdout, sys.stderr):
-            with suppress(OSError, ValueError):
+            with suppress(OSError, ValueError, AttributeError):  # closed, or its reader has left
                 stream.flush()
         os._exit(EXIT_CODE)  # where it passed an `exec` of text, Python itself would end by SIGINT instead
     finally:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-import escort_mj.cli as cli
 from escort_mj import stopping
+from escort_mj.__main__ import main
 
 FIVE_LINES = """\
 name: five
@@ -26,7 +26,7 @@ def call(monkeypatch, capfd, *arguments: str) -> tuple[int, str, str]:
     before = {number: signal.getsignal(number) for number in stopping.SIGNALS}
     try:
         with pytest.raises(SystemExit) as stop:
-            cli.main()
+            main()
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -8,7 +8,7 @@ import pytest
 
 from escort_mj.cli.streams import lasting_streams, printable_json
 
-COMMAND = (sys.executable, "-m", "escort_mj.cli")
+COMMAND = (sys.executable, "-m", "escort_mj")
 
 
 def shell(line: str, folder, *arguments: str) -> int:
@@ -23,12 +23,14 @@ def shell(line: str, folder, *arguments: str) -> int:
     [
         ('"$@" | true; exit ${PIPESTATUS[0]}', ("schema",), 0),
         ('"$@" 2>&1 >/dev/null | true; exit ${PIPESTATUS[0]}', ("check", "nosuch.yaml"), 2),
-        ('"$@" 2>&-', ("check", "nosuch.yaml"), 2),
+        ('"$@" 2>&-', ("run", "nosuch.yaml"), 2),
+        ('"$@" 2>&-', ("check", "good.yaml"), 0),
         ('"$@" <&- >&- 2>&-', ("show", "."), 2),
     ],
-    ids=["no_reader", "no_reader_of_errors", "closed_errors", "all_closed"],
+    ids=["no_reader", "no_reader_of_errors", "closed_errors", "closed_errors_of_a_good_one", "all_closed"],
 )
 def test_the_exit_code_is_the_commands_own(line, arguments, code, tmp_path) -> None:
+    (tmp_path / "good.yaml").write_text("name: good\nduration: 0.1\nrobots: {count: 2}\n")
     assert shell(line, tmp_path, *arguments) == code
 
 

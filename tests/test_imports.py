@@ -29,3 +29,18 @@ def test_what_runs_missions_neither_draws_nor_stores_nor_compiles() -> None:
     found = imported("escort_mj.api")
     assert HEAVY <= found, "the test looks for names that nobody has"
     assert not found & (DRAWING | STORAGE | SEARCHES | COMPILING)
+
+
+def test_linear_algebra_of_a_command_has_one_thread() -> None:
+    program = """
+import os, sys
+os.environ.pop("OPENBLAS_NUM_THREADS", None)
+from escort_mj.__main__ import main
+try:
+    main()
+except SystemExit:
+    import numpy.linalg, scipy.linalg
+    print(len(os.listdir("/proc/self/task")))
+"""
+    found = subprocess.run([sys.executable, "-c", program, "--help"], check=True, stdout=subprocess.PIPE)
+    assert found.stdout.splitlines()[-1] == b"1"

@@ -135,6 +135,12 @@ def test_a_second_interrupt_ends_a_command_at_once() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (stopping.EXIT_CODE, "", "")
 
 
+def test_a_command_that_has_nowhere_to_say_it_ends_all_the_same() -> None:
+    shell = ["bash", "-c", 'exec "$@" 2>&-', "bash", sys.executable, "-c", COMMAND, "plain"]
+    done = subprocess.run(shell, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (stopping.EXIT_CODE, "")
+
+
 def test_an_ignored_interrupt_reaches_a_command() -> None:
     done = subprocess.run(
         [sys.executable, "-c", COMMAND, "fragile"],

@@ -123,6 +123,7 @@ def shown(path: Path) -> str:
     return str(path) if relative.startswith("..") else relative
 
 
+@lasting_streams()
 def run_command() -> None:
     """Runs a command; errors become one message and an exit code, never a traceback."""
     try:
@@ -144,9 +145,3 @@ def run_command() -> None:
         say(f"escort-mj: the program broke: {type(error).__name__}: {error}", err=True)
         say("ESCORT_MJ_TRACEBACK=1 shows where; please report it.", err=True)
         sys.exit(BROKEN)
-
-
-def main() -> None:
-    """Entry point: runs a command; an interrupt becomes one line and exit code 130."""
-    with lasting_streams():
-        stopping.command(run_command)

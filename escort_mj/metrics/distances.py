@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,21 +17,21 @@ if TYPE_CHECKING:
 UNOBSTRUCTED = "there are no obstacles"
 
 
-def _clearance(trace: Recorded, group: str, reason: str) -> Measure:
-    """Least clearance of robots to a group, watched at every physics step."""
-    column = [str(name) for name in trace["group"].values].index(group)
-    values = trace["clearance"].values[:, :, column]
+def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
+    """Least clearance of robots to some groups, watched at every physics step."""
+    columns = np.isin(trace["group"].values, groups)
+    values = trace["clearance"].values[:, :, columns]
     if not np.isfinite(values).any():
         return Measure(None, reason=reason)
-    nearest = trace["clearance_body"].values[:, :, column]
-    row, which = np.unravel_index(np.argmin(values), values.shape)
-    who = (*robot(int(which)), str(trace["body"].values[nearest[row, which]]))
-    return Measure(float(values[row, which]), float(trace["time"][row]), who)
+    nearest = trace["clearance_body"].values[:, :, columns]
+    row, which, column = np.unravel_index(np.argmin(values), values.shape)
+    who = (*robot(int(which)), str(trace["body"].values[nearest[row, which, column]]))
+    return Measure(float(values[row, which, column]), float(trace["time"][row]), who)
 
 
 @metric(unit="m", watched=False, rank=130)
 def obstacle_distance_min(trace: Recorded) -> Measure:
-    """Least distance robot to obstacle, center to center."""
+    """Least distance of a robot's center to an obstacle's, or to its surface if it is no sphere."""
     if not trace.sizes["obstacle"]:
         return Measure(None, reason=UNOBSTRUCTED)
     distances = trace["obstacle_distance"].values
@@ -41,8 +42,8 @@ def obstacle_distance_min(trace: Recorded) -> Measure:
 
 @metric(unit="m", least=-math.inf, rank=140)
 def obstacle_clearance_min(trace: Recorded) -> Measure:
-    """Least distance robot to obstacle, surface to surface."""
-    return _clearance(trace, "obstacles", UNOBSTRUCTED)
+    """Least distance robot to obstacle or wall, surface to surface."""
+    return _clearance(trace, ("obstacles", "walls"), UNOBSTRUCTED)
 
 
 @metric(unit="m", watched=False, rank=150)
@@ -55,4 +56,4 @@ def robot_distance_min(trace: Recorded) -> Measure:
 @metric(unit="m", least=-math.inf, rank=160)
 def robot_clearance_min(trace: Recorded) -> Measure:
     """Least distance between two robots, surface to surface."""
-    return _clearance(trace, "robots", ALONE)
+    return _clearance(trace, ("robots",), ALONE)

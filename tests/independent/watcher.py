@@ -18,8 +18,8 @@ from escort_mj.scenario.schema.expectations import (
 from tests.independent.flight import BARELY, Flight, Touch
 
 CLEARANCES = {
-    "robot_clearance_min": ("robots", "robots"),
-    "obstacle_clearance_min": ("robots", "obstacles"),
+    "robot_clearance_min": [("robots", "robots")],
+    "obstacle_clearance_min": [("robots", "obstacles"), ("robots", "walls")],
 }
 
 
@@ -67,7 +67,7 @@ def metric(flight: Flight, name: str, after: float = 0.0, before: float | None =
     """Return a metric in a window, in its unit."""
     if name == "contacts":
         return float(len(touches(flight, "any", after, before)))
-    return clearance(flight, CLEARANCES[name], after, before)
+    return min(clearance(flight, sides, after, before) for sides in CLEARANCES[name])
 
 
 def clearance(flight: Flight, sides: Any, after: float = 0.0, before: float | None = None) -> float:

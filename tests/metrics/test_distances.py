@@ -23,6 +23,10 @@ class TestDistances:
         assert (found.value, found.time, found.who) == (1.25, TIME[40], "robot 2 and rock 3")
         found = measure("obstacle_clearance_min", trace)
         assert (found.value, found.time, found.who) == (-0.01, TIME[41], "robot 1 and rock 2")
+        clearance[43, 1, 3], body[43, 1, 3] = -0.02, 5  # of the walls
+        trace = make_trace(TIME, robots=2, obstacles=3, clearance=clearance, clearance_body=body)
+        found = measure("obstacle_clearance_min", trace)
+        assert (found.value, found.time, found.who) == (-0.02, TIME[43], "robot 2 and rock 3")
 
     def test_the_nearest_two_robots(self, make_trace):
         distance = np.full((501, 2), 3.0)

@@ -117,13 +117,13 @@ def test_the_error_survives_another_process(tmp_path) -> None:
 @pytest.mark.parametrize("size", [8, 60, 150, 400])
 def test_the_command_line_under_a_limit(compiled, tmp_path, size) -> None:
     """With `ulimit -f` as with a full disk: exit code 3, one line, a folder that can be shown."""
-    command = [sys.executable, "-m", "escort_mj.cli", "run", "main", "--no-video", "--out", "run"]
+    command = [sys.executable, "-m", "escort_mj", "run", "main", "--no-video", "--out", "run"]
     done = subprocess.run(
         ["bash", "-c", f'ulimit -f {size}; exec "$@"', "bash", *command],
         cwd=tmp_path, capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == 3, signal.Signals(-done.returncode) if done.returncode < 0 else done.stderr
     assert len(done.stderr.splitlines()) == 1 and "cannot be written" in done.stderr
-    show = [sys.executable, "-m", "escort_mj.cli", "show", "run"]
+    show = [sys.executable, "-m", "escort_mj", "show", "run"]
     shown = subprocess.run(show, cwd=tmp_path, capture_output=True, text=True)
     assert shown.returncode == (0 if "holds what was recorded" in done.stderr else 2), shown.stderr

@@ -181,7 +181,7 @@ def test_keys_of_the_native_viewer(tape) -> None:
 
 def test_ctrl_c_ends_in_order(compiled, tmp_path: Path) -> None:
     (tmp_path / "watched.yaml").write_text(MISSION)
-    command = [sys.executable, "-m", "escort_mj.cli", "view", "watched.yaml", "--port", "0"]
+    command = [sys.executable, "-m", "escort_mj", "view", "watched.yaml", "--port", "0"]
     process = subprocess.Popen(
         command,
         cwd=tmp_path,

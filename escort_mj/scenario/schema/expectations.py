@@ -31,6 +31,7 @@ from pydantic_core import PydanticCustomError
 from escort_mj.components.parameters import Parameters
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric
+from escort_mj.scenario.schema.fields import TEXT
 
 _SIDE = "a group (robots, target, obstacles, walls, floor) or the name of a body"
 Sides = tuple[str, str]
@@ -62,7 +63,7 @@ class Demand(Parameters):
     kind: ClassVar[str]
     """The key that names it."""
 
-    xfail: Annotated[str, Field(min_length=1, max_length=300)] | None = None
+    xfail: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
     """Why it is known to fail: it passes as long as it does not hold, and fails as soon as it does."""
 
     @property
@@ -230,7 +231,7 @@ class SanityExpectation(Windowed):
         BeforeValidator(_all_checks, json_schema_input_type=Literal["all"] | tuple[SanityCheck, ...]),
     ]
     """`all`, or some of: no `warnings` of MuJoCo, every number `finite`, no `energy` out of nothing, and no
-    `tunneling`: possible where two bodies come nearer in one step than the thinner of them is thick."""
+    `tunneling`: possible where two bodies come nearer in one step than the thinnest body is thick."""
 
     @property
     def watched(self) -> bool:

@@ -53,7 +53,9 @@ Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
 
 RUN_NAME = r"^[^\x00-\x20\x7f/\\.][^\x00-\x1f\x7f/\\]{0,79}$"
 BODY_NAME = r"^[A-Za-z0-9_\-]{1,40}$"
+TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
 PATTERNS = {
+    TEXT: "text without control characters",
     RUN_NAME: "1 to 80 characters without / and \\, not beginning with a dot or space",
     BODY_NAME: "1 to 40 letters, digits, _ and -",
 }

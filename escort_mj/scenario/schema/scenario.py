@@ -20,6 +20,7 @@ from escort_mj.scenario.schema.expectations import Expectation
 from escort_mj.scenario.schema.fields import (
     BODY_NAME,
     RUN_NAME,
+    TEXT,
     Behaviors,
     Component,
     Law,
@@ -138,7 +139,7 @@ class Scenario(Parameters):
     """Version of this format."""
     name: Annotated[str, Field(pattern=RUN_NAME)] = "mission"
     """Name of the run's folder and title of its pictures."""
-    description: Annotated[str, Field(max_length=2000)] = ""
+    description: Annotated[str, Field(max_length=2000, pattern=TEXT)] = ""
     """What the scenario is for."""
     plugins: Annotated[tuple[PluginSource, ...], Field(max_length=32)] = ()
     """Laws, behaviors and more of one's own (docs/plugins.md): Python files, from this file's folder, or

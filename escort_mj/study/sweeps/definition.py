@@ -16,7 +16,7 @@ from escort_mj.scenario.findings import Finding, Path, key_path, listed, nearest
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.document import Document, read
 from escort_mj.scenario.reader.load import read_text, tuples
-from escort_mj.scenario.schema.fields import RUN_NAME
+from escort_mj.scenario.schema.fields import RUN_NAME, TEXT
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.parameters import NAME, named
 from escort_mj.study.sweeps.ranges import Box, Levels, Range, Steps
@@ -56,7 +56,7 @@ class Study(Parameters):
     """Name of the study, of its folder and its report."""
     version: Literal[1] = 1
     """Version of this format."""
-    description: Annotated[str, Field(max_length=4000)] = ""
+    description: Annotated[str, Field(max_length=4000, pattern=TEXT)] = ""
     """What the study is to find out."""
     scenario: str
     """A scenario file beside this one, or the name of a shipped scenario."""
