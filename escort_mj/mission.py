@@ -177,9 +177,7 @@ def conclude(
         verdicts = judge(scenario.expect, recording, outcome)
     metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall, metrics=known)
     run = Run(scenario, outcome, message, recording, measures, metrics, verdicts)
-    if folder is not None and outcome is Outcome.INTERRUPTED:
-        folder.interrupt(message, recording, metrics, verdicts)
-    elif folder is not None:
+    if folder is not None:
         folder.finish(outcome, message, recording, metrics, verdicts)
     return run
 

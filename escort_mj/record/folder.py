@@ -22,7 +22,6 @@ from escort_mj.record.files import TEMPORARY, write_json, write_text
 from escort_mj.record.journal import Journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive, identify
-from escort_mj.record.recording import Recording
 from escort_mj.record.stored import (
     CLIP,
     FIGURES,
@@ -157,28 +156,17 @@ class RunFolder:
         metrics: Mapping[str, Any],
         verdicts: Sequence[Any],
     ) -> None:
-        """Writes all results, then the outcome, then lets the journal go."""
-        with _writing(self.path):
-            save_trace(trace, self.path / TRACE)
-            self._judge(metrics, verdicts)
-            self._end(outcome, message, facts(trace) | dict(metrics.get("run", {})))
+        """Write all results, then the outcome, then let the journal go.
 
-    def interrupt(
-        self, message: str, recording: Recording, metrics: Mapping[str, Any], verdicts: Sequence[Any]
-    ) -> None:
-        """Write the results of an interrupted run but for its trace, which stays in the journal.
-
-        Samples of hours take long to compress, and who interrupts a run does not want to wait.
+        An interrupted run leaves its trace in the journal: hours of samples take long to compress.
         """
+        interrupted = outcome is Outcome.INTERRUPTED
         with _writing(self.path):
-            self._judge(metrics, verdicts)
-            more = facts(recording) | dict(metrics.get("run", {}))
-            self._end(Outcome.INTERRUPTED, message, more, keep_journal=True)
-
-    def _judge(self, metrics: Mapping[str, Any], verdicts: Sequence[Any]) -> None:
-        """Write metrics and verdicts."""
-        write_json(self.path / METRICS, metrics)
-        write_json(self.path / VERDICTS, [asdict(v) if is_dataclass(v) else v for v in verdicts])  # type: ignore[arg-type]
+            if not interrupted:
+                save_trace(trace, self.path / TRACE)
+            write_json(self.path / METRICS, metrics)
+            write_json(self.path / VERDICTS, [asdict(v) if is_dataclass(v) else v for v in verdicts])  # type: ignore[arg-type]
+            self._end(outcome, message, facts(trace) | dict(metrics.get("run", {})), interrupted)
 
     def fail(self, message: str, outcome: Outcome = Outcome.FAILED) -> None:
         """End a run that an error broke; its trace goes as far as its journal.

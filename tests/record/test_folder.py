@@ -12,7 +12,6 @@ from escort_mj.errors import RunFolderError
 from escort_mj.record.folder import RunFolder, open_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import identify
-from escort_mj.record.recording import record as recorded
 from escort_mj.record.trace import build_trace
 
 SCENARIO, MODEL = "name: synthetic\n", "<mujoco/>\n"
@@ -129,7 +128,7 @@ class TestARunThatBreaks:
         folder = RunFolder.create(tmp_path / "run")
         folder.begin(SCENARIO, MODEL, sizes, labels)
         folder.append(samples)
-        folder.interrupt("by SIGINT", recorded(samples, sizes, labels), {"run": {}}, [])
+        folder.finish(Outcome.INTERRUPTED, "by SIGINT", build_trace(samples, sizes, labels), {}, [])
         assert outcome_of(tmp_path / "run")["simulated_time"] == samples[-1, 0]
         assert (tmp_path / "run" / "verdicts.json").is_file()
         assert not (tmp_path / "run" / "trace.nc").exists()
