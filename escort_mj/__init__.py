@@ -25,7 +25,7 @@ _HOMES = {
     "Run": "mission",
     "open_run": "record.folder",
     "Outcome": "record.outcome",
-    "Scenario": "scenario.schema",
+    "Scenario": "scenario.schema.scenario",
     "EscortError": "errors",
     "ScenarioError": "errors",
 }

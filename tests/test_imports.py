@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+import escort_mj
+
 DRAWING = {"matplotlib", "mediapy", "imageio_ffmpeg", "PIL"}
 STORAGE = {"xarray", "h5netcdf", "h5py", "pandas", "sqlite3"}
 SEARCHES = {"optuna", "cmaes", "distributed", "dask"}
@@ -44,3 +46,8 @@ except SystemExit:
 """
     found = subprocess.run([sys.executable, "-c", program, "--help"], check=True, stdout=subprocess.PIPE)
     assert found.stdout.splitlines()[-1] == b"1"
+
+
+@pytest.mark.parametrize("name", escort_mj.__all__)
+def test_every_public_name_is_there(name: str) -> None:
+    assert getattr(escort_mj, name).__name__ == name

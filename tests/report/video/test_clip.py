@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from tests.report.test_video import needs_gl, read
 
 from escort_mj import palette
 from escort_mj.record.folder import open_run
@@ -16,6 +15,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
 from escort_mj.report.video.clip import LENGTH, plan_clip
 from escort_mj.scenario.schema.scenario import Video
+from tests.report.video.test_video import needs_gl, read
 
 SMALL = Video(width=320, height=180, rate=10)
 

@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 from PIL import Image
-from tests.report.test_video import hue_distance, read
 
 import escort_mj
 from escort_mj import gl, palette
@@ -15,6 +14,7 @@ from escort_mj.report.video.replay import replay_of
 from escort_mj.report.video.shots import plan_shot
 from escort_mj.report.video.stages import panels_of, stage_replays
 from escort_mj.scenario import parse_scenario
+from tests.report.video.test_video import hue_distance, read
 
 BACKEND, REASON = gl.choose_backend()
 SIZE = 640, 360
