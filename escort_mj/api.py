@@ -17,7 +17,7 @@ from escort_mj.scenario import Scenario
 from escort_mj.scenario import load_scenario as _load_file
 from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.reader.overrides import Overrides
-from escort_mj.study.check import Case
+from escort_mj.study.checked import Case
 from escort_mj.study.engine.parallel import cores
 
 __all__ = ["cases", "fly", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]

@@ -21,7 +21,7 @@ from escort_mj.recognize import SUFFIXES, is_scenario
 
 if TYPE_CHECKING:
     from escort_mj.mission import Run
-    from escort_mj.study.check import Checked
+    from escort_mj.study.checked import Checked
 
 FOLDERS = pytest.StashKey[dict[int, Path]]()
 """Run folders of the runs that tests in Python asked for, by the run's identity."""
@@ -106,13 +106,14 @@ class ScenarioFile(pytest.File):
     @cached_property
     def checked(self) -> Checked:
         """What came of the scenario."""
-        from escort_mj.report.check import Task, perform
-        from escort_mj.study.check import Case
+        from escort_mj.report.video.video import render_clip
+        from escort_mj.study.check import Task, perform
+        from escort_mj.study.checked import Case
 
         label = os.path.relpath(self.path.with_suffix(""), self.config.rootpath)
         keeps = self.config.getoption("escort_video")
         folder = _out(self.config) / label.replace("..", "up") if keeps else None
-        return perform(Task(Case(self.path, label), folder, keep=False, clip=keeps))
+        return perform(Task(Case(self.path, label), folder, keep=False, clip=render_clip if keeps else None))
 
 
 class ScenarioTest(pytest.Item):

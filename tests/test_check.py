@@ -31,7 +31,7 @@ FILES = {
 def check(command, tmp_path, monkeypatch):  # noqa: F811
     """Checks files in this process: to start others takes as long as what is tested here."""
     monkeypatch.setattr(
-        "escort_mj.report.check.side_by_side", lambda perform, tasks, *_: [*map(perform, tasks)]
+        "escort_mj.study.check.side_by_side", lambda perform, tasks, *_: [*map(perform, tasks)]
     )
     monkeypatch.setattr("escort_mj.study.engine.parallel.parent_of_workers", lambda: None)
     return check_elsewhere(command, tmp_path)

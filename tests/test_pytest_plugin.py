@@ -29,7 +29,7 @@ FILES = {
 }
 # Notes every run of a scenario, and who draws; nothing is drawn.
 SPY = """
-import escort_mj.report.check, escort_mj.report.video.video as video, escort_mj.study.check as check
+import escort_mj.report.video.video as video, escort_mj.study.check as check
 fly = check.fly
 
 def noted(scenario, *rest):
@@ -38,7 +38,7 @@ def noted(scenario, *rest):
     return fly(scenario, *rest)
 
 check.fly = noted
-video.render_clip = escort_mj.report.check.render_clip = lambda folder: folder / "clip.mp4"
+video.render_clip = lambda folder: folder / "clip.mp4"
 """
 INSTALLED = any(one.value == "escort_mj.pytest_plugin" for one in entry_points(group="pytest11"))
 

@@ -117,13 +117,14 @@ def check(
     parent_of_workers()  # which gets ready meanwhile
     from escort_mj import api
     from escort_mj.record.files import write_text
-    from escort_mj.report.check import check as check_all
     from escort_mj.report.pages import checked
+    from escort_mj.report.video.video import render_clip
+    from escort_mj.study.check import check as check_all
 
     if junit is not None and not junit.parent.is_dir():
         raise UsageError(f"{junit}: there is no folder {junit.parent}")
     with progress_bar("checking", " scenarios") as progress:
-        results = check_all(api.cases(paths), out, workers, keep, video, progress)
+        results = check_all(api.cases(paths), out, workers, keep, render_clip if video else None, progress)
     if junit is not None:
         write_text(junit, checked.junit(results))
     for line in checked.github(results) if github else ():

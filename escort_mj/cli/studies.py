@@ -90,10 +90,13 @@ def reproduce(
     Example: escort-mj reproduce --only 5 --only 6
     """
     from escort_mj import api
-    from escort_mj.report.reproduction import reproduce as reproduce_paper
+    from escort_mj.report.reproduction import draw
+    from escort_mj.study.compare.reproduce import reproduce as reproduce_paper
 
     with stopping.keeping(lambda: _kept(out)), progress_bar("reproducing", " steps") as progress:
-        result = reproduce_paper(api.scenarios_folder(), out, only or (), workers, docs, again, progress)
+        result = reproduce_paper(
+            api.scenarios_folder(), out, draw, only or (), workers, docs, again, progress
+        )
     _finish(
         "reproduce",
         as_json,
@@ -134,12 +137,15 @@ def compare(
     Example: escort-mj compare main --laws apd_smc,pd --outer nsb,barrier_filter --seeds 5
     """
     from escort_mj import api
-    from escort_mj.report.comparison import compare as compare_laws
+    from escort_mj.report.comparison import draw
+    from escort_mj.study.compare.compare import compare as compare_laws
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     folder = out if out is not None else Path("renders") / "compare" / mission.name
     with stopping.keeping(lambda: _kept(folder)), progress_bar("comparing", " runs") as progress:
-        result = compare_laws(mission, folder, laws or (), outer or (), seeds, workers, docs, again, progress)
+        result = compare_laws(
+            mission, folder, draw, laws or (), outer or (), seeds, workers, docs, again, progress
+        )
     _finish(
         "compare",
         as_json,

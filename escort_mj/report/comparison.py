@@ -1,10 +1,10 @@
-"""Laws and outer loops side by side: the runs of a comparison, its table and its figures."""
+"""Laws and outer loops side by side: the figures of a comparison, drawn from its results and run folders."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,36 +13,12 @@ from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
 from escort_mj.metrics.radius_error import radius_error
-from escort_mj.record.files import write_json, write_text
 from escort_mj.record.folder import open_run
 from escort_mj.report.figures.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.figures.style import FAILED, figure
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.reader.catalog import catalog_of
-from escort_mj.study.compare.comparison import (
-    LAWS,
-    OUTERS,
-    QUANTITIES,
-    Assignment,
-    Result,
-    Row,
-    chosen,
-    perform,
-    rows,
-    scenario_of,
-    title_of,
-    trials,
-)
-from escort_mj.study.compare.comparison_table import (
-    around_marks,
-    facts,
-    into_page,
-    page,
-    runs_table,
-    subject,
-    summary,
-)
-from escort_mj.study.engine.parallel import cores, side_by_side
+from escort_mj.study.compare.comparison import LAWS, OUTERS, QUANTITIES, Result, Row, rows, title_of
+from escort_mj.study.compare.comparison_table import subject
 
 DRAWN = {
     "settling_time": "Settling time, 5 % of R",
@@ -66,78 +42,21 @@ def _colors(laws: Iterable[str]) -> dict[str, palette.Color]:
     return dict(zip(names, palette.robot_colors(len(names)), strict=True))
 
 
-class Comparison(NamedTuple):
-    """What came of a comparison.
-
-    Attributes:
-        lines: What to tell the user.
-        written: Files of the comparison's folder.
-        stated: Whether every run ended in an outcome of its own.
-    """
-
-    lines: list[str]
-    written: list[str]
-    stated: bool
-
-
-def compare(
-    scenario: Scenario,
-    out: Path,
-    laws: Sequence[str] = (),
-    outers: Sequence[str] = (),
-    seeds: int = 1,
-    workers: int | None = None,
-    docs: Path | None = None,
-    again: bool = False,
-    progress: Callable[[float, float], None] | None = None,
-) -> Comparison:
-    """Runs a scenario under several laws and outer loops, where that has not been done, and compares them.
+def draw(out: Path, scenario: Scenario, results: Sequence[Result]) -> list[Path]:
+    """Draws the figures of a comparison into `figures/` of its folder and returns their files.
 
     Args:
-        scenario: What to run; its own law's gains go to the other laws where they mean the same.
-        out: Where everything goes; runs that ended there before are not run again.
-        laws: Names of laws, each of them one or several between commas; empty for all.
-        outers: Names of outer loops, likewise; empty for the scenario's own.
-        seeds: How many seeds, from the scenario's own upward.
-        workers: Processes; None for one per core.
-        docs: A page of the docs with marks that the table goes between.
-        again: Run everything anew.
-        progress: Called with the runs and figures done and to do.
+        out: The folder, with the run folders of what completed.
+        scenario: What was run.
+        results: What came of it.
 
     Raises:
-        UsageError: If there is no such law or outer loop, a folder holds something else, or the
-            page has no marks.
-        ScenarioError: If a seed leaves no room for robots that are placed at random.
+        RunFolderError: If a run that completed is missing.
     """
-    known = [model.model_fields["law"].default for model in catalog_of(scenario).laws]
-    names = chosen("--laws", laws, known, known)
-    if docs is not None:
-        around_marks(docs, scenario)
-    loops = chosen("--outer", outers, OUTERS, [scenario.mission.outer.loop])
-    wanted = trials(names, loops, [scenario.seed + index for index in range(seeds)])
-    assignments = [
-        Assignment(trial, scenario_of(scenario, trial), out / trial.name, again) for trial in wanted
-    ]
-    workers = cores() if workers is None else workers
-    results = side_by_side(perform, assignments, workers, progress)
-
-    write_json(out / "table.json", facts(scenario, results))
-    write_text(out / "table.csv", runs_table(results))
-    write_text(out / "table.md", page(scenario, results))
-    if docs is not None:
-        write_text(docs, into_page(docs, scenario, results))
     files = [draw_bars(out, scenario, results)]
     if any(result.completed for result in results):
         files.append(draw_curves_of(out, scenario, results))
-    ran = sum(result.ran for result in results)
-    lines = [f"{len(results)} runs: {ran} run now, {len(results) - ran} had run before"]
-    lines += [
-        f"  {result.trial.name}: {result.outcome}: {result.message}"
-        for result in results
-        if not result.completed
-    ]
-    written = ["table.md", "table.csv", "table.json", f"figures/ ({len(files)})"]
-    return Comparison(lines + summary(results), written, all(result.stated for result in results))
+    return files
 
 
 def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:

@@ -13,29 +13,12 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from escort_mj import palette
-from escort_mj.errors import UsageError
-from escort_mj.record.files import write_json, write_text
 from escort_mj.record.folder import open_run
-from escort_mj.record.outcome import FINAL
 from escort_mj.report.figures import nearness, paths, timelines
 from escort_mj.report.figures.curves import running_rms
 from escort_mj.report.figures.style import FAILED, WIDTH, figure
 from escort_mj.study.compare.measured import QUANTITIES, Measured
-from escort_mj.study.compare.reproduction import (
-    CASES,
-    LAWS,
-    READINGS,
-    SHOWN,
-    PaperFigure,
-    Simulation,
-    chosen,
-    needed,
-    scenario_of,
-    simulations,
-)
-from escort_mj.study.compare.runs import Task, look, perform
-from escort_mj.study.compare.table import markdown, summary, table
-from escort_mj.study.engine.parallel import cores, side_by_side
+from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS, SHOWN, PaperFigure, Simulation
 
 if TYPE_CHECKING:
     import xarray
@@ -53,20 +36,6 @@ MARKS = {"unlimited": "^", "limited": "s", "anti_windup": "o"}
 COMPARED = ("tracking_time", "settling_time", "radius_error", "true_e_rms", "e_dot_rms", "force_rms")
 
 
-class Drawing(NamedTuple):
-    """One figure to be drawn.
-
-    Attributes:
-        figure: Which.
-        folder: That of the reproduction.
-        runs: What was measured, for the comparison of the laws.
-    """
-
-    figure: PaperFigure
-    folder: Path
-    runs: Sequence[Measured] = ()
-
-
 class Kind(NamedTuple):
     """How a kind of figure is drawn: its height in inches for a trace, and the drawing itself."""
 
@@ -75,20 +44,24 @@ class Kind(NamedTuple):
     draw: Callable[[Any, xarray.Dataset], None]
 
 
-def draw(drawing: Drawing) -> Path:
+def draw(folder: Path, runs: Sequence[Measured], shown: PaperFigure) -> Path:
     """Draws one figure into `figures/` and returns its file.
+
+    Args:
+        folder: That of the reproduction.
+        runs: What was measured, for the comparison of the laws.
+        shown: Which figure.
 
     Raises:
         RunFolderError: If a run that it shows is missing.
     """
-    shown, path = drawing.figure, drawing.folder / "figures" / f"{drawing.figure.file}.png"
+    path = folder / "figures" / f"{shown.file}.png"
     if shown.kind == "laws":
         with figure(path, 8.2, "The laws compared, case by case") as canvas:
-            compare_laws(canvas, drawing.runs)
+            compare_laws(canvas, runs)
         return path
     stored = {
-        reading: open_run(drawing.folder / Simulation(shown.case, shown.law, reading).name)
-        for reading in SHOWN
+        reading: open_run(folder / Simulation(shown.case, shown.law, reading).name) for reading in SHOWN
     }
     first, second = (stored[reading] for reading in SHOWN)
     if not differ(first.trace, second.trace, shown.kind):
@@ -233,82 +206,3 @@ def _ending(run: StoredRun) -> str:
 
 def _ink(run: StoredRun) -> Any:
     return "#222222" if run.outcome["outcome"] == "completed" else FAILED
-
-
-class Reproduction(NamedTuple):
-    """What came of a reproduction.
-
-    Attributes:
-        lines: What to tell the user.
-        written: Files of the reproduction's folder.
-        stated: Whether every simulation ended in an outcome of its own.
-    """
-
-    lines: list[str]
-    written: list[str]
-    stated: bool
-
-
-def reproduce(
-    scenarios: Path,
-    out: Path,
-    only: Sequence[str] = (),
-    workers: int | None = None,
-    docs: Path | None = None,
-    again: bool = False,
-    progress: Callable[[float, float], None] | None = None,
-) -> Reproduction:
-    """Runs the paper's simulations, those that have not run before, draws its figures and writes the table.
-
-    Args:
-        scenarios: Folder of the shipped scenarios.
-        out: Where everything goes; simulations that ended there before are not run again.
-        only: Figures by their numbers; empty for all. The table covers every simulation that has run.
-        workers: Processes; None for one per core.
-        docs: A file that gets the table too.
-        again: Run everything that is asked for anew.
-        progress: Called with the simulations and figures done and to do.
-
-    Raises:
-        UsageError: If there is no such figure, or a folder holds something else.
-    """
-    figures = chosen(only)
-    if docs is not None and only:
-        raise UsageError("--docs: the docs hold the whole table; leave --only out")
-    workers = cores() if workers is None else workers
-    wanted = needed(figures) if only else simulations()
-
-    def task(simulation: Simulation) -> Task:
-        return Task(simulation, scenario_of(simulation, scenarios), out / simulation.name, again)
-
-    tasks = [task(simulation) for simulation in wanted]
-    steps = len(tasks) + len(figures)
-
-    def report(offset: int) -> Callable[[float, float], None] | None:
-        return None if progress is None else lambda done, total: progress(offset + done, steps)
-
-    done = side_by_side(perform, tasks, workers, report(0))
-    measured = [each.measured for each in done]
-    known = {run.simulation: run for run in measured}
-    others = [task(simulation) for simulation in simulations() if simulation not in known]
-    known |= {run.simulation: run for run in map(look, others) if run is not None}
-    runs = [known[simulation] for simulation in simulations() if simulation in known]
-
-    lost = {run.simulation for run in measured if run.outcome not in FINAL}
-    drawable = [each for each in figures if each.kind == "laws" or not lost.intersection(needed([each]))]
-    drawings = [Drawing(each, out, tuple(runs)) for each in drawable]
-    files = side_by_side(draw, drawings, workers, report(len(tasks)))
-
-    write_json(out / "table.json", table(runs))
-    text = markdown(runs)
-    for path in (out / "table.md", docs):
-        if path is not None:
-            write_text(path, text)
-    ran = sum(each.ran for each in done)
-    lines = [f"{len(tasks)} simulations: {ran} run now, {len(tasks) - ran} had run before"]
-    lines += [
-        f"  {run.simulation.name}: {run.outcome}: {run.message}" for run in measured if not run.completed
-    ]
-    lines += summary(runs)
-    written = ["table.md", "table.json", f"figures/ ({len(files)})"]
-    return Reproduction(lines, written, not lost)

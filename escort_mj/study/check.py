@@ -1,90 +1,99 @@
-"""Scenarios checked: each one run, judged, and told apart from those that cannot run."""
+"""Scenarios checked side by side: each one run, judged, and told apart from those that cannot run."""
 
 from __future__ import annotations
 
 import shutil
 import time
 import traceback
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
-from escort_mj.expect.verdicts import Verdict
 from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import load_scenario
 from escort_mj.scenario.reader.load import expectation_lines
+from escort_mj.study.checked import BROKEN, GOOD, Case, Checked
+from escort_mj.study.engine.parallel import cores, side_by_side
 
-GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
-
-
-class Case(NamedTuple):
-    """A scenario to check.
-
-    Attributes:
-        path: Its file.
-        label: What to call it; also its run folder's place in that of all runs.
-        fault: Why it cannot be found; empty where it can.
-    """
-
-    path: Path
-    label: str
-    fault: str = ""
+Progress = Callable[[float, float], None]
+Clip = Callable[[Path], Path]
 
 
-@dataclass(frozen=True)
-class Checked:
-    """What came of a scenario.
+class Task(NamedTuple):
+    """One scenario to check, and what to leave of it.
 
     Attributes:
-        path: Its file.
-        label: What it is called.
-        name: The scenario's own name; empty where it could not be read.
-        outcome: How the run ended; empty where there was none.
-        message: The same in words.
-        verdicts: The outcome's, then one per expectation.
-        lines: Line of each expectation in the file, from 1.
-        wall_time: What it took [s].
-        faults: What is wrong with the file.
-        error: What broke in the program, with where it broke; empty if nothing did.
-        folder: The run folder, where it was kept.
-        clip: A short video around the worst moment, where there is one.
-        note: Why there is no clip, where there should be one.
+        case: Which.
+        folder: Its run folder; None keeps nothing on disk.
+        keep: Whether a run that passes leaves its folder, too.
+        clip: Draws a clip of a run that fails, from its folder; None for no clip.
     """
 
-    path: Path
-    label: str
-    name: str = ""
-    outcome: str = ""
-    message: str = ""
-    verdicts: list[Verdict] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
-    wall_time: float = 0.0
-    faults: tuple[Fault, ...] = ()
-    error: str = ""
-    folder: Path | None = None
-    clip: Path | None = None
-    note: str = ""
+    case: Case
+    folder: Path | None
+    keep: bool
+    clip: Clip | None
 
-    @property
-    def code(self) -> int:
-        """What it means to a shell, as exit codes do."""
-        if self.faults:
-            return BAD_INPUT
-        if self.error or not self.verdicts[0].passed:
-            return BROKEN
-        return VERDICT_FAILED if self.failures else GOOD
 
-    @property
-    def failures(self) -> list[Verdict]:
-        """The verdicts that failed."""
-        return [verdict for verdict in self.verdicts if not verdict.passed]
+def check(
+    cases: Sequence[Case],
+    out: Path,
+    workers: int | None = None,
+    keep: bool = False,
+    clip: Clip | None = None,
+    progress: Progress | None = None,
+) -> list[Checked]:
+    """Runs and judges scenarios side by side, in other processes: one that crashes costs its row alone.
 
-    def line(self, verdict: Verdict) -> int:
-        """Line of what a verdict is about; 1 where the file has none."""
-        place = verdict.expectation
-        return self.lines[place] if place is not None and place < len(self.lines) else 1
+    Args:
+        cases: What to check.
+        out: Folder for the run folders of those that fail.
+        workers: Processes; None for one per core.
+        keep: Whether runs that pass leave their folder, too.
+        clip: Draws a short video around the worst moment of each that fails and returns its file; None for no
+            clips. Of the top level of a module, since other processes call it.
+        progress: Called with the scenarios done and to do.
+
+    Returns:
+        One result per case, in their order.
+    """
+    tasks = [Task(case, out / case.label, keep, clip) for case in cases]
+    checked = 0
+
+    def note(done: float, total: float) -> None:
+        nonlocal checked
+        checked = int(done)
+        if progress is not None:
+            progress(done, total)
+
+    with stopping.keeping(
+        lambda: f"{checked} of {len(cases)} scenarios had been checked; the same command checks all again"
+    ):
+        return side_by_side(perform, tasks, workers or cores(), note, lost)
+
+
+def lost(task: Task, cause: str) -> Checked:
+    """The result of a scenario that kills every process that checks it."""
+    words = (
+        f"the process that ran it died each time ({cause}): a plugin that crashes, no memory, a full disk?"
+    )
+    folder = task.folder if task.folder is not None and task.folder.is_dir() else None
+    return Checked(task.case.path, task.case.label, error=words, folder=folder)
+
+
+def perform(task: Task) -> Checked:
+    """Checks one scenario, and draws a clip if it fails."""
+    result = check_one(task.case, task.folder, task.keep)
+    if task.clip is None or result.folder is None or result.code == GOOD or not result.verdicts:
+        return result
+    try:
+        return replace(result, clip=task.clip(result.folder))
+    except EscortError as error:
+        return replace(result, note=f"no clip: {error}")
 
 
 def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Checked:

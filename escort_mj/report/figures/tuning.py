@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from escort_mj.metrics import METRICS
 from escort_mj.report.figures.style import figure
-from escort_mj.study.search.tune import Trial, Tuned
 from escort_mj.study.sweeps.searches import Tune
+
+if TYPE_CHECKING:
+    from escort_mj.study.search.tune import Trial, Tuned
 
 UNITS = {metric.name: metric.unit for metric in METRICS}
 KEPT, BROKEN, OWN, FRONT = "#3B6FB6", "#B9BEC6", "#B00020", "#1E7B4F"

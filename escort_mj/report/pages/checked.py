@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 from escort_mj.errors import Fault, visible
 from escort_mj.expect.verdicts import Verdict, mark
-from escort_mj.study.check import BAD_INPUT, BROKEN, GOOD, VERDICT_FAILED, Checked
+from escort_mj.study.checked import BAD_INPUT, BROKEN, GOOD, VERDICT_FAILED, Checked
 
 STATUS = {GOOD: "pass", VERDICT_FAILED: "FAIL", BAD_INPUT: "BAD", BROKEN: "BROKE"}
 _CONTROL = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # what XML cannot hold

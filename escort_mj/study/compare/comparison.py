@@ -1,29 +1,17 @@
-"""Laws and outer loops side by side on one scenario: which runs that takes, and what is measured of each."""
+"""Laws and outer loops side by side on one scenario: which runs that takes, and their results."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from escort_mj.errors import UsageError
 from escort_mj.laws import LAWS as SHIPPED
-from escort_mj.measuring import TAIL, measure
 from escort_mj.metrics import METRICS
 from escort_mj.record.outcome import FINAL, Outcome
-from escort_mj.record.window import window
-from escort_mj.scenario import Scenario
-from escort_mj.scenario.checks.whole import check_scenario
 from escort_mj.scenario.findings import nearest
-from escort_mj.study.compare.laws import controller_of, outer_of
-from escort_mj.study.compare.measured import Quantity, true_error_rms
-from escort_mj.study.compare.runs import run_once
-
-if TYPE_CHECKING:
-    import xarray
+from escort_mj.study.compare.measured import Quantity
 
 LAWS = {str(law.model_fields["law"].default): law.title_of() for law in SHIPPED}
 """Titles of the laws that come with the package."""
@@ -69,22 +57,6 @@ class Trial(NamedTuple):
     def name(self) -> str:
         """Name of its run folder and of its scenario."""
         return f"{self.law}-{self.outer}-seed{self.seed}"
-
-
-class Assignment(NamedTuple):
-    """A trial to be had.
-
-    Attributes:
-        trial: Which.
-        scenario: What it is to run.
-        folder: Its run folder.
-        again: Whether to run it even if it has ended there before.
-    """
-
-    trial: Trial
-    scenario: Scenario
-    folder: Path
-    again: bool = False
 
 
 class Result(NamedTuple):
@@ -143,47 +115,6 @@ def chosen(option: str, words: Sequence[str], known: Iterable[str], default: Seq
 def trials(laws: Iterable[str], outers: Sequence[str], seeds: Sequence[int]) -> list[Trial]:
     """Every combination, in the order of the table."""
     return [Trial(law, outer, seed) for law in laws for outer in outers for seed in seeds]
-
-
-def scenario_of(base: Scenario, trial: Trial) -> Scenario:
-    """The scenario with what a trial changes: law, outer loop, seed; it expects nothing.
-
-    Raises:
-        ScenarioError: If a seed leaves no room for robots that are placed at random.
-    """
-    changed = base.model_copy(
-        update={
-            "name": trial.name,
-            "seed": trial.seed,
-            "controller": controller_of(base, trial.law),
-            "mission": base.mission.model_copy(update={"outer": outer_of(base, trial.outer)}),
-            "expect": (),
-        }
-    )
-    check_scenario(changed)
-    return changed
-
-
-def perform(assignment: Assignment) -> Result:
-    """Runs a trial, unless its folder holds it already, and measures it."""
-    ended = run_once(assignment.scenario, assignment.folder, assignment.again)
-    values: dict[str, float | None] = dict.fromkeys(QUANTITIES)
-    if ended.trace is not None and ended.outcome == Outcome.COMPLETED.value:
-        values = values_of(ended.trace)
-    return Result(assignment.trial, ended.outcome, ended.message, values, ended.ran)
-
-
-def values_of(trace: xarray.Dataset) -> dict[str, float | None]:
-    """All quantities of a run that reached its end: steady states over its last fifth, the rest over all."""
-    tail = window(trace, (1.0 - TAIL) * float(trace["time"][-1]))
-
-    def value(name: str) -> float | None:
-        part = tail if name in IN_TAIL else trace
-        if name == TRUE_PEAK:
-            return float(np.linalg.norm(part["q_d"].values - part["q"].values, axis=2).max())
-        return true_error_rms(part, "q") if name == TRUE_ERROR else measure(name, part).value
-
-    return {name: value(name) for name in QUANTITIES}
 
 
 class Spread(NamedTuple):

@@ -10,15 +10,11 @@ from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder, open_run
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.scenario import Scenario, dump_scenario
-from escort_mj.study.compare.measured import Measured, measured
-from escort_mj.study.compare.reproduction import Simulation
 
 if TYPE_CHECKING:
     import xarray
 
     from escort_mj.record.folder import StoredRun
-
-"""Outcomes that the simulation itself decides: running again would end the same."""
 
 
 class Ended(NamedTuple):
@@ -37,37 +33,18 @@ class Ended(NamedTuple):
     ran: bool
 
 
-class Task(NamedTuple):
-    """One simulation to be had.
+class Findings(NamedTuple):
+    """What came of the runs of a comparison or of the reproduction.
 
     Attributes:
-        simulation: Which.
-        scenario: What it is to run.
-        folder: Its run folder.
-        again: Whether to run it even if it has ended there before.
+        lines: What to tell the user.
+        written: Files of its folder.
+        stated: Whether every run ended in an outcome of its own.
     """
 
-    simulation: Simulation
-    scenario: Scenario
-    folder: Path
-    again: bool = False
-
-
-class Done(NamedTuple):
-    """What came of a task: what was measured, and whether it ran now."""
-
-    measured: Measured
-    ran: bool
-
-
-def perform(task: Task) -> Done:
-    """Runs a simulation, unless its folder holds it already, and measures it.
-
-    Raises:
-        UsageError: If the folder holds something else, or another process is writing in it.
-    """
-    ended = run_once(task.scenario, task.folder, task.again)
-    return Done(measured(task.simulation, ended.outcome, ended.message, ended.trace), ended.ran)
+    lines: list[str]
+    written: list[str]
+    stated: bool
 
 
 def run_once(scenario: Scenario, path: Path, again: bool = False) -> Ended:
@@ -93,14 +70,6 @@ def run_once(scenario: Scenario, path: Path, again: bool = False) -> Ended:
     except Exception as error:  # the folder says the same; the other runs go on
         return Ended(Outcome.FAILED.value, f"{type(error).__name__}: {error}", None, True)
     return Ended(run.outcome.value, run.message, run.trace, True)
-
-
-def look(task: Task) -> Measured | None:
-    """Measures a simulation that has ended before; None if there is no such run."""
-    stored = finished(task.folder, task.scenario)
-    if stored is None:
-        return None
-    return measured(task.simulation, stored.outcome["outcome"], stored.outcome["message"], stored.trace)
 
 
 def finished(folder: Path, scenario: Scenario) -> StoredRun | None:

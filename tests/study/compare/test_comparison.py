@@ -10,18 +10,16 @@ from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.laws import LAWS as MODELS
 from escort_mj.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.scenario import parse_scenario
+from escort_mj.study.compare.compare import Assignment, perform, scenario_of
 from escort_mj.study.compare.comparison import (
     LAWS,
     OUTERS,
     QUANTITIES,
-    Assignment,
     Result,
     Trial,
     best,
     chosen,
-    perform,
     rows,
-    scenario_of,
     spread,
     trials,
 )

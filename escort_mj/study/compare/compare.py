@@ -1,0 +1,155 @@
+"""The runs of a comparison of laws and outer loops, those that have not been made before, and its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from escort_mj.measuring import TAIL, measure
+from escort_mj.record.files import write_json, write_text
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.window import window
+from escort_mj.scenario import Scenario
+from escort_mj.scenario.checks.whole import check_scenario
+from escort_mj.scenario.reader.catalog import catalog_of
+from escort_mj.study.compare.comparison import (
+    IN_TAIL,
+    OUTERS,
+    QUANTITIES,
+    TRUE_ERROR,
+    TRUE_PEAK,
+    Result,
+    Trial,
+    chosen,
+    trials,
+)
+from escort_mj.study.compare.comparison_table import around_marks, facts, into_page, page, runs_table, summary
+from escort_mj.study.compare.laws import controller_of, outer_of
+from escort_mj.study.compare.measured import true_error_rms
+from escort_mj.study.compare.runs import Findings, run_once
+from escort_mj.study.engine.parallel import cores, side_by_side
+
+if TYPE_CHECKING:
+    import xarray
+
+Draw = Callable[[Path, Scenario, Sequence[Result]], Sequence[Path]]
+
+
+class Assignment(NamedTuple):
+    """A trial to be had.
+
+    Attributes:
+        trial: Which.
+        scenario: What it is to run.
+        folder: Its run folder.
+        again: Whether to run it even if it has ended there before.
+    """
+
+    trial: Trial
+    scenario: Scenario
+    folder: Path
+    again: bool = False
+
+
+def compare(
+    scenario: Scenario,
+    out: Path,
+    draw: Draw,
+    laws: Sequence[str] = (),
+    outers: Sequence[str] = (),
+    seeds: int = 1,
+    workers: int | None = None,
+    docs: Path | None = None,
+    again: bool = False,
+    progress: Callable[[float, float], None] | None = None,
+) -> Findings:
+    """Runs a scenario under several laws and outer loops, where that has not been done, and compares them.
+
+    Args:
+        scenario: What to run; its own law's gains go to the other laws where they mean the same.
+        out: Where everything goes; runs that ended there before are not run again.
+        draw: Draws the figures into that folder from its runs, and returns their files.
+        laws: Names of laws, each of them one or several between commas; empty for all.
+        outers: Names of outer loops, likewise; empty for the scenario's own.
+        seeds: How many seeds, from the scenario's own upward.
+        workers: Processes; None for one per core.
+        docs: A page of the docs with marks that the table goes between.
+        again: Run everything anew.
+        progress: Called with the runs done and to do.
+
+    Raises:
+        UsageError: If there is no such law or outer loop, a folder holds something else, or the
+            page has no marks.
+        ScenarioError: If a seed leaves no room for robots that are placed at random.
+    """
+    known = [model.model_fields["law"].default for model in catalog_of(scenario).laws]
+    names = chosen("--laws", laws, known, known)
+    if docs is not None:
+        around_marks(docs, scenario)
+    loops = chosen("--outer", outers, OUTERS, [scenario.mission.outer.loop])
+    wanted = trials(names, loops, [scenario.seed + index for index in range(seeds)])
+    assignments = [
+        Assignment(trial, scenario_of(scenario, trial), out / trial.name, again) for trial in wanted
+    ]
+    workers = cores() if workers is None else workers
+    results = side_by_side(perform, assignments, workers, progress)
+
+    write_json(out / "table.json", facts(scenario, results))
+    write_text(out / "table.csv", runs_table(results))
+    write_text(out / "table.md", page(scenario, results))
+    if docs is not None:
+        write_text(docs, into_page(docs, scenario, results))
+    files = draw(out, scenario, results)
+    ran = sum(result.ran for result in results)
+    lines = [f"{len(results)} runs: {ran} run now, {len(results) - ran} had run before"]
+    lines += [
+        f"  {result.trial.name}: {result.outcome}: {result.message}"
+        for result in results
+        if not result.completed
+    ]
+    written = ["table.md", "table.csv", "table.json", f"figures/ ({len(files)})"]
+    return Findings(lines + summary(results), written, all(result.stated for result in results))
+
+
+def scenario_of(base: Scenario, trial: Trial) -> Scenario:
+    """The scenario with what a trial changes: law, outer loop, seed; it expects nothing.
+
+    Raises:
+        ScenarioError: If a seed leaves no room for robots that are placed at random.
+    """
+    changed = base.model_copy(
+        update={
+            "name": trial.name,
+            "seed": trial.seed,
+            "controller": controller_of(base, trial.law),
+            "mission": base.mission.model_copy(update={"outer": outer_of(base, trial.outer)}),
+            "expect": (),
+        }
+    )
+    check_scenario(changed)
+    return changed
+
+
+def perform(assignment: Assignment) -> Result:
+    """Runs a trial, unless its folder holds it already, and measures it."""
+    ended = run_once(assignment.scenario, assignment.folder, assignment.again)
+    values: dict[str, float | None] = dict.fromkeys(QUANTITIES)
+    if ended.trace is not None and ended.outcome == Outcome.COMPLETED.value:
+        values = values_of(ended.trace)
+    return Result(assignment.trial, ended.outcome, ended.message, values, ended.ran)
+
+
+def values_of(trace: xarray.Dataset) -> dict[str, float | None]:
+    """All quantities of a run that reached its end: steady states over its last fifth, the rest over all."""
+    tail = window(trace, (1.0 - TAIL) * float(trace["time"][-1]))
+
+    def value(name: str) -> float | None:
+        part = tail if name in IN_TAIL else trace
+        if name == TRUE_PEAK:
+            return float(np.linalg.norm(part["q_d"].values - part["q"].values, axis=2).max())
+        return true_error_rms(part, "q") if name == TRUE_ERROR else measure(name, part).value
+
+    return {name: value(name) for name in QUANTITIES}

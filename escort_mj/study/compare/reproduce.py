@@ -1,0 +1,135 @@
+"""The runs of the reproduction, those that have not been made before, its table and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from escort_mj.errors import UsageError
+from escort_mj.record.files import write_json, write_text
+from escort_mj.record.outcome import FINAL
+from escort_mj.scenario import Scenario
+from escort_mj.study.compare.measured import Measured, measured
+from escort_mj.study.compare.reproduction import (
+    PaperFigure,
+    Simulation,
+    chosen,
+    needed,
+    scenario_of,
+    simulations,
+)
+from escort_mj.study.compare.runs import Findings, finished, run_once
+from escort_mj.study.compare.table import markdown, summary, table
+from escort_mj.study.engine.parallel import cores, side_by_side
+
+Draw = Callable[[Path, Sequence[Measured], PaperFigure], Path]
+
+
+class Task(NamedTuple):
+    """One simulation to be had.
+
+    Attributes:
+        simulation: Which.
+        scenario: What it is to run.
+        folder: Its run folder.
+        again: Whether to run it even if it has ended there before.
+    """
+
+    simulation: Simulation
+    scenario: Scenario
+    folder: Path
+    again: bool = False
+
+
+class Done(NamedTuple):
+    """What came of a task: what was measured, and whether it ran now."""
+
+    measured: Measured
+    ran: bool
+
+
+def perform(task: Task) -> Done:
+    """Runs a simulation, unless its folder holds it already, and measures it.
+
+    Raises:
+        UsageError: If the folder holds something else, or another process is writing in it.
+    """
+    ended = run_once(task.scenario, task.folder, task.again)
+    return Done(measured(task.simulation, ended.outcome, ended.message, ended.trace), ended.ran)
+
+
+def reproduce(
+    scenarios: Path,
+    out: Path,
+    draw: Draw,
+    only: Sequence[str] = (),
+    workers: int | None = None,
+    docs: Path | None = None,
+    again: bool = False,
+    progress: Callable[[float, float], None] | None = None,
+) -> Findings:
+    """Runs the paper's simulations, those that have not run before, draws its figures and writes the table.
+
+    Args:
+        scenarios: Folder of the shipped scenarios.
+        out: Where everything goes; simulations that ended there before are not run again.
+        draw: Draws a figure of such a folder, given what was measured, and returns its file. Of the top
+            level of a module, since other processes call it.
+        only: Figures by their numbers; empty for all. The table covers every simulation that has run.
+        workers: Processes; None for one per core.
+        docs: A file that gets the table too.
+        again: Run everything that is asked for anew.
+        progress: Called with the simulations and figures done and to do.
+
+    Raises:
+        UsageError: If there is no such figure, or a folder holds something else.
+    """
+    figures = chosen(only)
+    if docs is not None and only:
+        raise UsageError("--docs: the docs hold the whole table; leave --only out")
+    workers = cores() if workers is None else workers
+    wanted = needed(figures) if only else simulations()
+
+    def task(simulation: Simulation) -> Task:
+        return Task(simulation, scenario_of(simulation, scenarios), out / simulation.name, again)
+
+    tasks = [task(simulation) for simulation in wanted]
+    steps = len(tasks) + len(figures)
+
+    def report(offset: int) -> Callable[[float, float], None] | None:
+        return None if progress is None else lambda done, total: progress(offset + done, steps)
+
+    done = side_by_side(perform, tasks, workers, report(0))
+    measured = [each.measured for each in done]
+    known = {run.simulation: run for run in measured}
+    others = [task(simulation) for simulation in simulations() if simulation not in known]
+    known |= {run.simulation: run for run in map(look, others) if run is not None}
+    runs = [known[simulation] for simulation in simulations() if simulation in known]
+
+    lost = {run.simulation for run in measured if run.outcome not in FINAL}
+    drawable = [each for each in figures if each.kind == "laws" or not lost.intersection(needed([each]))]
+    files = side_by_side(partial(draw, out, tuple(runs)), drawable, workers, report(len(tasks)))
+
+    write_json(out / "table.json", table(runs))
+    text = markdown(runs)
+    for path in (out / "table.md", docs):
+        if path is not None:
+            write_text(path, text)
+    ran = sum(each.ran for each in done)
+    lines = [f"{len(tasks)} simulations: {ran} run now, {len(tasks) - ran} had run before"]
+    lines += [
+        f"  {run.simulation.name}: {run.outcome}: {run.message}" for run in measured if not run.completed
+    ]
+    lines += summary(runs)
+    written = ["table.md", "table.json", f"figures/ ({len(files)})"]
+    return Findings(lines, written, not lost)
+
+
+def look(task: Task) -> Measured | None:
+    """Measures a simulation that has ended before; None if there is no such run."""
+    stored = finished(task.folder, task.scenario)
+    if stored is None:
+        return None
+    return measured(task.simulation, stored.outcome["outcome"], stored.outcome["message"], stored.trace)
