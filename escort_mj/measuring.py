@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 from escort_mj.metrics import METRICS
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 TAIL = 0.2  # share of a run that counts as its steady state
 EMPTY = "the run has no sample in the window"
+DEAR = "takes long with so many robots and samples; measured where an expectation names it"
 SHIPPED = {metric.name: metric for metric in METRICS}
 
 
@@ -37,13 +38,26 @@ def measure(
     return (SHIPPED[metric] if isinstance(metric, str) else metric).of(part)
 
 
-def measures_of(trace: Recorded, metrics: Sequence[Metric] = METRICS) -> dict[str, Measure]:
-    """Every metric: over the whole run or, for steady state, over its last fifth."""
+def measures_of(
+    trace: Recorded, metrics: Sequence[Metric] = METRICS, wanted: Collection[str] = ()
+) -> dict[str, Measure]:
+    """Return every metric: over the whole run or, for steady state, over its last fifth.
+
+    Args:
+        trace: The whole trace.
+        metrics: Which.
+        wanted: Names of those that are measured even if it takes long.
+    """
     if not trace.sizes["time"]:
         return {metric.name: Measure(None, reason=EMPTY) for metric in metrics}
     whole = sealed(trace)
     tail = sealed(window(whole, (1.0 - TAIL) * float(trace["time"][-1])))
-    return {metric.name: metric.of(tail if metric.tail else whole) for metric in metrics}
+    found = {}
+    for metric in metrics:
+        part = tail if metric.tail else whole
+        skipped = metric.dear is not None and metric.name not in wanted and metric.dear(part)
+        found[metric.name] = Measure(None, reason=DEAR) if skipped else metric.of(part)
+    return found
 
 
 def summarize(

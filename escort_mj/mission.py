@@ -168,7 +168,8 @@ def conclude(
     recording.attrs["mujoco_warnings"] = sum(plant.warnings().values())
     steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
     known = catalog_of(scenario).metrics
-    measures = measures_of(recording, known)
+    wanted = {one.subject for one in scenario.expect}
+    measures = measures_of(recording, known, wanted)
     verdicts = judge(scenario.expect, recording, outcome)
     errors = [found.reason for found in measures.values() if found.broken]
     errors += [verdict.found for verdict in verdicts if verdict.broken]

@@ -5,6 +5,7 @@ import pytest
 
 from escort_mj.measuring import measure, measures_of, summarize
 from escort_mj.metrics import METRIC_NAMES, METRICS
+from escort_mj.metrics.metric import Metric
 from escort_mj.record.files import write_json
 from escort_mj.record.outcome import Outcome
 from tests.metrics.motions import RADIUS, TIME, ring, steps
@@ -56,3 +57,18 @@ class TestSummary:
     def test_a_window_beyond_the_run_holds_nothing(self, make_trace, name):
         found = measure(name, make_trace(TIME, robots=2, obstacles=1), after=11.0)
         assert (found.value, found.reason) == (None, "the run has no sample in the window")
+
+
+class TestDearOnes:
+    """What takes long is measured where it is wanted."""
+
+    dear = Metric("dear", "1", "dear", lambda trace: 3.0, dear=lambda trace: trace.sizes["time"] > 100)
+
+    def test_it_has_a_reason_in_place_of_a_value(self, make_trace):
+        (found,) = measures_of(make_trace(TIME), [self.dear]).values()
+        assert found.value is None and "takes long" in found.reason and not found.broken
+
+    def test_it_is_measured_where_it_is_wanted_or_quick(self, make_trace):
+        assert measures_of(make_trace(TIME), [self.dear], {"dear"})["dear"].value == 3.0
+        assert measures_of(make_trace(TIME[:100]), [self.dear])["dear"].value == 3.0
+        assert measure(self.dear, make_trace(TIME)).value == 3.0

@@ -29,7 +29,7 @@ def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
     return Measure(float(values[row, which, column]), float(trace["time"][row]), who)
 
 
-@metric(unit="m", watched=False, rank=130)
+@metric(unit="m", watched=False, more_is_better=True, rank=130)
 def obstacle_distance_min(trace: Recorded) -> Measure:
     """Least distance of a robot's center to an obstacle's, or to its surface if it is no sphere."""
     if not trace.sizes["obstacle"]:
@@ -40,20 +40,20 @@ def obstacle_distance_min(trace: Recorded) -> Measure:
     return least(trace, flat, lambda index: (*robot(index // count), str(names[index % count])))
 
 
-@metric(unit="m", least=-math.inf, rank=140)
+@metric(unit="m", least=-math.inf, more_is_better=True, rank=140)
 def obstacle_clearance_min(trace: Recorded) -> Measure:
     """Least distance robot to obstacle or wall, surface to surface."""
     return _clearance(trace, ("obstacles", "walls"), UNOBSTRUCTED)
 
 
-@metric(unit="m", watched=False, rank=150)
+@metric(unit="m", watched=False, more_is_better=True, rank=150)
 def robot_distance_min(trace: Recorded) -> Measure:
     """Least distance between two robots, center to center."""
     name = "robot_distance_min"
     return least(trace, trace[name].values, robot) if name in trace else Measure(None, reason=ALONE)
 
 
-@metric(unit="m", least=-math.inf, rank=160)
+@metric(unit="m", least=-math.inf, more_is_better=True, rank=160)
 def robot_clearance_min(trace: Recorded) -> Measure:
     """Least distance between two robots, surface to surface."""
     return _clearance(trace, ("robots",), ALONE)

@@ -66,6 +66,8 @@ class Metric(NamedTuple):
         most: No value is above this.
         grows: Whether it can only grow as its window does.
         watched: Whether it reads what is watched between samples.
+        more_is_better: Whether larger values are the better ones.
+        dear: Says of a trace whether measuring it takes long; None for a metric that is always quick.
         rank: Where tables list it, in ascending order; equal ones by name.
     """
 
@@ -78,6 +80,8 @@ class Metric(NamedTuple):
     most: float = math.inf
     grows: bool = False
     watched: bool = True
+    more_is_better: bool = False
+    dear: Callable[[Any], bool] | None = None
     rank: float = math.inf
 
     def of(self, trace: Recorded) -> Measure:
@@ -101,6 +105,8 @@ def metric(
     most: float = math.inf,
     grows: bool = False,
     watched: bool = True,
+    more_is_better: bool = False,
+    dear: Callable[[Any], bool] | None = None,
     rank: float = math.inf,
 ) -> Callable[[F], F]:
     """Make a function of a trace a metric: in metrics.json, and in expectations, by the function's name.
@@ -117,12 +123,18 @@ def metric(
         grows: Whether it can only grow as its window does, as a largest value does.
         watched: Whether it reads what is watched between samples, such as clearances and largest speeds; if
             so, an expectation of it has a sample in the step before its window.
+        more_is_better: Whether larger values are the better ones, in tables of studies.
+        dear: Says of a trace whether measuring it takes long. If so, a run's own summary has the metric only
+            where an expectation of the scenario names it.
         rank: Where tables list it, in ascending order; equal ones by name, those without one at the end.
     """
 
     def mark(function: F) -> F:
         meaning = _uncapitalized(" ".join((function.__doc__ or "").split("\n\n")[0].split()).rstrip("."))
-        made = Metric(function.__name__, unit, meaning, function, tail, least, most, grows, watched, rank)
+        name = function.__name__
+        made = Metric(
+            name, unit, meaning, function, tail, least, most, grows, watched, more_is_better, dear, rank
+        )
         setattr(function, _MARK, made)
         return function
 

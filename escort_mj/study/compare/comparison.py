@@ -43,7 +43,7 @@ QUANTITIES = {
     )
 }
 IN_TAIL = {metric.name for metric in METRICS if metric.tail} | {TRUE_ERROR}
-MORE_IS_BETTER = {"obstacle_clearance_min", "robot_clearance_min"}
+MORE_IS_BETTER = {metric.name for metric in METRICS if metric.more_is_better}
 
 
 class Trial(NamedTuple):

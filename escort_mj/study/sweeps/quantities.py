@@ -32,15 +32,9 @@ RATES = {
 }
 SAFETY, PRECISION, EFFORT = "clearance_least", "radius_error_mean", "energy"
 CLEARANCES = tuple(metric.name for metric in METRICS if metric.name.endswith("clearance_min"))
-DISTANCES = ("distance_min", "clearance_min")
 VALUES = {
     SAFETY: Quantity("m", "least distance of a robot's surface to any other body's", True),
-    **{
-        metric.name: Quantity(
-            metric.unit, metric.meaning, metric.name.endswith(("distance_min", "clearance_min"))
-        )
-        for metric in METRICS
-    },
+    **{metric.name: Quantity(metric.unit, metric.meaning, metric.more_is_better) for metric in METRICS},
 }
 QUANTITIES = RATES | VALUES
 
