@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from escort_mj.control.reference.failure import Team
+    from escort_mj.control.failure import Team
     from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]

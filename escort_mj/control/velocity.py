@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors.task import Situation
 from escort_mj.behaviors.wish import MAX_DIRECTIONS
 from escort_mj.components.movers import obstacles_seen
 from escort_mj.components.parameters import UNLIMITED
@@ -12,14 +17,16 @@ from escort_mj.components.plan import BARRIER_FILTER, IN_WORLD, KIND, OUTSIDE, P
 from escort_mj.control.nsb import (
     AVOID_OBSTACLES,
     compose,
+    outer_loop,
     parameters_at,
     read_avoidance,
     ruled,
     set_velocities,
     wish,
 )
-from escort_mj.control.outer_loops.barrier_filter import filter_velocity
-from escort_mj.control.outer_loops.potential_field import repulsion
+from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.outer_loops.barrier_filter import filter_velocity, filtered
+from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
 from escort_mj.control.supervisor import FIRST, LEVELS
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, row_of, set_row, stack_rows, store, where
@@ -27,6 +34,9 @@ from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
     from escort_mj.components.plan import Plan, State
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @inlined
@@ -122,3 +132,32 @@ def _slow_down(i: int, plan: Plan, state: State) -> None:
         share = plan.max_speed / math.sqrt(square)
         for k in range(state.q.shape[1]):
             state.v_d[i, k] *= share
+
+
+# The same in plain NumPy.
+
+
+def reference_velocity(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
+    """The outer loop that the mission asks for; arguments and results as of `outer.outer_loop`."""
+    setup, q, lost = now.setup, now.q, now.team.lost
+    loop = setup.outer
+    escorting = tuple(b for b in behaviors if b.frame == "target")
+    avoiding = [b for b in behaviors if isinstance(b, AvoidObstacles)]
+    active = np.zeros(len(q), dtype=bool)
+    if isinstance(loop, BarrierFilter):
+        velocity, _ = outer_loop(escorting, now)
+        for avoid in avoiding:
+            velocity, active = filtered(loop, avoid, velocity, q, setup, lost)
+    elif isinstance(loop, PotentialField):
+        velocity = np.tile(now.c_dot * setup.target_feedforward, (len(q), 1))
+        for behavior in escorting:
+            velocity = velocity + behavior.velocity(now)
+        for avoid in avoiding:
+            push, active = repulsions(loop, avoid, q, setup, lost)
+            velocity = velocity + push
+    else:
+        return outer_loop(behaviors, now)
+    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(speed > setup.max_speed, setup.max_speed / speed, 1.0)
+    return velocity * share, active

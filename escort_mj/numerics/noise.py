@@ -230,3 +230,29 @@ def uniform(robot: int, most: float, seed: int, draw: int, result: Array) -> Non
         if k % PER_BLOCK == 0:
             _fill(coordinates, seed, _FORCES + k // PER_BLOCK, OF_ROBOT, robot, draw)
         result[k] = most * coordinates[k % PER_BLOCK]
+
+
+# The same in plain NumPy.
+
+
+def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2, use: int = 0) -> Array:
+    """Draws points from the unit ball, uniformly, by rejection; shape (balls, axes).
+
+    Each (use, robot from 0, physics step) has a stream of its own: Philox4x64-10, counted from block 1, each
+    of its words giving two coordinates, the lower half first. The points follow each other in the stream.
+    """
+    generator = np.random.Philox(
+        key=np.array([seed, TAG], dtype=np.uint64),
+        counter=np.array([0, use, robot, step], dtype=np.uint64),
+    )
+    points: list[Array] = []
+    waiting = np.zeros(0)
+    while len(points) < balls:
+        while len(waiting) < axes:
+            words = generator.random_raw(4)
+            halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
+            waiting = np.concatenate([waiting, (halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0])
+        point, waiting = waiting[:axes], waiting[axes:]
+        if point @ point <= 1.0:
+            points.append(point)
+    return np.array(points)

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from escort_mj.control import attitude
-from escort_mj.control.attitude import Craft
-from escort_mj.control.reference.attitude import mixing, rotation, thrusts_for, wanted_rotation
+from escort_mj.control.attitude import Craft, mixing, rotation, thrusts_for, wanted_rotation
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.scenario.schema.kinds import Quadrotor
 

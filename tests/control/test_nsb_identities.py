@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Surface
 from escort_mj.behaviors.task import Situation, distance, half_squared_distance, resolve
+from escort_mj.control.failure import Team
+from escort_mj.control.nsb import spend
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
-from escort_mj.control.reference.failure import Team
-from escort_mj.control.reference.outer import spend
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.numerics.formation import arrange

@@ -9,9 +9,8 @@ import pytest
 
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
-from escort_mj.control.outer_loops.barrier_filter import STIFFNESS, filter_velocity
-from escort_mj.control.outer_loops.potential_field import repulsion
-from escort_mj.control.reference.outer_loops import filtered, least_change, repulsions
+from escort_mj.control.outer_loops.barrier_filter import STIFFNESS, filter_velocity, filtered, least_change
+from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.native.compiler.declarations import jitted

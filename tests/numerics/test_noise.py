@@ -13,8 +13,8 @@ from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.native.lanes import WIDTH, stack_rows
-from escort_mj.numerics.noise import OF_TARGET, draw_points
-from escort_mj.sensing.noise_streams import NOISE_KEY, ball_noise
+from escort_mj.numerics.noise import OF_TARGET, ball_noise, draw_points
+from escort_mj.numerics.noise import TAG as NOISE_KEY
 from escort_mj.sensing.sensors import Channel, Sensors
 
 MASK = 2**64 - 1

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.components.parameters import Parameters
-from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of
+from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of, surroundings
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.sensing.measure import in_range
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 STIFFNESS = 1e4  # weight of a violated constraint against the change of velocity: violations of 1e-4 of it
 MOST_STEPS = 60  # of the minimization; a handful is needed
@@ -190,3 +196,52 @@ def _solve(a: Array, b: Array, x: Array) -> None:
         for j in range(k + 1, p):
             x[k] -= a[k, j] * x[j]
         x[k] /= a[k, k]
+
+
+# The same in plain NumPy.
+
+
+def filtered(
+    barrier: BarrierFilter, avoid: AvoidObstacles, nominal: Array, q: Array, setup: Setup, lost: Mask
+) -> tuple[Array, Mask]:
+    """Each robot's velocity behind the filter, shape (n, p) [m/s], and whose it changed, shape (n,)."""
+    away, distance, safe = surroundings(avoid, q, setup, lost)
+    share = np.where(lost, 1.0, 0.5)
+    radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+    gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii
+    obstacles = len(setup.obstacle_radius)
+    known = np.hstack(
+        [
+            in_range(gaps[:, :obstacles], setup.sensing.obstacles),
+            in_range(gaps[:, obstacles:], setup.sensing.robots),
+        ]
+    )
+    bound = -barrier.rate * (distance - safe) * np.concatenate([np.ones(len(setup.obstacle_radius)), share])
+    velocities, changed = nominal.copy(), np.zeros(len(q), dtype=bool)
+    for i, own in enumerate((safe > 0.0) & np.isfinite(known)):
+        missing = bound[i, own] - away[i, own] @ nominal[i]
+        if np.any(missing > 0.0):
+            velocities[i] += least_change(away[i, own], missing)
+            changed[i] = True
+    return velocities, changed
+
+
+def least_change(rows: Array, missing: Array) -> Array:
+    """The change x of a velocity with slacks s, rows x + s >= missing, of least |x|^2 + STIFFNESS |s|^2.
+
+    Lawson and Hanson's least-distance programming: with z = (x, sqrt(STIFFNESS) s) it is the shortest z in a
+    polyhedron G z >= h, which the residual of a non-negative least-squares problem gives.
+
+    Args:
+        rows: Shape (k, p).
+        missing: Shape (k,) [m/s].
+    """
+    from scipy.optimize import nnls
+
+    weights = np.hstack([rows, np.eye(len(rows)) / np.sqrt(STIFFNESS)])
+    system = np.vstack([weights.T, missing])
+    goal = np.zeros(len(system))
+    goal[-1] = 1.0
+    multipliers, _ = nnls(system, goal)
+    residual = goal - system @ multipliers
+    return -residual[: rows.shape[1]] / residual[-1]

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.native.kernels import inlined
 
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 @inlined
@@ -91,3 +96,28 @@ def bearing(robot: int, other: int, q: Array, obstacle_position: Array, directio
         else:
             direction[k] = 1.0 if k == 0 else 0.0
     return distance
+
+
+# The same in plain NumPy.
+
+
+def surroundings(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> tuple[Array, Array, Array]:
+    """Every obstacle and teammate as each robot sees it, obstacles first.
+
+    Returns:
+        Unit vectors away from them, shape (n, m + n, p); distances as the behavior measures them, and the
+        least ones [m], shape (n, m + n), the latter 0 where nothing is avoided.
+    """
+    teammates = np.broadcast_to(q, (len(q), *q.shape))
+    offsets = q[:, None] - np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)
+    distance = np.linalg.norm(offsets, axis=2)
+    away = np.where(distance[..., None] > 0.0, offsets, np.eye(q.shape[1])[0])
+    away = away / np.linalg.norm(away, axis=2, keepdims=True)
+    if avoid.measure == "surface":
+        radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+        distance = distance - setup.robot_radius[:, None] - radii
+    mates = np.full((len(q), len(q)), setup.teammate_distance(avoid))
+    mates[:, lost] = max(avoid.safe_distance, setup.teammate_distance(avoid))
+    np.fill_diagonal(mates, 0.0)
+    safe = np.hstack([np.full((len(q), len(setup.obstacle_position)), avoid.safe_distance), mates])
+    return away, distance, safe

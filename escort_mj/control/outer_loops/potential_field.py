@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
+from escort_mj.behaviors import AvoidObstacles
 from escort_mj.components.parameters import Parameters
-from escort_mj.control.outer_loops.nearby import bearing, reach_of
+from escort_mj.control.outer_loops.nearby import bearing, reach_of, surroundings
 from escort_mj.native.kernels import inlined
 
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 class PotentialField(Parameters):
@@ -76,3 +81,18 @@ def repulsion(
         for k in range(total.shape[0]):
             total[k] += speed * direction[k]
     return repelled
+
+
+# The same in plain NumPy.
+
+
+def repulsions(
+    field: PotentialField, avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask
+) -> tuple[Array, Mask]:
+    """What obstacles and teammates add to each robot's velocity, shape (n, p) [m/s], and to whose, (n,)."""
+    away, distance, safe = surroundings(avoid, q, setup, lost)
+    near = (distance < safe) & (safe > 0.0)
+    d = np.maximum(distance, field.least_distance)
+    with np.errstate(divide="ignore"):
+        speed = np.where(near, field.gain * np.maximum(1.0 / d - 1.0 / safe, 0.0) / d**2, 0.0)
+    return np.einsum("ij,ijk->ik", speed, away), np.asarray(near.any(axis=1))

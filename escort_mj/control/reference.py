@@ -1,4 +1,12 @@
-"""The twin's controller: its state, and one evaluation of the law after another."""
+"""The law once more, in plain NumPy and straight from the paper: the twin of the compiled kernels.
+
+Here the team is one vector of p n coordinates. A behavior is a task with the paper's block-diagonal
+Jacobian J, shape (n, p n); its velocity is J^+ Lambda sigma~ and its null space I - J^+ J, with
+`numpy.linalg.pinv` for J^+. Nothing is simplified, so this code and the kernels share neither a line
+nor a closed form. It is slow, and it is what the kernels are held against.
+
+Unless said otherwise q, v, e are of the whole team, shape (n, p) [m], [m/s], [m], world frame.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +20,13 @@ from numpy.typing import NDArray
 from escort_mj.behaviors.task import Situation
 from escort_mj.behaviors.vertices import turned
 from escort_mj.components.views import LawView
-from escort_mj.control.reference.conflicts import Tasks, weigh
-from escort_mj.control.reference.failure import Team, motors
-from escort_mj.control.reference.outer_loops import reference_velocity
-from escort_mj.control.reference.supervisor import Holder, Supervisor
+from escort_mj.control.conflicts import Tasks, weigh
+from escort_mj.control.failure import Team, motors
 from escort_mj.control.setup import Setup
-from escort_mj.sensing.instruments import Instruments
+from escort_mj.control.supervisor import Supervisor
+from escort_mj.control.trigger import Holder
+from escort_mj.control.velocity import reference_velocity
+from escort_mj.sensing.measure import Instruments
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
