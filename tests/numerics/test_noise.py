@@ -13,8 +13,7 @@ from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.native.lanes import WIDTH, stack_rows
-from escort_mj.numerics.noise import OF_TARGET, ball_noise, draw_points
-from escort_mj.numerics.noise import TAG as NOISE_KEY
+from escort_mj.numerics.noise import OF_TARGET, TAG, ball_noise, draw_points
 from escort_mj.sensing.sensors import Channel, Sensors
 
 MASK = 2**64 - 1
@@ -76,7 +75,7 @@ def test_philox_gives_the_published_answers(counter: list[int], key: list[int], 
 @pytest.mark.parametrize("seed", [0, 7, 2**53 - 1])
 def test_ball_noise_follows_its_definition(seed: int, axes: int) -> None:
     for robot, step in [(0, 0), (3, 12345), (4999, 10**9)]:
-        words = [w for block in range(1, 9) for w in philox([block, 0, robot, step], [seed, NOISE_KEY])]
+        words = [w for block in range(1, 9) for w in philox([block, 0, robot, step], [seed, int(TAG)])]
         halves = [half for word in words for half in (word % 2**32, word >> 32)]
         coordinates = [(half + 0.5) * 2.0**-31 - 1.0 for half in halves]
         candidates = np.array(coordinates[: len(coordinates) // axes * axes]).reshape(-1, axes)
@@ -141,7 +140,7 @@ def test_as_many_points_as_are_needed(counts: tuple[int, int], axes: int) -> Non
 
 @pytest.mark.parametrize(("axes", "robot", "step", "inside"), LATE)
 def test_who_finds_too_little_at_once_goes_on_alone(axes: int, robot: int, step: int, inside: int) -> None:
-    words = [w for block in range(1, axes + 1) for w in philox([block, 0, robot, step], [1, NOISE_KEY])]
+    words = [w for block in range(1, axes + 1) for w in philox([block, 0, robot, step], [1, int(TAG)])]
     at_once = np.array([half for word in words for half in (word % 2**32, word >> 32)]).reshape(8, axes)
     squares = np.sum(((at_once + 0.5) * 2.0**-31 - 1.0) ** 2, axis=1)
     assert np.sum(squares <= 1.0) == inside, "another draw is needed here"
