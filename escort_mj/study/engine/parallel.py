@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import multiprocessing
 import os
 import signal
@@ -9,13 +10,12 @@ import threading
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing
+from contextlib import closing, suppress
 from functools import partial
 from itertools import islice
-from multiprocessing import resource_tracker
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import ForkServerContext, ForkServerProcess
-from multiprocessing.forkserver import ensure_running
 from typing import Any, TypeVar
 
 from escort_mj import stopping
@@ -62,11 +62,26 @@ def parent_of_workers() -> _Context:
     with stopping.deferred():
         resource_tracker.ensure_running()  # which would end the block below
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # which the process inherits
+        before = _parent()
         try:
-            ensure_running()
+            forkserver.ensure_running()
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if (number := _parent()) is not None and number != before:
+            atexit.register(_end_parent, number)
     return context
+
+
+def _parent() -> int | None:
+    """Number of the process that worker processes are forked from."""
+    return getattr(forkserver._forkserver, "_forkserver_pid", None)
+
+
+def _end_parent(number: int) -> None:
+    """End the process that worker processes are forked from: by itself it would import to the end first."""
+    if _parent() == number:
+        with suppress(ProcessLookupError):
+            os.kill(number, signal.SIGKILL)
 
 
 def _die_with_parent() -> None:

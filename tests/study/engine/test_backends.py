@@ -125,6 +125,25 @@ def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> N
     assert '__name__ == "__main__"' in ended.stderr.splitlines()[-1]
 
 
+def test_what_workers_are_forked_from_ends_with_a_command_though_it_still_imports(tmp_path: Path) -> None:
+    (tmp_path / "slow_to_import.py").write_text("import time\ntime.sleep(60.0)\n")
+    program = """
+from escort_mj import stopping
+from escort_mj.study.engine import parallel
+
+def run():
+    parallel.parent_of_workers()
+    raise KeyboardInterrupt
+
+if __name__ == "__main__":
+    parallel.WORK = "slow_to_import"
+    stopping.command(run)
+"""
+    (tmp_path / "program.py").write_text(program)
+    done = subprocess.run([sys.executable, "program.py"], cwd=tmp_path, capture_output=True, timeout=30.0)
+    assert done.returncode == 130  # and nobody holds its output any longer
+
+
 @pytest.mark.parametrize("make", backends()[1:])
 def test_an_interrupt_leaves_no_worker(make: Make, tmp_path: Path) -> None:
     def interrupt() -> None:
