@@ -7,6 +7,9 @@ ifneq ($(shell test -w "$$HOME" && echo yes),yes)
 export HOME := $(CURDIR)/.cache
 endif
 
+# Each module is compiled once and not in every process that imports it.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help run test machine-code kernels slow bench docs wheel lint style types format lock clean
@@ -63,18 +66,23 @@ clean: ## remove .venv and every cache
 	rm -rf .venv escort_mj/native/machine_code .cache .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# Compiled here, so that no program has to compile what it imports each time it starts.
-INSTALL := $(BIN)/uv pip install --quiet --compile-bytecode --python $(BIN)/python
+INSTALL := $(BIN)/uv pip install --quiet --python $(BIN)/python
+# Leaves bytecode of what programs import, also for those that may write none; of all of it would take thrice as long.
+IMPORT := $(BIN)/python -W ignore -c
 
 .venv/.run: requirements/run.txt pyproject.toml | $(BIN)/uv
 	@echo "Installing the packages pinned in requirements/run.txt into .venv ..."
 	@$(INSTALL) -r requirements/run.txt
 	@$(INSTALL) --no-deps --no-build-isolation --editable .
+	@$(IMPORT) 'import dm_control.mjcf, h5py, matplotlib.pyplot, mediapy, mujoco, numba, pandas, pydantic, rich, \
+	    ruamel.yaml, scipy.optimize, scipy.spatial, scipy.stats, typer, xarray, escort_mj.api'
 	@touch $@
 
 .venv/.test: requirements/test.txt .venv/.run
 	@echo "Adding the test tools pinned in requirements/test.txt ..."
 	@$(INSTALL) -r requirements/test.txt
+	@$(IMPORT) 'import cmaes, distributed, gymnasium, hypothesis, jsonschema, mcap, optuna, pettingzoo, pytest, \
+	    viser, xdist'
 	@touch $@
 
 # Tried once: a machine that may not install EGL is not asked again, and every run says what it lacks.
