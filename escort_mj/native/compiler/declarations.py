@@ -6,20 +6,23 @@ import ctypes
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-import numba
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.typing.templates import AbstractTemplate, ConcreteTemplate, infer_global, signature
-from numba.extending import lower_builtin
 
-from escort_mj.native import artifacts, cache, kernels, levels, memory, on_demand
+from escort_mj.native import artifacts, cache, kernels, memory, on_demand
 from escort_mj.native.compiler import lanes, machine, uint64_lanes, views  # noqa: F401
+from escort_mj.native.compiler.numba_parts import (
+    AbstractTemplate,
+    ConcreteTemplate,
+    cgutils,
+    infer_global,
+    keep_compiled_in,
+    lower_builtin,
+    njit,
+    signature,
+    types,
+)
 
 F = TypeVar("F", bound=Callable[..., Any])
-
-if numba.config.CPU_NAME is None and levels.level().processor:
-    numba.config.CPU_NAME, numba.config.CPU_FEATURES = levels.level().processor, levels.level().flags
 
 # No reassociation and no "NaN cannot happen": kernels must agree with their NumPy twin and see a NaN.
 # Kernels see borrowed memory only, so numba's reference counting (half of the time, else) is off.
@@ -75,7 +78,7 @@ _kept: list[Any] = []  # numba's types hold them weakly
 
 
 def _teach_kernel(how: str, function: Any) -> None:
-    dispatcher = numba.njit(**HOW[how], **ALONE, **OPTIONS)(function)
+    dispatcher = njit(**HOW[how], **ALONE, **OPTIONS)(function)
     _kept.append(dispatcher)
     if how == "merged":  # so numba knows what to merge
         function.py_func, function.targetoptions = function, HOW[how]
@@ -160,7 +163,7 @@ def _teach_call(function: Any, typed: Any, generate: Any) -> None:
 
 def jitted(function: F) -> F:
     """Compiles a function at its first call from Python: tests try kernels so."""
-    numba.config.CACHE_DIR = str(cache.kernels.folder)
+    keep_compiled_in(str(cache.kernels.folder))
     teach()
-    compiled: F = numba.njit(cache=True, **OPTIONS)(function)
+    compiled: F = njit(cache=True, **OPTIONS)(function)
     return compiled

@@ -8,14 +8,21 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import lower_builtin, models, register_model
-from numba.np.arrayobj import make_array, populate_array
 
 from escort_mj.native import lanes as names
 from escort_mj.native.compiler.machine import instructions
+from escort_mj.native.compiler.numba_parts import (
+    ConcreteTemplate,
+    cgutils,
+    infer_global,
+    lower_builtin,
+    make_array,
+    models,
+    populate_array,
+    register_model,
+    signature,
+    types,
+)
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.native.lanes import STACK_ROWS, WIDTH
 

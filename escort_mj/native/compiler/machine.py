@@ -6,13 +6,19 @@ from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
-from numba.extending import lower_builtin, type_callable
-from numba.np.arrayobj import make_array, populate_array
 
 from escort_mj.native import kernels
+from escort_mj.native.compiler.numba_parts import (
+    cgutils,
+    infer,
+    infer_global,
+    lower_builtin,
+    make_array,
+    make_intrinsic_template,
+    populate_array,
+    type_callable,
+    types,
+)
 from escort_mj.native.kernels import DOUBLE, STACK_DOUBLES, matrix_at, vector_at
 
 

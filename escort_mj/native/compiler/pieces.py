@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-import numba
 from llvmlite import ir
-from numba.core import codegen
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.registry import cpu_target
 
 from escort_mj.native import on_demand
 from escort_mj.native.artifacts import Piece
 from escort_mj.native.compiler import EVERY_KERNEL
 from escort_mj.native.compiler.declarations import ALONE, OPTIONS, teach, types_of
+from escort_mj.native.compiler.numba_parts import (
+    cpu_target,
+    global_compiler_lock,
+    njit,
+    not_run,
+    object_file,
+    optimized,
+)
 
 
 def compile_piece(piece: Piece) -> bytes:
@@ -35,28 +37,13 @@ def compile_piece(piece: Piece) -> bytes:
     teach()
     typed = types_of(function, piece.axes)
     with global_compiler_lock:
-        with _not_run():
-            dispatcher = numba.njit(**ALONE, **OPTIONS)(function)
+        with not_run():
+            dispatcher = njit(**ALONE, **OPTIONS)(function)
             dispatcher.compile(typed.args)
         library = _callable_from_c(str(piece), typed, dispatcher.overloads[typed.args])
-        module = library._final_module
+        module = optimized(library)
         _check_names(piece, module)
-        return bytes(cpu_target.target_context.codegen()._tm.emit_object(module))
-
-
-@contextmanager
-def _not_run() -> Iterator[None]:
-    """What is compiled inside is not put into memory."""
-    skipped: list[tuple[Any, str]] = [(codegen.JITCodeLibrary, "_finalize_specific")]
-    skipped += [(codegen.JITCPUCodegen, name) for name in ("_add_module", "set_env")]
-    before = [getattr(owner, name) for owner, name in skipped]
-    for owner, name in skipped:
-        setattr(owner, name, lambda *arguments: None)
-    try:
-        yield
-    finally:
-        for (owner, name), method in zip(skipped, before, strict=True):
-            setattr(owner, name, method)
+        return object_file(module)
 
 
 def _callable_from_c(symbol: str, typed: Any, compiled: Any) -> Any:
@@ -72,7 +59,7 @@ def _callable_from_c(symbol: str, typed: Any, compiled: Any) -> Any:
     builder.ret(result)
     library.add_ir_module(module)
     library.add_linking_library(compiled.library)
-    with _not_run():
+    with not_run():
         library.finalize()
     return library
 

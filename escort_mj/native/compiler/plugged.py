@@ -7,13 +7,15 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numba
-from numba import types
-from numba.core.registry import cpu_target
-from numba.core.runtime import rtsys
-
 from escort_mj.native.artifacts import Plugged
 from escort_mj.native.compiler import declarations, views
+from escort_mj.native.compiler.numba_parts import (
+    holds_addresses,
+    njit,
+    own_object_file,
+    prepare_arrays,
+    types,
+)
 from escort_mj.native.memory import Layout
 
 View = tuple[str, Layout, type, int | None]
@@ -43,7 +45,7 @@ def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tupl
     """
     declarations.teach()
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, **declarations.ALONE}
-    dispatcher = numba.njit(**options)(function)
+    dispatcher = njit(**options)(function)
     kinds = (*(views.name_view(*view) for view in told), *([types.intp] if robot else []))
     collecting = gc.isenabled()
     gc.disable()
@@ -74,15 +76,14 @@ def _plugged(library: Any, symbol: str) -> Plugged | None:
     """The machine code of a library; None where it holds addresses or objects of this process."""
     text = library.get_llvm_str()
     environments = _ENVIRONMENT.findall(text)
-    if library.has_dynamic_globals or len(environments) > len(set(environments)):
+    if holds_addresses(library) or len(environments) > len(set(environments)):
         return None
-    _, _, (code, _) = library.serialize_using_object_code()
-    return Plugged(symbol, _DECLARED.search(text) is not None, bytes(code))
+    return Plugged(symbol, _DECLARED.search(text) is not None, own_object_file(library))
 
 
 def give_names() -> None:
     """Tell LLVM's linker where this process has numba's own functions, and prepare its memory of arrays."""
-    rtsys.initialize(cpu_target.target_context)
+    prepare_arrays()
 
 
 def _place(function: Any) -> str:

@@ -6,13 +6,12 @@ import operator
 from typing import Any
 
 from llvmlite import ir
-from numba import types
-from numba.extending import models, register_model
 
 from escort_mj.native import kernels
 from escort_mj.native import uint64_lanes as names
 from escort_mj.native.compiler.lanes import lanes, spread, teach_operator
 from escort_mj.native.compiler.machine import instructions
+from escort_mj.native.compiler.numba_parts import models, register_model, types
 from escort_mj.native.lanes import WIDTH
 
 _HALF = 32  # bits

@@ -7,19 +7,22 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import types
-from numba.core.typing.templates import AttributeTemplate, CallableTemplate, infer_global
-from numba.extending import (
-    infer_getattr,
-    lower_builtin,
-    lower_getattr_generic,
-    models,
-    register_model,
-)
-from numba.np.arrayobj import make_array, populate_array
 
 from escort_mj.native import kernels
 from escort_mj.native.compiler.machine import instructions
+from escort_mj.native.compiler.numba_parts import (
+    AttributeTemplate,
+    CallableTemplate,
+    infer_getattr,
+    infer_global,
+    lower_builtin,
+    lower_getattr_generic,
+    make_array,
+    models,
+    populate_array,
+    register_model,
+    types,
+)
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.native.memory import AXES, Extent, Field, Layout
 
