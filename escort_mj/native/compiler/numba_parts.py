@@ -38,7 +38,7 @@ from numba.np.arrayobj import make_array, populate_array
 from escort_mj.native.levels import level
 
 TRIED = ("0.61", "0.63", "0.68")
-"""Releases of numba with which kernels were compiled and linked; the last also with plugins and in all tests."""
+"""Releases of numba with which kernels were compiled and linked; with the last, all tests ran."""
 
 if config.CPU_NAME is None and level().processor:
     config.CPU_NAME, config.CPU_FEATURES = level().processor, level().flags
