@@ -7,9 +7,9 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import TypeVar
 
-from escort_mj.components.component import Component
+from escort_mj.components.parameters import Parameters
 
-T = TypeVar("T", bound=Component)
+T = TypeVar("T", bound=Parameters)
 
 
 def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T], ...]:
@@ -32,9 +32,9 @@ def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T],
     )
 
 
-def _name_of(member: type[Component]) -> str | None:
+def _name_of(member: type[Parameters]) -> str | None:
     """The name by which a scenario asks for a component; None for a base class."""
-    for key in ("law", "behavior"):
+    for key in ("law", "behavior", "kind"):
         if (field := member.model_fields.get(key)) is not None:
             return field.default if isinstance(field.default, str) else None
     return None

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
 
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
+
+Radius = Annotated[float, Field(ge=1e-3, le=1e5)]
+Force = Annotated[float, Field(ge=1e-15, le=1e12)]
+Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
 
 
 class Parameters(BaseModel):

@@ -18,10 +18,10 @@ from escort_mj.control.custom.place import place_of
 from escort_mj.errors import EscortError
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
+from escort_mj.robots import RobotKind
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
 from escort_mj.scenario.reader.plugins import Plugin, load, source_of
 from escort_mj.scenario.schema.expectations import OwnExpectation
-from escort_mj.scenario.schema.kinds import RobotKind
 
 Checks = Callable[[Any, type[Any]], Iterator[Row]]
 CHECKS: dict[type[Any], tuple[Checks, ...]] = {

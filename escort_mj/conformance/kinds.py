@@ -6,12 +6,20 @@ from collections.abc import Iterator
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.conformance.missions import AXES, mission_with
 from escort_mj.conformance.stand import ROUNDING, Row
-from escort_mj.scenario.schema.kinds import RobotKind
+from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.signals import axis_names
+from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
+from escort_mj.world.plant import Plant
+
+Array = NDArray[np.float64]
+
+PUSHED = 0.5  # s, enough for a robot that has to turn its thrust first
 
 
 def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[Row]:
@@ -22,32 +30,55 @@ def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[Row]:
         kind: The type of scenarios that knows it.
     """
     axes = [each for each in AXES if each <= member.most_axes]
-    worlds = [build(mission_with(member, kind, each)) for each in axes]
+    worlds = [build(mission_with(member, kind, each), "force") for each in axes]
     yield Row("builds", True, f"in {' and '.join(map(str, axes))} axes")
-    yield from _stands(worlds)
+    yield _stands(worlds)
+    yield _obeys(worlds)
     yield _weighs(worlds)
     yield _clear_of_floor(worlds)
 
 
-def _stands(worlds: list[World]) -> Iterator[Row]:
-    """Hulls are where robots are told to be, and motors push them along their axes."""
+def _stands(worlds: list[World]) -> Row:
+    """Hulls are where robots are told to be."""
     for world in worlds:
         axes, data = world.setup.axes, mujoco.MjData(world.model)
         mujoco.mj_forward(world.model, data)
         for i, position in enumerate(world.team.position):
             off = float(np.abs(data.body(f"robot_{i + 1}").xpos[:axes] - position).max())
             if off > ROUNDING:
-                yield Row("place", False, f"robot {i + 1} is {off:.3g} m off where it is told to be")
-                return
-        data.ctrl[:] = 0.0
-        data.ctrl[0] = 1.0
-        free = data.qacc.copy()
-        mujoco.mj_forward(world.model, data)
-        if not data.qacc[0] - free[0] > 0.0:
-            yield Row("pushes", False, "the motor x does not push the robot along x")
-            return
-    yield Row("place", True, "hulls are where they are told to be")
-    yield Row("pushes", True, "motors push along their axes")
+                return Row("place", False, f"robot {i + 1} is {off:.3g} m off where it is told to be")
+    return Row("place", True, "hulls are where they are told to be")
+
+
+def _obeys(worlds: list[World]) -> Row:
+    """A force along an axis, given in place of the law's, moves robots along that axis."""
+    for world in worlds:
+        axes = world.setup.axes
+        free = _after(world, np.zeros(axes))
+        for axis, force in enumerate(np.eye(axes)):
+            moved = (_after(world, force) - free)[:, axis]
+            if not (moved > 0.0).all():
+                name = axis_names(axes)[axis]
+                return Row(
+                    "pushes",
+                    False,
+                    f"in {axes} axes, a force along {name} does not push it along {name}",
+                )
+    return Row("pushes", True, "motors push along their axes")
+
+
+def _after(world: World, force: Array) -> Array:
+    """Positions of hulls a while after the start under one force on each robot, shape (n, p) [m].
+
+    Args:
+        world: Built for forces from outside.
+        force: Shape (p,) [N].
+    """
+    plant = Plant(world)
+    plant.state.tau[:] = force
+    with native_loop(world):
+        plant.step(round(PUSHED / world.setup.timestep))
+    return plant.state.q.copy()
 
 
 def _weighs(worlds: list[World]) -> Row:

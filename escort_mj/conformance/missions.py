@@ -10,7 +10,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.stand import Row, trying
 from escort_mj.laws.law import Law
 from escort_mj.mission import Run
-from escort_mj.scenario.schema.kinds import RobotKind
+from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
 
 AXES = (2, 3)

@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.control.attitude import thrusts_for
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
-from escort_mj.scenario.schema.kinds import Quadrotor
+from escort_mj.robots.attitude import thrusts_for
+from escort_mj.robots.quadrotor import Quadrotor
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant

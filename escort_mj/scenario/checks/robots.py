@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.placement import gravity_of, kinds_of, robot_count
-from escort_mj.scenario.schema.kinds import Kind, Loaded, Quadrotor
 from escort_mj.scenario.schema.robots import Actuators
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -42,7 +42,7 @@ def check_team(scenario: Scenario) -> Iterator[Finding]:
 def check_kinds(scenario: Scenario) -> Iterator[Finding]:
     """Kinds that have room for all axes, and parameters that fit the robot's body."""
     robots = scenario.robots
-    cases: list[tuple[Path, Kind, float]] = [(("robots", "kind"), robots.kind, robots.radius)]
+    cases: list[tuple[Path, RobotKind, float]] = [(("robots", "kind"), robots.kind, robots.radius)]
     for index, override in enumerate(robots.overrides):
         if override.kind is not None or override.radius is not None:
             kind, radius = override.kind or robots.kind, override.radius or robots.radius
@@ -52,22 +52,7 @@ def check_kinds(scenario: Scenario) -> Iterator[Finding]:
         if scenario.axes > kind.most_axes:
             why = "it rolls on a floor: axes 2" if kind.rolls else f"expected axes 2 to {kind.most_axes}"
             yield Finding(path, f"found {kind.kind} in {scenario.axes} axes; {why}")
-        yield from (Finding(path, words) for words in _misfits(kind, radius))
-
-
-def _misfits(kind: Kind, radius: float) -> Iterator[str]:
-    """What of a kind's parameters does not fit a hull of this radius."""
-    if isinstance(kind, Loaded) and kind.offset >= radius:
-        yield f"found a load {kind.offset:g} m off the center of a ball of radius {radius:g} m; it is inside"
-    if isinstance(kind, Quadrotor):
-        if kind.arm_length(radius) >= radius:
-            yield f"found arms of {kind.arm:g} m in a hull of radius {radius:g} m; expected them inside"
-        largest = max(moments := kind.moments(1.0, radius))
-        if 2.0 * largest > sum(moments):
-            yield (
-                f"found moments of inertia of which {largest:g} kg m^2 is more than the two others together; "
-                "no body has such"
-            )
+        yield from (Finding(path, words) for words in kind.misfits(radius))
 
 
 def check_motors(scenario: Scenario) -> Iterator[Finding]:
@@ -102,8 +87,8 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
     if flying is not None and not (gravity[2] < 0.0 and gravity[0] == gravity[1] == 0.0):
         yield Finding(
             ("physics", "gravity"),
-            f"found {list(gravity)} m/s^2; robot {flying + 1} is a quadrotor, which hovers against gravity "
-            "that pulls straight down",
+            f"found {list(gravity)} m/s^2; robot {flying + 1} is a {kinds[flying].kind}, which hovers "
+            "against gravity that pulls straight down",
             related=(_kind_path(scenario, flying),),
         )
     if scenario.axes != 2:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.robots.kind import MOST_MOTORS, RobotKind
 from escort_mj.scenario.geometry.obstacles import Body, least_gaps, obstacles_of
 from escort_mj.scenario.geometry.trajectory import target_trajectory
 from escort_mj.scenario.schema.environment import tilted
-from escort_mj.scenario.schema.kinds import MOST_MOTORS, Kind
 from escort_mj.scenario.schema.robots import Actuators, RandomPlacement
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -44,7 +44,7 @@ class Team(NamedTuple):
     mass: Array
     radius: Array
     force_limit: Array
-    kind: tuple[Kind, ...]
+    kind: tuple[RobotKind, ...]
     actuators: tuple[Actuators, ...]
     gains: tuple[Array, ...]
 
@@ -59,12 +59,12 @@ class Team(NamedTuple):
         return coordinates_of(self.kind, self.position.shape[1])
 
 
-def coordinates_of(kinds: Sequence[Kind], axes: int) -> int:
+def coordinates_of(kinds: Sequence[RobotKind], axes: int) -> int:
     """Number of generalized positions of robots of these kinds in a mission of so many axes."""
     return sum(kind.coordinates(axes) for kind in kinds)
 
 
-def kinds_of(scenario: Scenario) -> tuple[Kind, ...]:
+def kinds_of(scenario: Scenario) -> tuple[RobotKind, ...]:
     """What each robot is."""
     kinds = [scenario.robots.kind] * robot_count(scenario)
     for override in scenario.robots.overrides:
@@ -84,7 +84,9 @@ def gravity_of(scenario: Scenario) -> tuple[float, ...]:
     return tuple(map(float, tilted(gravity, slope)))
 
 
-def _gains(seed: int, kinds: Sequence[Kind], actuators: Sequence[Actuators], axes: int) -> tuple[Array, ...]:
+def _gains(
+    seed: int, kinds: Sequence[RobotKind], actuators: Sequence[Actuators], axes: int
+) -> tuple[Array, ...]:
     """Gain of each motor of each robot; a robot's are the same whatever the others are."""
     random = np.random.Generator(np.random.Philox([seed, GAINS]))
     drawn = 2.0 * random.random((len(kinds), MOST_MOTORS)) - 1.0

@@ -22,12 +22,12 @@ from escort_mj.laws import LAWS
 from escort_mj.laws.law import Law
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
+from escort_mj.robots import KINDS, RobotKind
 from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.reader.plugins import Plugin, load, load_all, source_of
 from escort_mj.scenario.schema.expectations import KINDS as EXPECTATIONS
 from escort_mj.scenario.schema.expectations import MetricExpectation, OwnExpectation, expectation_of
 from escort_mj.scenario.schema.fields import one_of
-from escort_mj.scenario.schema.kinds import KINDS, RobotKind
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
 from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario

@@ -14,9 +14,9 @@ from escort_mj.components.component import COMPILED, Component
 from escort_mj.errors import PluginError
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
+from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import listed, nearest
 from escort_mj.scenario.schema.expectations import OwnExpectation
-from escort_mj.scenario.schema.kinds import RobotKind
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 PARAMETERS: dict[type, list[str]] = {Law: ["self", "robots"], Behavior: ["self", "robots", "i"]}
@@ -42,7 +42,7 @@ def check_shape(model: type[Any], source: str) -> None:
             raise PluginError(f"{place}: {error}") from None
     if issubclass(model, RobotKind):
         check_name(model, "kind", place)
-        if not model.mjcf:
+        if not (model.mjcf or model.part):
             raise PluginError(f'{place}: has no body; give it  mjcf = "<mujoco> ... </mujoco>"')
     if issubclass(model, OwnExpectation):
         _check_expectation(model, place)

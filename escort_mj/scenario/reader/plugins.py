@@ -28,10 +28,10 @@ from escort_mj.components.component import Component
 from escort_mj.errors import PluginError
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
+from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import listed, nearest
 from escort_mj.scenario.reader.plugin_shape import check_metric, check_shape
 from escort_mj.scenario.schema.expectations import OwnExpectation
-from escort_mj.scenario.schema.kinds import RobotKind
 from escort_mj.scenario.schema.plugin_source import PluginSource
 
 GROUP = "escort_mj.plugins"

@@ -47,9 +47,6 @@ Component = Annotated[
 
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Vector = tuple[Coordinate, ...]
-Radius = Annotated[float, Field(ge=1e-3, le=1e5)]
-Force = Annotated[float, Field(ge=1e-15, le=1e12)]
-Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
 
 RUN_NAME = r"^[^\x00-\x20\x7f/\\.][^\x00-\x1f\x7f/\\]{0,79}$"
 BODY_NAME = r"^[A-Za-z0-9_\-]{1,40}$"

@@ -6,16 +6,18 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from pydantic import Field, NonNegativeFloat, PositiveInt
 
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import Force, Mass, Parameters, Radius
 from escort_mj.control.failure import Failure
-from escort_mj.scenario.schema.fields import Force, Mass, Radius, Vector, one_of
-from escort_mj.scenario.schema.kinds import KINDS, Kind, PointMass
+from escort_mj.robots import KINDS, PointMass, RobotKind
+from escort_mj.scenario.findings import listed
+from escort_mj.scenario.schema.fields import Vector, one_of
 
 MAX_ROBOTS = 5000
 Share = Annotated[float, Field(ge=0, lt=1)]
 Gain = Annotated[float, Field(gt=0, le=10)]
+KIND_NAMES = [f"`{kind.model_fields['kind'].default}`" for kind in KINDS]
 if TYPE_CHECKING:
-    OneKind: TypeAlias = Kind
+    OneKind: TypeAlias = RobotKind
 else:
     OneKind = one_of(KINDS, "kind")
 
@@ -68,9 +70,10 @@ class Robots(Parameters):
 
     count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
     """Number of robots; null: as many as `positions` has, or else 5 where axes is 2, else twice the axes."""
-    kind: OneKind = PointMass()
-    """What they are: `point_mass`, `rolling_sphere`, `loaded`, `slung` or `quadrotor`, or a table with
-    its name and parameters."""
+    kind: OneKind = Field(
+        default=PointMass(),
+        description=f"What they are: {listed(KIND_NAMES)}, or a table with\nits name and parameters.",
+    )
     mass: Mass = 1.0
     """Mass of each [kg]."""
     radius: Radius = 0.2

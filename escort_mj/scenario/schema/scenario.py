@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Surface, Vertices
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import Parameters, Radius
 from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
@@ -25,7 +25,6 @@ from escort_mj.scenario.schema.fields import (
     Component,
     Law,
     OuterLoop,
-    Radius,
     Vector,
 )
 from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall

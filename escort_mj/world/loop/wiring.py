@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.plan import MAGIC, size_of
-from escort_mj.control.attitude import Craft
 from escort_mj.native.kernels import DOUBLE, inlined
 from escort_mj.native.memory import Layout, viewer
+from escort_mj.robots.attitude import ROTORS, Craft
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.geometry.placement import Team
 from escort_mj.scenario.geometry.shapes import hull, rotation
-from escort_mj.scenario.schema.kinds import ROTORS, Quadrotor
 from escort_mj.world.stages import Stage
 
 Array = NDArray[np.float64]
@@ -38,7 +37,7 @@ class Wiring(NamedTuple):
         Array, "n", 3
     ]  # force that is fed forward against a flying robot's weight, world frame [N]
     pilot: Annotated[Array, "n"]  # row in `crafts` of each robot that flies, else -1
-    crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `attitude`
+    crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `robots/attitude.py`
     rotor_gain: Annotated[Array, "flying", ROTORS]  # of each rotor's motor [1]
     rotor_state: Annotated[Array, "flying"]  # first activation of rotors that lag, else -1
     geom_body: Annotated[Array, "geoms"]  # which of the mission's bodies each geom belongs to, -1 for none
@@ -76,7 +75,7 @@ def _sizes(
         "m": len(names) - robots - 2,
         "p": axes,
         "movers": movers,
-        "flying": sum(isinstance(kind, Quadrotor) for kind in team.kind),
+        "flying": sum(kind.flies for kind in team.kind),
         "geoms": geoms,
         "faces": faces,
     }
@@ -117,10 +116,12 @@ def wire(
     lift, pilot = np.zeros((robots, 3)), np.full(robots, -1)
     crafts: list[Craft] = []
     for i, (kind, mass, radius) in enumerate(zip(team.kind, team.mass, team.radius, strict=True)):
-        if isinstance(kind, Quadrotor):
-            lift[i], pilot[i] = kind.lift(mass, gravity), len(crafts)
-            crafts.append(kind.craft(mass, radius, gravity, team.height))
-    flying = [i for i, kind in enumerate(team.kind) if isinstance(kind, Quadrotor)]
+        lift[i] = kind.lift(mass, gravity)
+        craft = kind.craft(mass, radius, gravity, team.height)
+        if craft is not None:
+            pilot[i] = len(crafts)
+            crafts.append(craft)
+    flying = np.flatnonzero(pilot >= 0)
     motors = [kind.actuators(len(places)) for kind in team.kind]
     addresses = model.jnt_qposadr[joints], dofs, np.cumsum([0, *motors[:-1]])
     dead_zone = [actuators.dead_zone for actuators in team.actuators]
@@ -141,7 +142,7 @@ def wire(
             "pilot": pilot,
             "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),
             "rotor_gain": np.reshape([team.gains[i] for i in flying], (len(flying), ROTORS)),
-            "rotor_state": [model.actuator(f"robot_{i + 1}_rotor_1").actadr[0] for i in flying],
+            "rotor_state": model.actuator_actadr[addresses[2][flying]],
             "geom_body": geom_bodies(model, names),
             "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
             "obstacle_geom": [model.geom(f"{name}_body").id for name in obstacles],

@@ -17,6 +17,7 @@ from escort_mj.components.plan import state_size
 from escort_mj.control.packing import pack
 from escort_mj.control.setup import Setup
 from escort_mj.errors import Fault, PluginError, ScenarioError
+from escort_mj.mjcf import section, write
 from escort_mj.scenario.geometry.bodies import Bodies, bodies_of
 from escort_mj.scenario.geometry.crowd import CROWD, ContactPhysics, contact_physics
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
@@ -29,7 +30,7 @@ from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.loop.sampling import room_for
 from escort_mj.world.loop.wiring import faces_of, thickness, wire, wiring_size
 from escort_mj.world.model.cameras import add_cameras
-from escort_mj.world.model.parts import new_root, section, write
+from escort_mj.world.model.parts import new_root
 from escort_mj.world.model.robots import add_robots, add_start
 from escort_mj.world.model.surroundings import add_obstacles, add_target, set_floor, set_medium
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of

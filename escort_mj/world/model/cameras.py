@@ -9,8 +9,8 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.mjcf import named, section, write
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.world.model.parts import named, section, write
 
 FIELD_OF_VIEW = math.radians(45.0)
 ELEVATION = math.radians(58.0)

@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import hashlib
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
 from copy import deepcopy
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import Element
 
 from escort_mj.errors import PluginError
 from escort_mj.native.cache import remembered
-from escort_mj.scenario.schema.kinds import RobotKind
+from escort_mj.robots import RobotKind
 
 
 @cache
@@ -48,7 +46,7 @@ def part_of(kind: RobotKind) -> Element:
     Raises:
         PluginError: If a plugin's is not what it must be.
     """
-    return _own_part(kind.kind, kind.mjcf) if kind.mjcf else load_part(kind.kind)
+    return _own_part(kind.kind, kind.mjcf) if kind.mjcf else load_part(kind.part)
 
 
 @cache
@@ -83,47 +81,3 @@ def new_root(part: str, model: str) -> Element:
     root = deepcopy(load_part(part))
     root.set("model", model)
     return root
-
-
-def copied(source: Element, prefix: str, skip: Sequence[str] = ()) -> Element:
-    """A copy of an element of a part and all its children.
-
-    Args:
-        source: Element to copy.
-        prefix: What stands before every name of the copy; the source's own name is replaced by it.
-        skip: Names of children that are left out.
-    """
-    copy = Element(source.tag, source.attrib)
-    if "name" in source.attrib:
-        copy.set("name", prefix)
-    for child in source:
-        name = child.get("name")
-        if name is None or name not in skip:
-            copy.append(copied(child, f"{prefix}_{name}" if name else prefix))
-    return copy
-
-
-def write(element: Element, **attributes: Any) -> None:
-    """Sets attributes of an element: words, whole numbers, and numbers that are read back to the bit."""
-    for name, value in attributes.items():
-        if not isinstance(value, str | int):
-            value = " ".join(map(repr, map(float, value if hasattr(value, "__len__") else [value])))
-        element.set(name, str(value))
-
-
-def named(parent: Element, tag: str, name: str) -> Element:
-    """The element of a tag and name below another.
-
-    Raises:
-        KeyError: If there is none.
-    """
-    for element in parent.iter(tag):
-        if element.get("name") == name:
-            return element
-    raise KeyError(f"{tag} {name}")
-
-
-def section(tree: Element, tag: str) -> Element:
-    """One of the sections of an MJCF tree, made where there is none."""
-    found = tree.find(tag)
-    return ElementTree.SubElement(tree, tag) if found is None else found

@@ -13,19 +13,18 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import PluginError
+from escort_mj.mjcf import copied, named, section, write
+from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 from escort_mj.scenario.geometry.placement import Team
-from escort_mj.scenario.schema.kinds import ROTORS, Loaded, Quadrotor, RobotKind, Slung
 from escort_mj.signals import axis_names
-from escort_mj.world.model.parts import copied, load_part, named, part_of, section, write
+from escort_mj.world.model.parts import part_of
 from escort_mj.world.stages import IN_SPACE, THIN, Stage, robot_steps
 
 Array = NDArray[np.float64]
 
 RAIL = [0.72, 0.74, 0.77, 1.0]
-GLASS = 0.3  # alpha of a hull that something is to be seen in
-THRUSTS = ("thrust_x", "thrust_y", "thrust_z")
-LOAD, CABLE, HUB, ROTOR = 0.3, 0.06, 0.3, 0.28  # sizes of what is seen of a robot, of its radius
-TOUCHABLE = 1  # contype of what robots, obstacles and target are
+JOINTS = ("joint", "freejoint")
+COORDINATES = {"freejoint": FREE_COORDINATES, "free": FREE_COORDINATES, "ball": 4}  # of others 1
 
 
 def add_robots(
@@ -66,11 +65,10 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Seque
         speeds[dof : dof + len(velocity)] = velocity
         if kind.rolls:
             speeds[dof + 3 : dof + 5] = np.array([-velocity[1], velocity[0]]) / robots.radius[i]
-        if isinstance(kind, Quadrotor) and robots.actuators[i].lag > 0.0:
-            rotors = [
-                model.actuator(f"robot_{i + 1}_rotor_{number}").actadr[0] for number in range(1, ROTORS + 1)
-            ]
-            activations[rotors] = kind.lift(robots.mass[i], gravity)[2] / ROTORS
+        if robots.actuators[i].lag > 0.0:
+            for motor in _free_motors(robots, i, gravity):
+                if motor.limits is not None:
+                    activations[model.actuator(f"robot_{i + 1}_{motor.name}").actadr[0]] = motor.start
     moving = bool(speeds.any() or activations.any())
     if moving:
         key = SubElement(section(tree, "keyframe"), "key", name="start")
@@ -88,24 +86,16 @@ def _add_body(
     body = copied(named(part_of(kind), "body", "robot"), name, skip=unused)
     section(tree, "worldbody").append(body)
     write(body, pos=[*place[:2], radius] if kind.rolls else place)
-    rgba = [*palette.robot_color(i, len(robots.mass)), 1.0]
-    hull = named(body, "geom", f"{name}_body")
-    write(hull, size=radius, rgba=rgba)
-    if not isinstance(kind, Quadrotor):
-        write(hull, mass=robots.mass[i])
-    if isinstance(kind, Slung):
-        _hang_payload(body, name, kind, radius)
-    elif isinstance(kind, Loaded):
-        write(hull, rgba=[*rgba[:3], GLASS])
-        load = named(body, "geom", f"{name}_load")
-        write(load, size=LOAD * radius, pos=[0.0, 0.0, -kind.offset], mass=kind.load)
-    elif isinstance(kind, Quadrotor):
-        _add_rotors(tree, body, name, kind, robots, i, gravity)
-    elif kind.mjcf:
-        _shape_own(body, name, kind, radius, len(robots.position[i]))
+    color = palette.robot_color(i, len(robots.mass))
+    write(named(body, "geom", f"{name}_body"), size=radius, rgba=[*color, kind.opacity])
+    for painted in kind.painted:
+        write(named(body, "geom", f"{name}_{painted}"), rgba=[*color, 1.0])
+    _shape(body, name, kind, float(robots.mass[i]), radius, len(robots.position[i]))
     for geom in body.iter("geom"):
         write(geom, group=stage.number)
-    if not isinstance(kind, Quadrotor):
+    if motors := _free_motors(robots, i, gravity):
+        _add_free_motors(tree, motors, robots, i)
+    else:
         _add_motors(tree, body, stage, robots, i)
 
 
@@ -125,6 +115,24 @@ def _add_motors(tree: Element, body: Element, stage: Stage, robots: Team, i: int
         _add_motor(tree, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), **where)
 
 
+def _free_motors(robots: Team, i: int, gravity: Sequence[float]) -> tuple[Motor, ...]:
+    """The motors of a robot on its free joint; none where there is one for each axis."""
+    return robots.kind[i].free_motors(float(robots.mass[i]), float(robots.radius[i]), gravity)
+
+
+def _add_free_motors(tree: Element, motors: Sequence[Motor], robots: Team, i: int) -> None:
+    """Motors on a robot's free joint, in their order."""
+    part, name = part_of(robots.kind[i]), f"robot_{i + 1}"
+    for number, motor in enumerate(motors):
+        gear = named(part, "motor", motor.name).get("gear") if motor.gear is None else motor.gear
+        where = {"joint": f"{name}_free", "gear": gear}
+        if motor.limits is None:
+            plain = SubElement(section(tree, "actuator"), "motor", name=f"{name}_{motor.name}")
+            write(plain, **where)
+        else:
+            _add_motor(tree, f"{name}_{motor.name}", robots, i, number, motor.limits, **where)
+
+
 def _add_motor(
     tree: Element, name: str, robots: Team, i: int, number: int, limits: tuple[float, float], **where: Any
 ) -> None:
@@ -140,70 +148,27 @@ def _add_motor(
             write(motor, ctrlrange=limits)
 
 
-def _shape_own(body: Element, name: str, kind: RobotKind, radius: float, axes: int) -> None:
-    """Has a plugin shape its body.
+def _shape(body: Element, name: str, kind: RobotKind, mass: float, radius: float, axes: int) -> None:
+    """Has a kind give its body sizes and masses.
 
     Raises:
         PluginError: If it raises an error, or has other coordinates than it says.
     """
-    parts = {str(part.get("name")).removeprefix(f"{name}_"): part for part in body.iter() if part.get("name")}
+    parts: dict[str, Element] = {}
+    for part in body.iter():
+        parts.setdefault(part.get("name", part.tag).removeprefix(f"{name}_"), part)
     try:
+        kind.weigh(parts, mass, radius)
         kind.shape(parts, radius)
     except Exception as error:
         raise PluginError(f"the kind {kind.kind}: {place_of(error, type(kind).shape)}") from None
-    found = sum(4 if joint.get("type") == "ball" else 1 for joint in body.iter("joint"))
+    types = [joint.get("type", joint.tag) for joint in body.iter() if joint.tag in JOINTS]
+    found = sum(COORDINATES.get(each, 1) for each in types)
     if axes <= IN_SPACE and found != kind.coordinates(axes):
         raise PluginError(
             f"the kind {kind.kind}: its joints have {found} coordinates in {axes} axes, and coordinates() "
             f"says {kind.coordinates(axes)}"
         )
-
-
-def _hang_payload(body: Element, name: str, kind: Slung, radius: float) -> None:
-    """Gives the payload its length, mass and damping."""
-    for axis in "xy":
-        write(named(body, "joint", f"{name}_payload_swing_{axis}"), damping=kind.damping)
-    end = [0.0, 0.0, -kind.cable]
-    ball, cable = (named(body, "geom", f"{name}_payload_{part}") for part in ("ball", "cable"))
-    write(ball, size=kind.payload_radius, pos=end, mass=kind.payload)
-    write(cable, size=CABLE * radius, fromto=[0.0, 0.0, 0.0, *end])
-    if kind.payload_collides:
-        write(ball, contype=TOUCHABLE, conaffinity=TOUCHABLE)
-
-
-def _add_rotors(
-    tree: Element, body: Element, name: str, kind: Quadrotor, robots: Team, i: int, gravity: Sequence[float]
-) -> None:
-    """Gives a quadrotor its mass, arms, rotors, and the motors for what rotors do: turn it, and push it."""
-    radius, arm = float(robots.radius[i]), kind.arm_length(float(robots.radius[i]))
-    write(section(body, "inertial"), mass=robots.mass[i], diaginertia=kind.moments(robots.mass[i], radius))
-    rgb = palette.robot_color(i, len(robots.mass))
-    hub = named(body, "geom", f"{name}_hub")
-    write(hub, size=[HUB * radius, HUB * radius, HUB * radius / 2], rgba=[*rgb, 1.0])
-    write(named(body, "geom", f"{name}_body"), rgba=[*rgb, GLASS / 2])
-    part, places = load_part("quadrotor"), []
-    most = kind.craft(robots.mass[i], radius, gravity, 0.0).rotor_limit
-    for number in range(1, ROTORS + 1):
-        rotor = f"rotor_{number}"
-        disc = named(body, "geom", f"{name}_{rotor}")
-        places.append(np.sign(_numbers(disc, "pos")) * arm / np.sqrt(2.0))
-        write(disc, pos=places[-1], size=[ROTOR * radius, 0.03 * radius], rgba=[*rgb, 1.0])
-        turns = np.sign(_numbers(named(part, "motor", rotor), "gear")[5])
-        gear = [0.0, 0.0, 0.0, places[-1][1], -places[-1][0], turns * kind.torque_per_thrust]
-        where = {"joint": f"{name}_free", "gear": gear}
-        _add_motor(tree, f"{name}_{rotor}", robots, i, number - 1, (0.0, most), **where)
-    for thrust in THRUSTS:
-        along = named(part, "motor", thrust).get("gear")
-        motor = SubElement(section(tree, "actuator"), "motor", name=f"{name}_{thrust}")
-        write(motor, joint=f"{name}_free", gear=along)
-    for number, (one, other) in enumerate(((1, 3), (2, 4)), 1):
-        fromto = [*places[one - 1], *places[other - 1]]
-        write(named(body, "geom", f"{name}_arm_{number}"), size=0.04 * radius, fromto=fromto)
-
-
-def _numbers(element: Element, attribute: str) -> Array:
-    """The numbers of an attribute that is written."""
-    return np.array(element.attrib[attribute].split(), dtype=float)
 
 
 def _add_rail(world: Element, name: str, stage: Stage, robot: float, radius: float) -> None:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.mjcf import copied, named, section, write
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.schema.environment import Environment
 from escort_mj.scenario.schema.obstacle_tables import Drive
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.world.model.parts import copied, load_part, named, section, write
+from escort_mj.world.model.parts import load_part
 from escort_mj.world.stages import THIN, Stage
 
 Array = NDArray[np.float64]

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from escort_mj.control import attitude
-from escort_mj.control.attitude import Craft, mixing, rotation, thrusts_for, wanted_rotation
 from escort_mj.native.compiler.declarations import jitted
-from escort_mj.scenario.schema.kinds import Quadrotor
+from escort_mj.robots import attitude
+from escort_mj.robots.attitude import Craft, mixing, rotation, thrusts_for, wanted_rotation
+from escort_mj.robots.quadrotor import Quadrotor
 
 GRAVITY = (0.0, 0.0, -9.81)
 CRAFT = Quadrotor().craft(1.2, 0.25, GRAVITY, 0.75)

@@ -17,6 +17,10 @@ from escort_mj.native.kernels import inlined, kernel, matrix_at, stack_memory
 
 Array = NDArray[np.float64]
 
+ROTORS = 4
+QUARTERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))  # signs of x and y of each rotor
+TURNS = tuple(x * y for x, y in QUARTERS)  # sign of the torque about z that each makes
+
 
 class Craft(NamedTuple):
     """What the loop knows of one quadrotor; the rows of `Wiring.crafts`."""
@@ -148,7 +152,7 @@ def mix(thrust: float, torque: Array, craft: Array, thrusts: Array) -> None:
     low = min(min(thrusts[0], thrusts[1]), min(thrusts[2], thrusts[3]))
     high = max(max(thrusts[0], thrusts[1]), max(thrusts[2], thrusts[3]))
     share = max(min(0.25 * thrust, craft[ROTOR_LIMIT] - high), -low)
-    for rotor in range(4):
+    for rotor in range(ROTORS):
         thrusts[rotor] += share
 
 
@@ -176,9 +180,6 @@ def fly(force: Array, orientation: Array, rate: Array, craft: Array, thrusts: Ar
 # The same in plain NumPy.
 
 
-QUARTERS = ((1, 1), (-1, 1), (-1, -1), (1, -1))  # signs of x and y of each rotor
-
-
 def rotation(orientation: Array) -> Array:
     """Rotation matrix of a unit quaternion w + u, real part first: v + 2 w u x v + 2 u x (u x v)."""
     real, imaginary = orientation[0], np.asarray(orientation[1:])
@@ -202,7 +203,7 @@ def wanted_rotation(force: Array) -> Array:
 
 
 def thrusts_for(force: Array, orientation: Array, rate: Array, craft: Craft) -> Array:
-    """Thrusts that are to make a force, shape (4,) [N]; arguments as of `attitude.fly`."""
+    """Thrusts that are to make a force, shape (4,) [N]; arguments as of `fly`."""
     upward = max(force[2], craft.least_lift)
     across = np.hypot(force[0], force[1])
     share = min(1.0, craft.most_slope * upward / across) if across > 0.0 else 1.0

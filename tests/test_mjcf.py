@@ -1,11 +1,12 @@
-"""Parts copied as plain XML: names, what is left out, and numbers to the bit."""
+"""Elements of parts copied as plain XML: names, what is left out, and numbers to the bit."""
 
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
 
-from escort_mj.world.model.parts import copied, load_part, named, section, write
+from escort_mj.mjcf import copied, named, section, write
+from escort_mj.world.model.parts import load_part
 
 
 def test_a_copy_is_named_after_its_robot_and_leaves_out_what_it_is_told() -> None:

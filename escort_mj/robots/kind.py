@@ -1,0 +1,138 @@
+"""Base of the kinds of robots: what one answers about its body, its motors and what it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import ClassVar, NamedTuple
+from xml.etree.ElementTree import Element
+
+from escort_mj.components.parameters import Parameters
+from escort_mj.mjcf import write
+from escort_mj.robots.attitude import Craft
+
+FREE_COORDINATES = 7  # of a free body: a place and a quaternion
+MOST_MOTORS = 9  # of any kind
+
+
+class Motor(NamedTuple):
+    """A motor that acts on the joint `free` of a robot's body.
+
+    Attributes:
+        name: In the MJCF part.
+        gear: Force and torque on the joint for a control of 1, shape (6,); None: as the part has it.
+        limits: Least and largest force [N]; None for a motor without limit, lag and gain error.
+        start: Force at the start of the mission, where motors lag [N].
+    """
+
+    name: str
+    gear: Sequence[float] | None = None
+    limits: tuple[float, float] | None = None
+    start: float = 0.0
+
+
+class RobotKind(Parameters):
+    """What a robot is, beside mass, radius and motors, which every kind has.
+
+    A subclass has a key `kind` with its name, parameters, and a body: `part`, the name of a file in
+    `models/`, or `mjcf`, its text. What it does not answer otherwise holds for a mass that slides along each
+    axis. The first coordinates of every kind are the position of its hull, the geom `body`, a sphere, one per
+    axis of the mission.
+    """
+
+    part: ClassVar[str] = ""
+    """Name of the file in `models/` with its body and motors."""
+    mjcf: ClassVar[str] = ""
+    """The same as text, in place of a file (docs/plugins.md)."""
+    opacity: ClassVar[float] = 1.0
+    """Of its hull: less where something inside is to be seen."""
+    painted: ClassVar[tuple[str, ...]] = ()
+    """Geoms that have the robot's color, beside its hull."""
+    most_axes: ClassVar[int] = 3
+    rolls: ClassVar[bool] = False
+    """Whether it rolls on the floor: planar missions only."""
+    needs_gravity: ClassVar[bool] = False
+    """Whether a mission with it has gravity unless the scenario says otherwise."""
+    flies: ClassVar[bool] = False
+    """Whether thrust holds its weight, turned by an attitude loop to where the law wants a force."""
+
+    kind: str
+
+    def misfits(self, radius: float) -> Iterator[str]:
+        """Yield what of its parameters does not fit, in words.
+
+        Args:
+            radius: Of its hull [m].
+        """
+        yield from ()
+
+    def coordinates(self, axes: int) -> int:
+        """Return the number of its generalized positions in a mission of so many axes."""
+        return axes
+
+    def motors(self, axes: int) -> int:
+        """Return the number of its motors, each with a gain."""
+        return axes
+
+    def actuators(self, axes: int) -> int:
+        """Return the number of MuJoCo's actuators that its motors are made of."""
+        return self.motors(axes)
+
+    def burden(self) -> float:
+        """Return the mass of what it carries unknown to the controller [kg]."""
+        return 0.0
+
+    def height(self, radius: float) -> float:
+        """Return the least height of its hull's center above the floor of a planar mission [m].
+
+        Args:
+            radius: Of its hull [m].
+        """
+        return radius
+
+    def shape(self, parts: Mapping[str, Element], radius: float) -> None:
+        """Give the parts of one robot's body the sizes and masses that the parameters say.
+
+        Args:
+            parts: Elements of the body by their names, joined from the body down; without one, by tags.
+            radius: Of its hull [m].
+        """
+
+    def weigh(self, parts: Mapping[str, Element], mass: float, radius: float) -> None:
+        """Give the parts of one robot's body the robot's mass: by default all of it to the hull.
+
+        Args:
+            parts: As in `shape`.
+            mass: Of the robot [kg].
+            radius: Of its hull [m].
+        """
+        write(parts["body"], mass=mass)
+
+    def free_motors(self, mass: float, radius: float, gravity: Sequence[float]) -> tuple[Motor, ...]:
+        """Return its motors in their order, if they are not one for each axis of the mission.
+
+        Args:
+            mass: Of the robot [kg].
+            radius: Of its hull [m].
+            gravity: World frame, shape (3,) [m/s^2].
+        """
+        return ()
+
+    def lift(self, mass: float, gravity: Sequence[float]) -> tuple[float, ...]:
+        """Return the force that is fed forward against its weight, world frame, shape (3,) [N].
+
+        Args:
+            mass: Of the robot [kg].
+            gravity: World frame, shape (3,) [m/s^2].
+        """
+        return (0.0, 0.0, 0.0)
+
+    def craft(self, mass: float, radius: float, gravity: Sequence[float], height: float) -> Craft | None:
+        """Return what the attitude loop knows of it; None where motors push along the axes.
+
+        Args:
+            mass: Of the robot [kg].
+            radius: Of its hull [m].
+            gravity: World frame, shape (3,) [m/s^2].
+            height: That planar missions hold [m].
+        """
+        return None

@@ -1,0 +1,16 @@
+"""A mass that slides along each axis."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from escort_mj.robots.kind import RobotKind
+
+
+class PointMass(RobotKind):
+    """Slides freely along each axis; its mass is all there is."""
+
+    part: ClassVar[str] = "point_mass"
+    most_axes: ClassVar[int] = 9
+
+    kind: Literal["point_mass"] = "point_mass"

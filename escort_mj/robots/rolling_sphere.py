@@ -1,0 +1,22 @@
+"""A ball that rolls on the floor of planar missions."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from escort_mj.robots.kind import FREE_COORDINATES, RobotKind
+
+
+class RollingSphere(RobotKind):
+    """A ball that rolls on the floor, pushed at its center (axes 2)."""
+
+    part: ClassVar[str] = "rolling_sphere"
+    most_axes: ClassVar[int] = 2
+    rolls: ClassVar[bool] = True
+    needs_gravity: ClassVar[bool] = True
+
+    kind: Literal["rolling_sphere"] = "rolling_sphere"
+
+    def coordinates(self, axes: int) -> int:
+        """Return those of a free body."""
+        return FREE_COORDINATES
