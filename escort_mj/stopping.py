@@ -78,10 +78,13 @@ def deaf() -> Iterator[None]:
 
 
 @contextmanager
-def deferred() -> Iterator[None]:
+def deferred(hurry: Callable[[], None] | None = None) -> Iterator[None]:
     """Holds interrupts back while something ends in order; within, `asked` says that one has come.
 
     A second one, unless it comes at once, ends the process.
+
+    Args:
+        hurry: Called when the first one comes, to end what may be waited for.
 
     Raises:
         KeyboardInterrupt: At the end, if one has come; whoever handles the signal gets it before.
@@ -98,6 +101,8 @@ def deferred() -> Iterator[None]:
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
         noted.append((number, time.monotonic()))
+        if hurry is not None and len(noted) == 1:
+            hurry()
 
     before = {
         number: signal.signal(number, note)

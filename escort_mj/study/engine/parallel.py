@@ -77,9 +77,9 @@ def _parent() -> int | None:
     return getattr(forkserver._forkserver, "_forkserver_pid", None)
 
 
-def _end_parent(number: int) -> None:
+def _end_parent(number: int | None) -> None:
     """End the process that worker processes are forked from: by itself it would import to the end first."""
-    if _parent() == number:
+    if number is not None and _parent() == number:
         with suppress(ProcessLookupError):
             os.kill(number, signal.SIGKILL)
 
@@ -104,7 +104,8 @@ class _Pool:
         self._executor = ProcessPoolExecutor(count, self._context, initializer=_die_with_parent)
 
     def submit(self, function: Callable[..., Result], *arguments: Any) -> Future[Result]:
-        with stopping.deferred():  # a worker that starts is to be known
+        # A worker that starts is to be known; where that waits for imports, it has to do without them.
+        with stopping.deferred(lambda: _end_parent(_parent())):
             return self._executor.submit(function, *arguments)
 
     def close(self) -> None:

@@ -125,15 +125,19 @@ def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> N
     assert '__name__ == "__main__"' in ended.stderr.splitlines()[-1]
 
 
-def test_what_workers_are_forked_from_ends_with_a_command_though_it_still_imports(tmp_path: Path) -> None:
+@pytest.mark.parametrize("begun", ["", "parallel.side_by_side(str, [1, 2], 2)"])
+def test_an_interrupt_does_not_wait_until_workers_can_be_forked(begun: str, tmp_path: Path) -> None:
     (tmp_path / "slow_to_import.py").write_text("import time\ntime.sleep(60.0)\n")
-    program = """
+    program = f"""
+import os, signal, threading
 from escort_mj import stopping
 from escort_mj.study.engine import parallel
 
 def run():
     parallel.parent_of_workers()
-    raise KeyboardInterrupt
+    threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+    {begun}
+    threading.Event().wait()
 
 if __name__ == "__main__":
     parallel.WORK = "slow_to_import"
