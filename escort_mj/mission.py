@@ -32,7 +32,7 @@ from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import START, columns
+from escort_mj.signals import START, TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Mark, Plant, mujoco_version, surroundings
@@ -166,7 +166,7 @@ def conclude(
     world = plant.world
     recording = record(samples, world.sizes, labels_of(scenario, world), episodes)
     recording.attrs["mujoco_warnings"] = sum(plant.warnings().values())
-    steps = round(float(samples[-1, 0]) / scenario.physics.timestep) + 1 if len(samples) else 0
+    steps = round(float(samples[-1, TIME]) / scenario.physics.timestep) + 1 if len(samples) else 0
     known = catalog_of(scenario).metrics
     wanted = {one.subject for one in scenario.expect}
     measures = measures_of(recording, known, wanted)
@@ -214,13 +214,15 @@ def _simulate(
             done = start + kept
             if folder is not None:
                 folder.append(samples[start:done], episodes[-1], plant.under_way())
-            reached = float(samples[done - 1, 0]) if done else 0.0
+            reached = float(samples[done - 1, TIME]) if done else 0.0
             if outcome is Outcome.COMPLETED and (signal := stopping.asked()):
                 outcome, message = Outcome.INTERRUPTED, f"interrupted by {signal} at {reached:.2f} s"
             if progress is not None:
                 progress(reached, scenario.duration)
     told = np.vstack([*episodes, plant.under_way()])
-    told = told[told[:, START] <= (samples[done - 1, 0] if done else -1.0)]  # interrupted between two samples
+    told = told[
+        told[:, START] <= (samples[done - 1, TIME] if done else -1.0)
+    ]  # interrupted between two samples
     return samples[:done], told, outcome, message or completed(samples[:done])
 
 
@@ -232,7 +234,7 @@ def bound_of(scenario: Scenario, world: World) -> float:
 
 def completed(samples: Array) -> str:
     """Says that a run reached its end."""
-    return f"completed {samples[-1, 0]:g} s"
+    return f"completed {samples[-1, TIME]:g} s"
 
 
 def take(plant: Plant, rows: Array, bound: float) -> tuple[int, Array, Outcome, str]:
@@ -282,31 +284,30 @@ def examine(block: Array, plant: Plant, bound: float) -> tuple[int, Outcome, str
     if not len(block):
         return 0, Outcome.COMPLETED, ""
     if failure := plant.failure:
-        before = block[:, 0] < failure.time
+        before = block[:, TIME] < failure.time
         moment = f" at {failure.time:.2f} s"
         return int(before.sum()), Outcome.FAILED, f"a plugin raised an error{moment}: {failure.message}"
     sizes = plant.world.sizes
     n, p = sizes["robot"], sizes["axis"]
     # Clearances are infinite where there is nothing to be clear of; everything else must be a number.
-    finite = ~np.isnan(block).any(axis=1) & np.isfinite(block[:, 1 : 1 + 12 * n * p]).all(axis=1)
+    law = block[:, columns("q", sizes).start : columns("disturbance", sizes).stop]
+    finite = ~np.isnan(block).any(axis=1) & np.isfinite(law).all(axis=1)
     keep = len(block) if finite.all() else int(np.argmin(finite))
     if warnings := plant.warnings():
         words = ", ".join(f"{name} ({count} times)" for name, count in warnings.items())
         words += _excess(block, plant)
-        return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, 0]:.2f} s: {words}"
-    target, lost = (block[:keep, columns(name, sizes)] for name in ("target_position", "lost"))
-    distance = np.linalg.norm(block[:keep, 1 : 1 + n * p].reshape(-1, n, p) - target[:, None], axis=2)
+        return keep, Outcome.UNSTABLE, f"MuJoCo warned by {block[-1, TIME]:.2f} s: {words}"
+    place, target, lost = (block[:keep, columns(name, sizes)] for name in ("q", "target_position", "lost"))
+    distance = np.linalg.norm(place.reshape(-1, n, p) - target[:, None], axis=2)
     distance[lost > 0.0] = 0.0  # wherever a lost robot drifts, the mission goes on
     far = distance.max(axis=1) > bound
     if far.any():
         first = int(np.argmax(far))
         robot = int(np.argmax(distance[first])) + 1
-        words = (
-            f"robot {robot} is {distance[first, robot - 1]:.0f} m from the target at {block[first, 0]:.2f} s"
-        )
-        return first + 1, Outcome.DIVERGED, words
+        far_away = f"{distance[first, robot - 1]:.0f} m from the target at {block[first, TIME]:.2f} s"
+        return first + 1, Outcome.DIVERGED, f"robot {robot} is {far_away}"
     if keep < len(block):
-        moment = f" after {block[keep - 1, 0]:.2f} s" if keep else ""
+        moment = f" after {block[keep - 1, TIME]:.2f} s" if keep else ""
         return keep, Outcome.DIVERGED, f"the state is no longer a number{moment}"
     return keep, Outcome.COMPLETED, ""
 
@@ -320,7 +321,7 @@ def _excess(block: Array, plant: Plant) -> str:
         return ""
     row, robot = rows[0], robots[0]
     law, force = plant.world.setup.law.law, demanded[row, robot]
-    return f"; the law {law} demanded {force:.3g} N of robot {robot + 1} at {block[row, 0]:.2f} s"
+    return f"; the law {law} demanded {force:.3g} N of robot {robot + 1} at {block[row, TIME]:.2f} s"
 
 
 def _outlines(scenario: Scenario) -> list[list[list[float]]]:

@@ -43,6 +43,7 @@ class Signal(NamedTuple):
         return prod(sizes[dim] for dim in self.dims) if self.recorded(sizes) else 0
 
 
+TIME = 0  # the column of a sample that holds its time
 RA = ("robot", "axis")
 
 

@@ -22,6 +22,7 @@ from escort_mj.record.recording import record, sealed
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.solids import load_model
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.signals import TIME
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
@@ -169,7 +170,7 @@ class Live:
     @property
     def reached(self) -> float:
         """Time of the last sample so far [s]."""
-        return float(self._samples[self._done - 1, 0])
+        return float(self._samples[self._done - 1, TIME])
 
     def advance(self, until: float, budget: float) -> None:
         """Simulates up to a time, or as far as the wall time allows [s]."""
@@ -179,7 +180,7 @@ class Live:
 
     def around(self, now: float, before: float, most: int) -> tuple[Recorded, Replay]:
         """See `Tape.around`."""
-        times = self._samples[: self._done, 0]
+        times = self._samples[: self._done, TIME]
         rows = _rows(times, now, before, most)
         sizes = self._plant.world.sizes
         return _whole(record(self._samples[rows], sizes, self._labels, self._all_episodes()))
