@@ -65,15 +65,15 @@ def test_a_kernel_is_found_by_the_next_process_and_mended_when_damaged(folder: P
     whole = file.read_bytes()
     assert b"force_kernel" in whole and file.stat().st_mode & 0o777 == 0o600
     assert flown(folder, "pid") == [("pid", first, False)], "the same bits, not compiled again"
-    for damaged in (b"", whole[:-1] + bytes([whole[-1] ^ 1])):
-        file.write_bytes(damaged)
-        assert flown(folder, "pid") == [("pid", first, True)]
-        assert len(file.read_bytes()) == len(whole)
+    file.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    assert flown(folder, "pid") == [("pid", first, True)]
+    assert len(file.read_bytes()) == len(whole)
     assert not [path for path in cache.kernels.folder.rglob("*force_kernel*")], (
         "numba's own cache has pickles"
     )
 
 
+@pytest.mark.slow
 def test_kernels_with_arrays_and_algebra_are_kept_and_those_with_objects_are_not(folder: Path) -> None:
     before = set(kept())
     first = flown(folder, *VARIANTS)

@@ -25,6 +25,7 @@ FILES = {
     "known": BODY + "  - {metric: force_rms, at_least: 5, xfail: much too weak}\n",
     "strict": BODY + "  - {contacts: none, xfail: they touch}\n",
     "bad": BODY + "  - {contacts: nobody}\nrobotos: {}\n",
+    "breaks": GOOD,
     "diverges": GOOD.replace("surface]}", "surface]}\nuncertainty: {disturbance: [0, 1000]}"),
 }
 # Notes every run of a scenario, and who draws; nothing is drawn.
@@ -35,6 +36,8 @@ fly = check.fly
 def noted(scenario, *rest):
     with open("runs.txt", "a") as file:
         file.write(scenario.name + "\\n")
+    if scenario.name == "breaks":
+        1 / 0
     return fly(scenario, *rest)
 
 check.fly = noted
@@ -59,6 +62,10 @@ class Session:
         return {
             word: int(number) for number, word in re.findall(r"(\d+) ([a-z]+)", self.out.splitlines()[-1])
         }
+
+    def part(self, title: str) -> str:
+        """What is printed of one failure."""
+        return re.split(r"\n(?:_{3}|={3})", re.split(rf"_ {title} _+", self.out)[1])[0] + "\n"
 
 
 def _environment() -> dict[str, str]:
@@ -85,17 +92,17 @@ def test_one_test_per_expectation_and_one_for_the_outcome(session):
     for name in ("outcome", "contacts", "radius_error_max"):
         assert re.search(rf"good\.yaml::{name} PASSED", session.out)
     outcomes = {word: session.outcomes[word] for word in ("failed", "passed", "xfailed")}
-    assert outcomes == {"failed": 5, "passed": 8, "xfailed": 1}
+    assert outcomes == {"failed": 8, "passed": 8, "xfailed": 1}
     assert session.code == 1
 
 
 def test_a_failure_reads_without_a_traceback(session):
-    part = session.out.partition("fails: force_rms")[2]
+    part = session.part("fails: force_rms")
     assert re.search(
         r"\nforce_rms at least 5 N: \S+ N\n  at fails.yaml:9\n  kept: kept/fails/clip.mp4\n", part
     )
     for word in ("Traceback", "runtest", "pytest_plugin.py", "\nE  "):
-        assert word not in session.out
+        assert word not in part
 
 
 def test_known_failures_are_strict(session):
@@ -116,16 +123,14 @@ def test_a_run_that_breaks_off_says_why(session):
 
 def test_each_scenario_runs_once_and_what_failed_is_kept(session):
     runs = (session.folder / "runs.txt").read_text().split()
-    assert sorted(runs) == ["diverges", "fails", "good", "known", "strict"]
+    assert sorted(runs) == ["breaks", "diverges", "fails", "good", "known", "strict"]
     kept = {path.parent.name for path in (session.folder / "kept").rglob("trace.nc")}
     assert kept == {"fails", "strict", "diverges"}
 
 
-def test_a_program_error_shows_where(tmp_path):
-    (tmp_path / "conftest.py").write_text("import escort_mj.mission as m\nm.build = lambda scenario: 1 / 0\n")
-    found = Session(write(tmp_path, good=GOOD), "-k", "contacts")
-    assert (found.outcomes["failed"], found.outcomes["deselected"]) == (1, 2)
-    assert re.search(r"the program broke:\nTraceback(.|\n)*ZeroDivisionError", found.out)
+def test_a_program_error_shows_where(session):
+    part = session.part("breaks: contacts")
+    assert re.search(r"the program broke:\nTraceback(.|\n)*1 / 0\n(.|\n)*ZeroDivisionError", part)
 
 
 class TestWhatIsCollected:
@@ -151,7 +156,6 @@ class TestWhatIsCollected:
 
     def test_what_looks_like_one_if_asked(self, tmp_path):
         write(tmp_path, head="", good=GOOD, study="vary: {}\n")
-        assert Session(tmp_path, "--collect-only").code == pytest.ExitCode.NO_TESTS_COLLECTED
         assert "3 tests collected" in Session(tmp_path, "--collect-only", "--escort").out
 
     def test_what_the_settings_name(self, tmp_path):
@@ -166,6 +170,7 @@ class TestWhatIsCollected:
         assert not [*folder.rglob("*.yaml"), *folder.rglob("*.yml")]
 
 
+@pytest.mark.slow
 def test_side_by_side_each_runs_once(tmp_path):
     files = {f"mission_{k}": GOOD for k in range(4)}
     (write(tmp_path, **files) / "conftest.py").write_text(SPY)

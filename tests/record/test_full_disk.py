@@ -30,7 +30,12 @@ def write_run(path: Path, made) -> None:
         folder.finish(Outcome.COMPLETED, "it ended", build_trace(*made), {}, [])
 
 
-@pytest.mark.parametrize("place", range(20))
+EVERY_PLACE = [
+    pytest.param(k, marks=() if k in (0, 1, 6, 13, 18, 19) else pytest.mark.slow) for k in range(20)
+]
+
+
+@pytest.mark.parametrize("place", EVERY_PLACE)
 def test_whatever_the_size_at_which_writing_fails(tmp_path, record, place, monkeypatch) -> None:
     monkeypatch.setattr(journal, "RESERVED", 4096)
     made = record(ROWS)

@@ -94,11 +94,18 @@ def test_a_clip_of_four_seconds_with_the_pair_marked(meeting):
     assert re.search(r"Duration: 00:00:04.*320x180", words, re.DOTALL)
     frames = read(path)
     assert (redness(frames) > 20).all()
+
+
+@needs_gl
+@pytest.mark.slow
+def test_the_same_bodies_are_less_red_in_the_video_of_the_whole_run(meeting):
+    frames = read(video.render_clip(meeting, SMALL))
     whole = read(video.render_video(meeting, SMALL.model_copy(update={"rate": 5, "speed": 2.0})))
     assert redness(whole[:-10]).max() < redness(frames).min()
 
 
 @needs_gl
+@pytest.mark.slow
 def test_bodies_that_the_model_does_not_have_are_not_marked(meeting):
     (meeting / "verdicts.json").write_text(json.dumps([verdict(time=3.0, bodies=("robot_1", "ghost"))]))
     assert len(read(video.render_clip(meeting, SMALL))) > 30

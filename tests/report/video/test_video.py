@@ -95,9 +95,9 @@ def banner(frame):
 @pytest.mark.parametrize(
     ("shape", "look"),
     [
-        ({"axes": 3, "count": 6}, {"camera": "top"}),
+        pytest.param({"axes": 3, "count": 6}, {"camera": "top"}, marks=pytest.mark.slow),
         pytest.param({"count": 50, "obstacles": 30}, {"camera": "follow"}, marks=pytest.mark.slow),
-        ({"count": 1, "obstacles": 0, "samples": 1}, {}),
+        pytest.param({"count": 1, "obstacles": 0, "samples": 1}, {}, marks=pytest.mark.slow),
         ({"spread": lambda time: np.exp(12 * time), "outcome": Outcome.DIVERGED}, {}),
     ],
     ids=["space_top", "many_follow", "one_sample", "diverged"],
