@@ -31,6 +31,7 @@ COLUMNS: dict[str, Kinds] = {
     "verdicts": (list,),
     "folder": (str, type(None)),
 }
+DAMAGE = (sqlite3.Error, UnicodeDecodeError)  # the latter where SQLite quotes bytes that are no text
 PATIENCE = 60.0  # s, for another process's transaction
 SILENCE = 300.0  # s without a sign of life, after which a claim from another machine has lapsed
 
@@ -119,7 +120,7 @@ class Store:
                 run(f"PRAGMA user_version = {FORMAT}")
         except WriteError:
             raise
-        except (sqlite3.Error, OSError) as error:
+        except (*DAMAGE, OSError) as error:
             if _full(error):
                 raise WriteError(self.path, str(error)) from None
             raise UsageError(f"{self.path}: cannot be used as a store of results: {error}") from None
@@ -243,7 +244,7 @@ class Store:
                     self._connection.execute("ROLLBACK")
             if _full(error):
                 raise WriteError(self.path, f"{error}; what it held before is kept") from None
-            if isinstance(error, sqlite3.Error):
+            if isinstance(error, DAMAGE):
                 raise UsageError(f"{self.path}: cannot be used as a store of results: {error}") from None
             raise
 

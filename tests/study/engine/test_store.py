@@ -37,6 +37,17 @@ def test_what_is_put_is_got(tmp_path: Path) -> None:
     assert set(found.metrics) == set(METRIC_NAMES)
 
 
+def test_a_store_whose_damage_is_no_text_is_refused(tmp_path: Path) -> None:
+    Store(tmp_path).close()
+    with sqlite3.connect(tmp_path / FILE) as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    whole = (tmp_path / FILE).read_bytes()
+    assert b"CREATE TABLE claims" in whole
+    (tmp_path / FILE).write_bytes(whole.replace(b"CREATE TABLE claims", b"CREATE \x83ABLE claims"))
+    with pytest.raises(UsageError, match="cannot be used as a store of results"):
+        open_store(tmp_path)
+
+
 def test_a_run_is_written_once(tmp_path: Path) -> None:
     with Store(tmp_path) as store:
         store.put(row("a"))
