@@ -8,7 +8,7 @@ import pytest
 
 import escort_mj
 
-DRAWING = {"matplotlib", "mediapy", "imageio_ffmpeg", "PIL"}
+DRAWING = {"matplotlib", "mediapy", "imageio_ffmpeg", "PIL", "jinja2"}
 STORAGE = {"xarray", "h5netcdf", "h5py", "pandas", "sqlite3"}
 SEARCHES = {"optuna", "cmaes", "distributed", "dask"}
 HEAVY = {"numpy", "mujoco", "pydantic"}

@@ -19,7 +19,8 @@ from escort_mj.record.export import table
 from escort_mj.record.intact import check_trace
 from escort_mj.record.stored import StoredRun, open_run
 from escort_mj.record.trace import load_trace
-from escort_mj.report.pages.run_page import _body
+from escort_mj.report.pages.html import page
+from escort_mj.report.pages.run_page import _parts
 from escort_mj.report.pages.signals_data import signals_data
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario.reader.load import stored_scenario
@@ -119,7 +120,9 @@ def test_json(whole, draws, name, monkeypatch) -> None:
     try:
         for draw in draws:
             file.write_bytes(damaged_json(before, draw))
-            refused += refused_or(lambda: (list(_body(open_run(whole.path))), Stored(whole.path)))
+            refused += refused_or(
+                lambda: (page("run.html", _parts(open_run(whole.path))), Stored(whole.path))
+            )
         file.unlink()
         assert refused_or(lambda: open_run(whole.path)) == (name == "outcome.json")
     finally:

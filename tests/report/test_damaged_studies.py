@@ -8,11 +8,10 @@ from typing import Any
 
 import pytest
 
-from escort_mj.report.pages.study_page import _design, _failures, _kept, _overview, _worst
-from escort_mj.report.pages.study_tables import cell_rates, cell_values, comparison_tables, write_cells
+from escort_mj.report.pages import study_page
+from escort_mj.report.pages.study_page import report
 from escort_mj.study.engine.store import FILE as STORE
 from escort_mj.study.engine.store import Store
-from escort_mj.study.sweeps.quantities import VALUES
 from escort_mj.study.sweeps.results import FILE, open_results
 from tests.report.test_damaged_runs import GARBLED, damaged_bytes, damaged_json, draws, refused_or  # noqa: F401
 from tests.study.planted import study_folder
@@ -27,25 +26,16 @@ seeds: 2
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    return study_folder(tmp_path_factory.mktemp("study"), STUDY)
+def folder(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study_page, "draw_study", lambda *_: [])
+        yield study_folder(tmp_path_factory.mktemp("study"), STUDY)
 
 
 def read(folder: Path) -> None:
     """Everything that a report says in words, and what a sweep does before it goes on."""
-    results = open_results(folder)
-    write_cells(results, folder / "cells.csv")
-    shown = results.known(VALUES)
-    cell_rates(results), cell_values(results, shown), results.judged(), results.front()
-    for part in (
-        comparison_tables(results, results.compared(), shown),
-        _overview(results),
-        _design(results, folder, folder / "r.html"),
-        _failures(results, folder, folder / "r.html"),
-        _worst(results, shown, folder, folder / "r.html"),
-        _kept(results, folder, folder / "r.html"),
-    ):
-        list(part)
+    open_results(folder).front()
+    report(folder)
     with Store(folder) as store:
         store.known(), store.claim(["a"]), store.claimed_by_others()
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import json
 import os
 import shlex
-from collections.abc import Iterator
-from html import escape
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+from markupsafe import Markup
 
 from escort_mj.expect.verdicts import Verdict, mark
 from escort_mj.metrics import METRICS
@@ -18,7 +17,7 @@ from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, open_run
 from escort_mj.report.figures.figures import PLOTS, draw_figures
 from escort_mj.report.figures.scales import number
-from escort_mj.report.pages.html import Text, folded, page, picture, table
+from escort_mj.report.pages.html import Table, Text, page
 from escort_mj.report.pages.replay_data import replay_data
 from escort_mj.report.pages.signals_data import signals_data
 from escort_mj.report.video.video import ending, scenario_video
@@ -48,66 +47,58 @@ def report(folder: str | os.PathLike[str], out: Path | None = None) -> Path:
     if not (run.path / FIGURES).is_dir():
         draw_figures(run.path)
     path = run.path / REPORT if out is None else out
-    text = page(str(run.trace.attrs["title"]), _body(run), SCRIPTS, STYLES)
+    text = page("run.html", _parts(run))
     make_folder(path.parent)
     write_text(path, text)
     return path
 
 
-def _body(run: StoredRun) -> Iterator[str]:
-    """The page, part by part."""
-    attributes = run.trace.attrs
-    yield f"<h1>{escape(str(attributes['title']))}</h1>"
-    if attributes.get("description"):
-        yield f"<p>{escape(str(attributes['description']))}</p>"
+def _parts(run: StoredRun) -> dict[str, Any]:
+    """What the page shows."""
     words, well = ending(run)
-    yield f'<p class="banner {"well" if well else "ill"}">{escape(words)}</p>'
-    yield from _verdicts(run)
-    yield "<h2>Replay</h2>"
-    if len(axes := run.trace["axis"].values) > 3:
-        yield f"<p class=soft>Shown is what happens along x, y, z of the axes {escape(', '.join(axes))}.</p>"
-    yield _data("replay-data", replay_data(run, scenario_video(run).speed))
-    yield '<div id="replay"><p class="soft">The replay needs JavaScript and WebGL 2.</p></div>'
-    yield "<h2>Signals</h2>"
-    yield _data("signals-data", signals_data(run.trace))
-    yield '<div id="signals"><p class="soft">The curves need JavaScript; the figures below do not.</p></div>'
-    yield from _contacts(run)
-    yield from _metrics(run)
-    yield "<h2>Figures</h2>"
-    for name in dict.fromkeys(plot.name for plot in PLOTS):
-        if (file := run.path / FIGURES / f"{name}.png").is_file():
-            yield picture(file, name.replace("_", " "))
-    yield from _video(run)
-    yield from _again(run)
-
-
-def _data(name: str, value: Any) -> str:
-    """Numbers for the page's scripts."""
-    text = json.dumps(value, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
-    return f'<script type="application/json" id="{name}">{text}</script>'
+    touched = _touches(run)
+    video = run.path / VIDEO
+    size = video.stat().st_size if video.is_file() else 0
+    names = dict.fromkeys(plot.name for plot in PLOTS)
+    return {
+        "run": run,
+        "title": run.trace.attrs["title"],
+        "scripts": SCRIPTS,
+        "styles": STYLES,
+        "ending": words,
+        "well": well,
+        "verdicts": _verdicts(run),
+        "replay": replay_data(run, scenario_video(run).speed),
+        "signals": signals_data(run.trace),
+        "touches": len(touched),
+        "contacts": _contacts(run, touched),
+        "metrics": _metrics(run),
+        "figures": [file for name in names if (file := run.path / FIGURES / f"{name}.png").is_file()],
+        "video": video if size else None,
+        "too_large": f"{size / 1e6:.1f} MB" if size > LARGEST_VIDEO else "",
+        "file": SCENARIO,
+        "folder": shlex.quote(run.path.name),
+        "facts": _facts(run),
+    }
 
 
 def _moment(time: float | None) -> Text:
     """A time that leads the replay to it."""
     if time is None:
         return Text("-")
-    words = f'<a href="#replay" data-seek="{time!r}" title="show it in the replay">{time:.2f} s</a>'
-    return Text(words, time, html=True, kind="word")
+    words = Markup('<a href="#replay" data-seek="{!r}" title="show it in the replay">{:.2f} s</a>')
+    return Text(words.format(time, time), time, kind="word")
 
 
-def _verdicts(run: StoredRun) -> Iterator[str]:
+def _verdicts(run: StoredRun) -> Table:
     """What was expected, and whether it held."""
-    verdicts = [Verdict(**verdict) for verdict in run.verdicts if "metric" in verdict]
-    if not verdicts:
-        return
     rows = []
-    for one in verdicts:
-        word = mark(one)
-        kind = "good" if one.passed else "bad"
-        close = ' <span class="soft">barely</span>' if one.near_miss else ""
+    for one in (Verdict(**verdict) for verdict in run.verdicts if "metric" in verdict):
+        words = '<span class="{}">{}</span>' + (' <span class="soft">barely</span>' if one.near_miss else "")
+        shown = Markup(words).format("good" if one.passed else "bad", mark(one))
         rows.append(
             [
-                Text(f'<span class="{kind}">{word}</span>{close}', html=True, kind="word"),
+                Text(shown, kind="word"),
                 Text(one.metric),
                 Text(one.demanded),
                 Text(one.found, kind="message"),
@@ -115,22 +106,18 @@ def _verdicts(run: StoredRun) -> Iterator[str]:
             ]
         )
     head = [("verdict", ""), ("of", ""), ("demanded", ""), ("found", ""), ("when", "click to see it")]
-    yield table("What was expected of the run", head, rows, sortable=False)
+    return Table("What was expected of the run", head, rows, sortable=False)
 
 
-def _contacts(run: StoredRun) -> Iterator[str]:
-    """Every touch of two bodies, the floor's aside."""
+def _touches(run: StoredRun) -> list[tuple[int, str, str]]:
+    """Every touch of two bodies, the floor's aside: its number, and the two."""
+    touched = [(k, *pair(run.trace, k)) for k in range(run.trace.sizes.get("episode", 0))]
+    return [touch for touch in touched if "floor" not in touch[1:]]
+
+
+def _contacts(run: StoredRun, shown: Sequence[tuple[int, str, str]]) -> Table:
+    """When, for how long and how hard bodies touched."""
     trace = run.trace
-    bodies = trace["body"].values
-    shown = []
-    for k in range(trace.sizes.get("episode", 0)):
-        first, second = pair(trace, k)
-        if "floor" not in (first, second):
-            shown.append((k, first, second))
-    yield "<h2>Contacts</h2>"
-    if not shown:
-        yield f"<p>None of the {len(bodies)} bodies touched another, the floor aside.</p>"
-        return
     rows = []
     for k, first, second in shown[:MOST_EPISODES]:
         force, impulse, depth = (
@@ -153,11 +140,10 @@ def _contacts(run: StoredRun) -> Iterator[str]:
         ("depth [mm]", "largest penetration"),
     ]
     more = f"; the first {MOST_EPISODES} of {len(shown)}" if len(shown) > MOST_EPISODES else ""
-    found = table(f"{len(shown)} unbroken touches{more}", head, rows)
-    yield found if len(rows) <= 20 else folded(f"{len(shown)} touches", found)
+    return Table(f"{len(shown)} unbroken touches{more}", head, rows)
 
 
-def _metrics(run: StoredRun) -> Iterator[str]:
+def _metrics(run: StoredRun) -> Table:
     """All numbers that sum the run up."""
     rows = []
     for metric in METRICS:
@@ -177,46 +163,21 @@ def _metrics(run: StoredRun) -> Iterator[str]:
                 Text(found["who"]),
             ]
         )
-    if rows:
-        head = [
-            ("metric", ""),
-            ("value", ""),
-            ("unit", ""),
-            ("meaning", ""),
-            ("window", "what it looks at"),
-            ("when", "the worst moment; click to see it"),
-            ("who", ""),
-        ]
-        yield "<h2>Metrics</h2>" + table("What sums the run up", head, rows)
+    head = [
+        ("metric", ""),
+        ("value", ""),
+        ("unit", ""),
+        ("meaning", ""),
+        ("window", "what it looks at"),
+        ("when", "the worst moment; click to see it"),
+        ("who", ""),
+    ]
+    return Table("What sums the run up", head, rows)
 
 
-def _video(run: StoredRun) -> Iterator[str]:
-    """The video, in the page itself where it is small enough."""
-    video = run.path / VIDEO
-    if not video.is_file():
-        return
-    yield "<h2>Video</h2>"
-    size = video.stat().st_size
-    if size > LARGEST_VIDEO:
-        yield f"<p>{VIDEO} of the run folder has {size / 1e6:.1f} MB, too much for this page.</p>"
-        return
-    content = base64.b64encode(video.read_bytes()).decode()
-    yield f'<video controls preload="metadata" src="data:video/mp4;base64,{content}"></video>'
-
-
-def _again(run: StoredRun) -> Iterator[str]:
-    """The scenario, by which versions it ran, and how it runs again."""
+def _facts(run: StoredRun) -> Table:
+    """How it was made."""
     outcome = run.outcome
-    yield "<h2>Scenario</h2>"
-    scenario = f"<pre><code>{escape(run.scenario_yaml)}</code></pre>"
-    yield folded(f"{SCENARIO}, complete: every default written out", scenario)
-    command = f"escort-mj run {SCENARIO} --out again"
-    folder = shlex.quote(run.path.name)
-    yield "<h2>Run it again</h2>"
-    yield (
-        f"<p>Save the scenario above as {SCENARIO}, then <code>{escape(command)}</code>; or, with the run "
-        f"folder, <code>escort-mj rerun {escape(folder)}</code>, which says whether the bits agree.</p>"
-    )
     versions = {"platform": outcome.get("platform", ""), **outcome.get("versions", {})}
     facts = {
         "law": str(run.trace.attrs["law"]) if "law" in run.trace.attrs else "",
@@ -229,4 +190,4 @@ def _again(run: StoredRun) -> Iterator[str]:
         **{key: str(value) for key, value in versions.items()},
     }
     rows = [[Text(key), Text(value, kind="message")] for key, value in facts.items() if value]
-    yield table("How it was made", [("", ""), ("", "")], rows, sortable=False)
+    return Table("How it was made", [("", ""), ("", "")], rows, sortable=False)

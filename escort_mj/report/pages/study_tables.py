@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from html import escape
+from collections.abc import Sequence
 from pathlib import Path
 
 from escort_mj.record.files import comma_separated, write_text
 from escort_mj.report.figures.scales import number
-from escort_mj.report.pages.html import Text, table
+from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.quantities import (
     COLLIDED,
@@ -29,14 +28,6 @@ SHOWN = (PRECISION, "settling_time", SAFETY, EFFORT, "force_rms", "chattering")
 MOST_CELLS = 500  # rows of a table
 HEADS = {PASSED: "passed", COMPLETED: "completed", COLLIDED: "contacts"}
 STATISTICS = ("known", "never", "mean", "mean_low", "mean_high", "median", "median_low", "median_high")
-
-COMPARING = """
-Pairs have the same seed and the same level of everything else; differences are the level's value minus the
-first level's. Pairs of one {block} are not independent, so {block}s are what is drawn again for intervals and
-what Wilcoxon's test ranks. Dominance is the share of pairs in which the level's value is the larger one,
-minus the share in which it is the smaller one (Cliff's delta of paired data, from -1 to 1): it needs no
-common scale over cells, and counts never. p is adjusted for the number of levels (Holm).
-"""
 
 
 def run_cell(results: Results, run: Planned) -> list[Text]:
@@ -66,7 +57,7 @@ def shown_rate(happened: Rate) -> str:
     return f"{100 * happened.share:.0f} % [{low}, {high}]"
 
 
-def cell_rates(results: Results) -> str:
+def cell_rates(results: Results) -> Table:
     """How often runs of each cell passed, completed, and touched something."""
     head = [
         ("cell", ""),
@@ -85,10 +76,10 @@ def cell_rates(results: Results) -> str:
             happened = results.rate(name, index)
             row.append(Text(shown_rate(happened), happened.share, kind="number"))
         rows.append(row)
-    return table(f"How often, with exact 95 % intervals{_cut(results)}", head, rows)
+    return Table(f"How often, with exact 95 % intervals{_cut(results)}", head, rows)
 
 
-def cell_values(results: Results, quantities: Sequence[str]) -> str:
+def cell_values(results: Results, quantities: Sequence[str]) -> Table:
     """Median and mean of quantities in each cell."""
     head = [("cell", ""), *((factor.title, "") for factor in results.factors.values())]
     for name in quantities:
@@ -101,7 +92,7 @@ def cell_values(results: Results, quantities: Sequence[str]) -> str:
             found = results.summary(name, index)
             row += [with_interval(found.median, found.median_interval), _mean(found)]
         rows.append(row)
-    return table(f"Medians and means, with 95 % bootstrap intervals{_cut(results)}", head, rows)
+    return Table(f"Medians and means, with 95 % bootstrap intervals{_cut(results)}", head, rows)
 
 
 def _mean(found: Summary) -> Text:
@@ -129,12 +120,10 @@ def _named(results: Results, index: int) -> list[Text]:
     return row
 
 
-def comparison_tables(results: Results, factor: Factor | None, quantities: Sequence[str]) -> Iterator[str]:
+def comparisons(results: Results, factor: Factor | None, quantities: Sequence[str]) -> Table | None:
     """Each level of a factor against its first."""
     if factor is None or len(factor.levels) < 2:
-        return
-    yield f"<h2>Compared: {escape(factor.name)}</h2>"
-    yield f"<p class=soft>{escape(COMPARING.strip().format(block=results.block))}</p>"
+        return None
     head = [
         ("quantity", ""),
         ("level", ""),
@@ -163,7 +152,7 @@ def comparison_tables(results: Results, factor: Factor | None, quantities: Seque
                 Text("-" if math.isnan(p) else f"{p:.2g}", p, kind="number"),
             ]
         )
-    yield table(f"Levels of {factor.name} against {factor.levels[0]}", head, rows)
+    return Table(f"Levels of {factor.name} against {factor.levels[0]}", head, rows)
 
 
 def _better(quantity: str, first: str, level: str, dominance: Interval) -> str:

@@ -2,7 +2,9 @@
 
 import base64
 import json
+import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ import pytest
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import open_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.report.pages.html import asset
+from escort_mj.report.pages.html import Table, asset, page
 from escort_mj.report.pages.replay_data import GONE, replay_data
 from escort_mj.report.pages.run_page import SCRIPTS, report
 from escort_mj.report.pages.signals_data import signals_data
@@ -64,6 +66,18 @@ def test_the_page_holds_everything_itself(text: str) -> None:
     assert [a["href"] for a in page.all("link")] == ["data:,"]
     assert "@import" not in text and "url(" not in text
     assert len(text) < 3e6
+
+
+def test_what_scripts_read_cannot_end_their_element() -> None:
+    trace = SimpleNamespace(attrs={}, sizes={"body": 1}, axis=SimpleNamespace(values=list("wxyz")))
+    parts = dict.fromkeys(("title", "well", "ending", "file", "folder", "figures", "video"), "")
+    parts |= dict.fromkeys(("verdicts", "contacts", "metrics", "facts"), Table("", [], []))
+    hostile = ["</script><script>alert()</script>", "<!--", "'&>"]
+    parts |= {"run": SimpleNamespace(trace=trace, scenario_yaml=""), "replay": hostile, "signals": [1.5]}
+    text = page("run.html", parts)
+    data = re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text)
+    assert json.loads(data[0]) == hostile and "<!--" not in data[0] and data[1] == "[1.5]"
+    assert "along x, y, z of the axes w, x, y, z." in text
 
 
 def test_verdicts_come_first_and_lead_to_their_moment(text: str) -> None:

@@ -8,7 +8,7 @@ from urllib.parse import unquote
 import pytest
 
 from escort_mj.errors import UsageError
-from escort_mj.report.pages.html import Text, table
+from escort_mj.report.pages.html import Table, Text, templates
 from escort_mj.report.pages.study_page import report
 from escort_mj.scenario import parse_scenario
 from escort_mj.study.engine.store import Store
@@ -132,8 +132,10 @@ def test_folders_and_factors_that_are_none(folder: Path, tmp_path: Path) -> None
 
 
 def test_cells_of_tables_are_escaped_and_sorted_by_value() -> None:
-    made = table("a <b>", [("x", 'a "b"')], [[Text("<1>", math.nan)], [Text("never", math.inf)]])
-    assert "&lt;1&gt;" in made and made.count('data-value="Infinity"') == 2 and "a &quot;b&quot;" in made
+    cells = Table("a <b>", [("x", 'a "b"')], [[Text("<1>", math.nan)], [Text("never", math.inf)]])
+    made = templates().get_template("parts.html").module.table(cells)
+    assert "&lt;1&gt;" in made and made.count('data-value="Infinity"') == 2 and "<b>" not in made
+    assert Page(made).all("th")[0] == {"scope": "col", "title": 'a "b"'}
 
 
 @needs_browser
