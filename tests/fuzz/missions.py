@@ -6,8 +6,9 @@ import json
 import random
 from typing import Any
 
+from escort_mj.robots import KINDS
+
 LAWS = ["apd_smc", "asmc", "pd_smc", "pd", "computed_torque", "super_twisting"]
-KINDS = ["point_mass", "rolling_sphere", "loaded", "slung", "quadrotor"]
 SHAPES = ["box", "cylinder", "capsule", "ellipsoid"]
 
 
@@ -68,7 +69,7 @@ def _robots(count: int, axes: int, dice: random.Random) -> dict[str, Any]:
         "force_limit": dice.choice((None, 0.1, 10.0, 1e4)),
     }
     if axes < 4:
-        kinds = KINDS if axes == 2 else [kind for kind in KINDS if kind not in ("rolling_sphere", "loaded")]
+        kinds = [kind.model_fields["kind"].default for kind in KINDS if axes <= kind.most_axes]
         robots["kind"] = dice.choice(("point_mass", "point_mass", dice.choice(kinds)))
     if dice.random() < 0.3:
         robots["actuators"] = {"lag": dice.choice((0.0, 0.05)), "dead_zone": dice.choice((0.0, 1.0))}

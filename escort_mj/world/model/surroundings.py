@@ -58,10 +58,8 @@ def add_obstacles(
                 _set_free(copy, geom, name, body.drive, stage, body.position)
 
 
-def add_target(
-    tree: Element, scenario: Scenario, start: Array, stages: Sequence[Stage], count: int
-) -> Element:
-    """The bodies of the target, one for each stage; the first is returned.
+def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence[Stage], count: int) -> None:
+    """The bodies of the target, one for each stage.
 
     Args:
         tree: MJCF tree.
@@ -94,7 +92,6 @@ def add_target(
         elif stage.suffix:
             rgba = [*palette.LIMIT, 0.08]
             write(SubElement(body, "geom"), type="sphere", size=radius, rgba=rgba, group=stage.number)
-    return named(world, "body", "target")
 
 
 def _set_free(body: Element, geom: Element, name: str, drive: Drive, stage: Stage, start: Array) -> None:

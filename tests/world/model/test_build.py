@@ -10,6 +10,7 @@ import pytest
 
 from escort_mj.control.packing import pack
 from escort_mj.errors import MujocoError, ScenarioError
+from escort_mj.mjcf import section
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
@@ -17,7 +18,6 @@ from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.callback import native_loop
 from escort_mj.world.loop.sampling import room_for
 from escort_mj.world.loop.wiring import behind, geom_bodies, thickness, unpack_wiring
-from escort_mj.world.model import build as building
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
 
@@ -320,26 +320,6 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
     assert data.qvel.tobytes() == plant.data.qvel.tobytes()
 
 
-@pytest.mark.parametrize(
-    ("more", "guess", "times"),
-    [({}, 0, 1), ({}, 7, 2), ({"velocities": [[1, 0], [0, 0], [0, 0]]}, 0, 2)],
-    ids=["at rest", "more geoms than the tree shows", "moving"],
-)
-def test_a_world_is_compiled_again_only_where_it_must_be(
-    more: dict, guess: int, times: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Either way the model is that of its text."""
-    compiled, trees = building._compiled, []
-    size = building.wiring_size
-    monkeypatch.setattr(building, "_compiled", lambda tree: trees.append(tree) or compiled(tree))
-    monkeypatch.setattr(building, "wiring_size", lambda *what: size(*what) - guess)
-    world = world_of({**PLANAR, "robots": PLANAR["robots"] | more})
-    assert len(trees) == times
-    again = mujoco.MjModel.from_xml_string(world.xml)
-    assert again.numeric_data.tobytes() == world.model.numeric_data.tobytes()
-    assert again.key_qvel.tobytes() == world.model.key_qvel.tobytes()
-
-
 def plan_of(world: World) -> np.ndarray:
     """The plan that a world without the truth channel carries."""
     record = record_size(world.sizes)
@@ -393,7 +373,7 @@ def test_thousands_of_obstacles_have_the_memory_that_their_pairs_take(compiled: 
 def test_what_mujoco_gives_up_is_an_error_with_its_words(compiled: None) -> None:
     rocks = [{"position": [100 + 3 * i, 0]} for i in range(200)]
     world = world_of({"robots": {"count": 3}, "obstacles": rocks, "duration": 0.1})
-    building.section(world.tree, "size").set("memory", "64K")
+    section(world.tree, "size").set("memory", "64K")
     with native_loop(world):
         plant = Plant(replace(world, model=mujoco.MjModel.from_xml_string(world.xml)))
         with pytest.raises(MujocoError, match="MuJoCo cannot step this world: .*memory"):
