@@ -192,7 +192,7 @@ def margin(points: Array) -> float:
 def _extremes(points: Array) -> Array:
     """Return some of each hull's corners: those farthest in a few directions, shape (hulls, few, axes)."""
     axes = points.shape[2]
-    few = max(k for k in range(axes + 1, 23) if math.comb(k, axes) <= CANDIDATES)
+    few = max(k for k in range(axes + 1, 4 * axes + 1) if math.comb(k, axes) <= CANDIDATES)
     random = np.random.default_rng(few)
     directions = random.standard_normal((axes, few))
     places = np.argmax(points @ directions, axis=1)
