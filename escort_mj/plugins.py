@@ -2,11 +2,11 @@
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView, LawView
+from escort_mj.expectations.expectation import Judgment
+from escort_mj.expectations.expectation import Windowed as Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.robots import RobotKind
-from escort_mj.scenario.schema.expectations import Judgment
-from escort_mj.scenario.schema.expectations import OwnExpectation as Expectation
 
 __all__ = [
     "ACROSS",

@@ -81,8 +81,8 @@ class ScenarioFile(pytest.File):
     def collect(self) -> Iterable[ScenarioTest]:
         """One test for the outcome and one per expectation, or one that says what is wrong with the file."""
         from escort_mj.errors import EscortError
+        from escort_mj.expectations.outcome import OutcomeExpectation
         from escort_mj.scenario.reader.load import expectation_lines, load_scenario
-        from escort_mj.scenario.schema.expectations import OutcomeExpectation
 
         try:
             expected = load_scenario(self.path).expect

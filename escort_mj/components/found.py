@@ -37,4 +37,5 @@ def _name_of(member: type[Parameters]) -> str | None:
     for key in ("law", "behavior", "kind"):
         if (field := member.model_fields.get(key)) is not None:
             return field.default if isinstance(field.default, str) else None
-    return None
+    kind = getattr(member, "kind", None)
+    return kind if isinstance(kind, str) else None

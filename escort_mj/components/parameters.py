@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
+TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
 
 Radius = Annotated[float, Field(ge=1e-3, le=1e5)]
 Force = Annotated[float, Field(ge=1e-15, le=1e12)]

@@ -16,12 +16,12 @@ from escort_mj.conformance.records import check_expectation, check_metric
 from escort_mj.conformance.stand import BrokenError, Row
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import EscortError
+from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
 from escort_mj.scenario.reader.plugins import Plugin, load, source_of
-from escort_mj.scenario.schema.expectations import OwnExpectation
 
 Checks = Callable[[Any, type[Any]], Iterator[Row]]
 CHECKS: dict[type[Any], tuple[Checks, ...]] = {
@@ -29,7 +29,7 @@ CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Behavior: (check_parameters, check_behavior, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
     Metric: (check_metric,),
-    OwnExpectation: (check_parameters, check_expectation),
+    Expectation: (check_parameters, check_expectation),
 }
 """What members of a kind are asked; called with the member and the type of scenarios that knows it."""
 
@@ -87,7 +87,7 @@ def _told(plugin: Plugin, member: Any) -> str:
     """What a scenario calls a member."""
     if isinstance(member, Metric):
         return f"metric: {member.name} [{member.unit}], {member.meaning}"
-    if issubclass(member, OwnExpectation):
+    if issubclass(member, Expectation):
         return f"expectation: {member.kind}"
     for key in ("law", "behavior", "kind"):
         if key in member.model_fields:

@@ -10,11 +10,12 @@ from typing import Any
 
 from escort_mj.conformance.stand import Row
 from escort_mj.control.custom.place import place_of
+from escort_mj.expectations.expectation import Expectation, Judgment
 from escort_mj.measuring import measure
 from escort_mj.metrics.metric import Measure, Metric
 from escort_mj.mission import fly
-from escort_mj.record.recording import Recording, sealed
-from escort_mj.scenario.schema.expectations import Judgment, OwnExpectation
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import Recording
 from escort_mj.scenario.schema.scenario import Scenario
 
 UNIT = re.compile(r"[A-Za-z0-9/ ^*()%]+\Z")
@@ -96,21 +97,24 @@ def _grows(metric: Metric) -> Row:
     return Row("grows", True, "never falls as its window grows")
 
 
-def check_expectation(member: type[OwnExpectation], kind: type[Scenario]) -> Iterator[Row]:
+def check_expectation(member: type[Expectation], kind: type[Scenario]) -> Iterator[Row]:
     """Checks an expectation, with its keys' defaults, or else plausible values for those without.
 
     Args:
         member: Which.
         kind: The type of scenarios that knows it.
     """
-    demand = member.model_validate(_table(member))
-    held = 0
-    for name, recorded in recordings().items():
-        trace = sealed(recorded)
+    yield from check_judgments(member.model_validate(_table(member)))
+
+
+def check_judgments(demand: Expectation) -> Iterator[Row]:
+    """Checks what an expectation says of recorded runs."""
+    held, kind = 0, type(demand)
+    for name, trace in recordings().items():
         try:
-            found, again = demand.judge(trace), demand.judge(trace)
+            found, again = (demand.judge_run(trace, Outcome.COMPLETED) for _ in range(2))
         except Exception as error:
-            yield Row("judges", False, f"{name}: {place_of(error, member.judge)}")
+            yield Row("judges", False, f"{name}: {place_of(error, kind.judge)}")
             return
         if not isinstance(found, Judgment):
             yield Row("judges", False, f"{name}: returned {type(found).__name__}; expected a Judgment")
@@ -129,7 +133,7 @@ def check_expectation(member: type[OwnExpectation], kind: type[Scenario]) -> Ite
     yield Row("deterministic", True, "same judgment again")
 
 
-def _table(member: type[OwnExpectation]) -> dict[str, Any]:
+def _table(member: type[Expectation]) -> dict[str, Any]:
     """Values for the keys that must be given."""
     plausible: dict[Any, Any] = {float: 1.0, int: 1, bool: True, str: "all"}
     required = {name: field for name, field in member.model_fields.items() if field.is_required()}

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.expect.judging import Found, judged
+from escort_mj.control.custom.place import place_of
+from escort_mj.expectations.expectation import Expectation, Judgment
+from escort_mj.expectations.outcome import OutcomeExpectation
+from escort_mj.metrics.metric import in_words
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema.expectations import ContactExpectation, Expectation, OutcomeExpectation
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -89,21 +91,22 @@ def judge_one(
         outcome: How the run ended.
         place: Its place in the scenario's list.
     """
-    found = _unless_unseen(expectation, judged(expectation, trace, outcome), trace, outcome)
+    demanded, found, broken = _judged(expectation, trace, outcome)
+    found = _unless_unseen(expectation, found, trace, outcome)
     known = expectation.xfail or ""
-    message = f"{found.subject} {found.demanded}: {found.words}"
+    message = f"{expectation.subject} {demanded}: {found.words}"
     if known:
         message += f"; known to fail: {known}" if not found.held else f"; but it was to fail: {known}"
     return Verdict(
-        metric=found.subject,
-        demanded=found.demanded,
+        metric=expectation.subject,
+        demanded=demanded,
         value=found.value,
         unit=found.unit,
         time=found.time,
-        who=found.who,
+        who=in_words(found.bodies),
         margin=found.margin,
-        passed=found.held != bool(known) and not found.broken,
-        broken=found.broken,
+        passed=found.held != bool(known) and not broken,
+        broken=broken,
         near_miss=found.near_miss,
         message=message,
         bodies=found.bodies,
@@ -113,7 +116,22 @@ def judge_one(
     )
 
 
-def _unless_unseen(expectation: Expectation, found: Found, trace: Recorded, outcome: Outcome) -> Found:
+def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tuple[str, Judgment, bool]:
+    """What an expectation demands, what it found, and whether it raised an error, which is no verdict."""
+    demanded = expectation.kind
+    try:
+        demanded = expectation.demanded + expectation.when
+        found = expectation.judge_run(trace, outcome)
+        if not isinstance(found, Judgment):
+            raise TypeError(f"judge returned {type(found).__name__}; expected a Judgment")
+    except Exception as error:
+        kind = type(expectation)
+        function = kind.judge_run if kind.judge is Expectation.judge else kind.judge
+        return demanded, Judgment(False, place_of(error, function)), True
+    return demanded, found._replace(held=bool(found.held)), False
+
+
+def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, outcome: Outcome) -> Judgment:
     """The finding, unless it held only because the trace does not show all of the window.
 
     The run may have broken off in it. Or nobody knew of the window when the run was recorded: then what is
@@ -130,7 +148,7 @@ def _unless_unseen(expectation: Expectation, found: Found, trace: Recorded, outc
     if not outcome.good and max(first, last) > reached + 0.5 * timestep:
         where = "inside" if first <= reached else "before"
         return _unseen(found, f"the run ended at {reached:g} s, {where} the window")
-    if expectation.watched and not isinstance(expectation, ContactExpectation):
+    if expectation.sampled_at_ends:
         alone = [first - timestep] if first == last > 0.0 else []  # or the only sample knows nothing
         for moment in (*alone, first, last):
             if np.abs(time - moment).min() > 0.5 * timestep:
@@ -139,9 +157,9 @@ def _unless_unseen(expectation: Expectation, found: Found, trace: Recorded, outc
     return found
 
 
-def _unseen(found: Found, words: str) -> Found:
+def _unseen(found: Judgment, words: str) -> Judgment:
     """What did not hold because nobody saw it."""
-    return replace(found, held=False, near_miss=False, value=None, margin=None, words=words)
+    return found._replace(held=False, near_miss=False, value=None, margin=None, words=words)
 
 
 def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:

@@ -7,7 +7,7 @@ change nothing. Robots that are lost count no longer, but for contacts, distance
 are what the others must not touch.
 """
 
-from escort_mj.metrics.metric import Metric, found_in
+from escort_mj.metrics.metric import Metric, metrics_in
 
-METRICS: tuple[Metric, ...] = found_in(__name__, __path__)
+METRICS: tuple[Metric, ...] = metrics_in(__name__, __path__)
 METRIC_NAMES = tuple(metric.name for metric in METRICS)

@@ -169,7 +169,7 @@ def metrics_of(module: ModuleType, home: str) -> list[Metric]:
     ]
 
 
-def found_in(package: str, path: Iterable[str]) -> tuple[Metric, ...]:
+def metrics_in(package: str, path: Iterable[str]) -> tuple[Metric, ...]:
     """Return the metrics that the modules of a package define, by rank and name.
 
     Args:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,12 +16,9 @@ from escort_mj.numerics.thomson import Figure, figure
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Team, team
 from escort_mj.scenario.geometry.trajectory import disturbance_trajectory, target_trajectory, trajectory
-from escort_mj.scenario.schema.expectations import ClearanceExpectation, MetricExpectation
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import sensors
-
-OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")  # metrics
 
 
 def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
@@ -62,18 +59,8 @@ def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
         shaped=any(not body.is_sphere for body in obstacles),
-        expected_distances=tuple(_expected_distances(scenario)),
+        expected_distances=tuple(x for one in scenario.expect for x in one.exact_distances()),
     )
-
-
-def _expected_distances(scenario: Scenario) -> Iterator[float]:
-    """The bounds of expectations on distances to obstacles [m]."""
-    for expectation in scenario.expect:
-        if isinstance(expectation, ClearanceExpectation):
-            yield expectation.at_least
-        elif isinstance(expectation, MetricExpectation) and expectation.metric in OBSTACLE_DISTANCES:
-            bounds = (expectation.at_least, expectation.at_most)
-            yield from (bound for bound in bounds if bound is not None)
 
 
 def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.expect.verdicts import judge, verdict_lines
+from escort_mj.expectations.clearance import ClearanceExpectation
+from escort_mj.expectations.metric import MetricExpectation as Expectation
 from escort_mj.metrics import METRIC_NAMES
-from escort_mj.metrics.metric import Measure
+from escort_mj.metrics.metric import Measure, Metric
 from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.record.files import write_json
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema.expectations import ClearanceExpectation
-from escort_mj.scenario.schema.expectations import MetricExpectation as Expectation
-from tests.expect.traces import watched
+from tests.expectations.traces import watched
 
 RADIUS = 5.0
 
@@ -81,7 +81,7 @@ class TestBounds:
         assert (found.value, found.margin, found.passed, found.near_miss) == (0.0, 0.0, True, False)
 
     def test_a_ratio_that_is_never_below_one_is_near_by_what_is_above_one(self, monkeypatch):
-        monkeypatch.setattr("escort_mj.expect.judging.measure", lambda *args: Measure(1.0004))
+        monkeypatch.setattr(Metric, "of", lambda *args: Measure(1.0004))
         trace = escort([0.0, 0.0])
         assert not verdict(trace, expect("energy_ratio", at_most=1.001)).near_miss
         assert verdict(trace, expect("energy_ratio", at_most=1.00041)).near_miss

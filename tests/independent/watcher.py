@@ -8,13 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from escort_mj.scenario.schema.expectations import (
-    ClearanceExpectation,
-    ContactExpectation,
-    Expectation,
-    MetricExpectation,
-    SanityExpectation,
-)
+from escort_mj.expectations.clearance import ClearanceExpectation
+from escort_mj.expectations.contacts import ContactExpectation
+from escort_mj.expectations.expectation import Expectation
+from escort_mj.expectations.metric import MetricExpectation
+from escort_mj.expectations.sanity import SanityExpectation
 from tests.independent.flight import BARELY, Flight, Touch
 
 CLEARANCES = {

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
+from escort_mj.expectations.expectation import Expectation
+from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.scenario.findings import Finding, Path, nearest, shown
 from escort_mj.scenario.geometry.bodies import bodies_of
-from escort_mj.scenario.schema.expectations import (
-    ClearanceExpectation,
-    ContactExpectation,
-    Demand,
-    MetricExpectation,
-    OutcomeExpectation,
-    SettledExpectation,
-)
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import FLOOR, GROUPS, ROBOTS, TARGET
 
@@ -29,47 +22,7 @@ def check_bounds(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(("expect", again, "outcome"), f"found a second ending; expect[{endings[0]}] has one")
     for index, expectation in enumerate(scenario.expect):
         path: Path = ("expect", index)
-        if isinstance(expectation, MetricExpectation):
-            yield from _metric_bounds(expectation, path)
-        elif isinstance(expectation, ContactExpectation):
-            yield from _contact_bounds(expectation, path)
-
-
-def _metric_bounds(expectation: MetricExpectation, path: Path) -> Iterator[Finding]:
-    low, high = expectation.at_least, expectation.at_most
-    if low is None and high is None:
-        yield Finding(path, "has no bound; give at_most or at_least")
-    metric = expectation.definition
-    for key, bound in (("at_least", low), ("at_most", high)):
-        if bound is not None and not metric.least <= bound <= metric.most:
-            unit = "" if metric.unit == "1" else f" {metric.unit}"
-            limits = f"{metric.least:g}{unit} or more"
-            if math.isfinite(metric.most):
-                limits = f"{metric.least:g} to {metric.most:g}{unit}"
-            yield Finding((*path, key), f"found {bound:g}{unit}; {metric.name} is always {limits}")
-    yield from _order(low, high, path)
-
-
-def _contact_bounds(expectation: ContactExpectation, path: Path) -> Iterator[Finding]:
-    keys = ("at_most", "at_least", "touch_time", "peak_force", "impulse", "penetration")
-    given = [key for key in keys if getattr(expectation, key) is not None]
-    if expectation.contacts == "none":
-        yield from (
-            Finding(
-                (*path, key), "found a bound on contacts of which there are to be none; write contacts: any"
-            )
-            for key in given
-        )
-    elif expectation.contacts == "any" and not given:
-        yield Finding(
-            path, f"has no bound; give {', '.join(keys[:-1])} or {keys[-1]}, or write contacts: none"
-        )
-    yield from _order(expectation.at_least, expectation.at_most, path)
-
-
-def _order(low: float | None, high: float | None, path: Path) -> Iterator[Finding]:
-    if low is not None and high is not None and low > high:
-        yield Finding(path, f"no value is at least {low:g} and at most {high:g}")
+        yield from (Finding((*path, *key), message) for key, message in expectation.faults())
 
 
 def check_windows(scenario: Scenario) -> Iterator[Finding]:
@@ -78,7 +31,7 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
     for index, expectation in enumerate(scenario.expect):
         path: Path = ("expect", index)
         start, stop = expectation.window
-        key = "by" if isinstance(expectation, SettledExpectation) else "after"
+        key = expectation.window_key
         end = scenario.duration if stop is None else stop
         if stop is not None and stop <= start:
             yield Finding(path, f"its window is empty: {key} {start:g} s and before {stop:g} s")
@@ -105,21 +58,14 @@ def check_sides(scenario: Scenario) -> Iterator[Finding]:
         del known[FLOOR]
     led = scenario.target.body is None
     for index, expectation in enumerate(scenario.expect):
-        sides = _sides(expectation)
+        sides = expectation.named_sides
         if sides is None:
             continue
         path: Path = ("expect", index, expectation.kind)
         wrong = {place: message for place, side in enumerate(sides) if (message := _side(side, known))}
         yield from (Finding((*path, place), message) for place, message in wrong.items())
-        if not wrong and (message := _impossible(expectation.kind, sides, known, led)):
+        if not wrong and (message := _impossible(expectation, sides, known, led)):
             yield Finding(path, message)
-
-
-def _sides(expectation: Demand) -> tuple[str, str] | None:
-    """The two sides of an expectation; None where it is of no pair."""
-    if isinstance(expectation, ContactExpectation):
-        return None if isinstance(expectation.contacts, str) else expectation.contacts
-    return expectation.clearance if isinstance(expectation, ClearanceExpectation) else None
 
 
 def _members(side: str, known: dict[str, str]) -> set[str]:
@@ -144,12 +90,12 @@ def _side(side: str, known: dict[str, str]) -> str:
     )
 
 
-def _impossible(kind: str, sides: tuple[str, str], known: dict[str, str], led: bool) -> str:
+def _impossible(expectation: Expectation, sides: tuple[str, str], known: dict[str, str], led: bool) -> str:
     """Why two sides cannot meet; empty if they can."""
     bodies = {name for side in sides for name in _members(side, known)}
     if len(bodies) < 2:
         return f"found nothing but {bodies.pop()}, which cannot meet itself"
-    if kind == ClearanceExpectation.kind and FLOOR in sides:
+    if not expectation.of_floor and FLOOR in sides:
         return f"found the floor; clearances are measured between {', '.join(GROUPS)} and bodies of these"
     if led and set(sides) == {TARGET, FLOOR}:
         return "found the target and the floor; a target that is led (without target.body) never meets it"

@@ -7,7 +7,6 @@ from typing import Literal, NamedTuple
 
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count
-from escort_mj.scenario.schema.expectations import ClearanceExpectation
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import FLOOR, GROUPS, ROBOTS, TARGET
 
@@ -65,7 +64,7 @@ def _expected(scenario: Scenario) -> list[str]:
 
     Those of a robot or of the target to a group are watched anyway.
     """
-    pairs = [e.clearance for e in scenario.expect if isinstance(e, ClearanceExpectation)]
+    pairs = [sides for one in scenario.expect if (sides := one.watched_sides) is not None]
     by_name = [pair for pair in pairs if not any(_moves(a) and b in GROUPS for a, b in (pair, pair[::-1]))]
     return list(dict.fromkeys(other if _moves(one) else one for one, other in by_name))
 

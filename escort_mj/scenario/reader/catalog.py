@@ -18,6 +18,9 @@ from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.plan import MAX_LEVELS
 from escort_mj.errors import PluginError
+from escort_mj.expectations import EXPECTATIONS
+from escort_mj.expectations.expectation import Expectation
+from escort_mj.expectations.metric import MetricExpectation
 from escort_mj.laws import LAWS
 from escort_mj.laws.law import Law
 from escort_mj.metrics import METRICS
@@ -25,8 +28,7 @@ from escort_mj.metrics.metric import Metric
 from escort_mj.robots import KINDS, RobotKind
 from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.reader.plugins import Plugin, load, load_all, source_of
-from escort_mj.scenario.schema.expectations import KINDS as EXPECTATIONS
-from escort_mj.scenario.schema.expectations import MetricExpectation, OwnExpectation, expectation_of
+from escort_mj.scenario.schema.expectations import expectation_of
 from escort_mj.scenario.schema.fields import one_of
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
@@ -103,7 +105,7 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
         merged("law", Law, LAWS, _default_of("law")),
         merged("behavior", Behavior, BEHAVIORS, _default_of("behavior")),
         merged("kind", RobotKind, KINDS, _default_of("kind")),
-        merged("expectation", OwnExpectation, EXPECTATIONS, lambda model: str(model.kind)),
+        merged("expectation", Expectation, EXPECTATIONS, lambda model: str(model.kind)),
         merged("metric", Metric, METRICS, lambda metric: str(metric.name)),
     )
 

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
+from escort_mj.expectations import EXPECTATIONS
 from escort_mj.scenario.reader.document import plain_scalar
 from escort_mj.scenario.reader.paths import TAGS
-from escort_mj.scenario.schema.expectations import KINDS
 from escort_mj.scenario.schema.scenario import Scenario
 
-_FIRST = {*TAGS, *(kind.kind for kind in KINDS)}  # keys that say what a table is
+_FIRST = {*TAGS, *(kind.kind for kind in EXPECTATIONS)}  # keys that say what a table is
 _PLAIN_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 

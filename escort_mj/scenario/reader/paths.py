@@ -7,8 +7,9 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 
+from escort_mj.expectations.expectation import Expectation
 from escort_mj.scenario.findings import Path
-from escort_mj.scenario.schema.expectations import Demand, tag_of_kind
+from escort_mj.scenario.schema.expectations import tag_of_kind
 from escort_mj.scenario.schema.scenario import Scenario
 
 TAGS = ("behavior", "law", "loop", "kind")  # keys that tell apart the tables which may stand in one place
@@ -84,7 +85,7 @@ def tag_of(model: type[BaseModel]) -> tuple[str, str] | None:
 
 def member_name(model: type[BaseModel]) -> str | None:
     """What a table is called among those that may stand in its place; None where it is the only one."""
-    if issubclass(model, Demand):
+    if issubclass(model, Expectation):
         return tag_of_kind(model.kind)
     tag = tag_of(model)
     return tag[1] if tag else None

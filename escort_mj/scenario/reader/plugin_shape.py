@@ -12,11 +12,11 @@ from pydantic_core import PydanticUndefined
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import COMPILED, Component
 from escort_mj.errors import PluginError
+from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import listed, nearest
-from escort_mj.scenario.schema.expectations import OwnExpectation
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 PARAMETERS: dict[type, list[str]] = {Law: ["self", "robots"], Behavior: ["self", "robots", "i"]}
@@ -44,7 +44,7 @@ def check_shape(model: type[Any], source: str) -> None:
         check_name(model, "kind", place)
         if not (model.mjcf or model.part):
             raise PluginError(f'{place}: has no body; give it  mjcf = "<mujoco> ... </mujoco>"')
-    if issubclass(model, OwnExpectation):
+    if issubclass(model, Expectation):
         _check_expectation(model, place)
     else:
         check_defaults(model, place)
@@ -66,7 +66,7 @@ def check_metric(metric: Metric, source: str) -> None:
     _check_signature(metric.function, ["trace"], place)
 
 
-def _check_expectation(model: type[OwnExpectation], place: str) -> None:
+def _check_expectation(model: type[Expectation], place: str) -> None:
     """It names itself by a key of its own, and judges."""
     kind = getattr(model, "kind", None)
     if not isinstance(kind, str) or not NAME.match(kind):
@@ -76,7 +76,7 @@ def _check_expectation(model: type[OwnExpectation], place: str) -> None:
             f"{place}: has no key {kind}: a scenario tells it by the key of its name"
             f"{nearest(kind, model.model_fields)}"
         )
-    if model.judge is OwnExpectation.judge:
+    if model.judge is Expectation.judge:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
         raise PluginError(f"{place}: has no judge(self, trace){nearest('judge', own)}")
     _check_signature(model.judge, ["self", "trace"], place)

@@ -26,12 +26,12 @@ from pydantic import ValidationError
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
 from escort_mj.errors import PluginError
+from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import listed, nearest
 from escort_mj.scenario.reader.plugin_shape import check_metric, check_shape
-from escort_mj.scenario.schema.expectations import OwnExpectation
 from escort_mj.scenario.schema.plugin_source import PluginSource
 
 GROUP = "escort_mj.plugins"
@@ -73,7 +73,7 @@ class Plugin:
         ]
 
 
-BASES: tuple[type[Any], ...] = (Law, Behavior, RobotKind, OwnExpectation)
+BASES: tuple[type[Any], ...] = (Law, Behavior, RobotKind, Expectation)
 """What members of a plugin derive from, beside functions that are metrics."""
 
 METHODS = ("force", "force_kernel", "wish", "wish_kernel", "judge", "shape")

@@ -11,6 +11,7 @@ from pydantic_core import PydanticCustomError
 
 from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors import Behavior as AnyBehavior
+from escort_mj.components.parameters import TEXT
 from escort_mj.components.plan import MAX_LEVELS
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
@@ -50,7 +51,6 @@ Vector = tuple[Coordinate, ...]
 
 RUN_NAME = r"^[^\x00-\x20\x7f/\\.][^\x00-\x1f\x7f/\\]{0,79}$"
 BODY_NAME = r"^[A-Za-z0-9_\-]{1,40}$"
-TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
 PATTERNS = {
     TEXT: "text without control characters",
     RUN_NAME: "1 to 80 characters without / and \\, not beginning with a dot or space",

@@ -10,17 +10,16 @@ from typing import Annotated, Literal
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Surface, Vertices
-from escort_mj.components.parameters import Parameters, Radius
+from escort_mj.components.parameters import TEXT, Parameters, Radius
 from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import ApdSmc
 from escort_mj.scenario.schema.environment import Environment
-from escort_mj.scenario.schema.expectations import Expectation
+from escort_mj.scenario.schema.expectations import AnyExpectation
 from escort_mj.scenario.schema.fields import (
     BODY_NAME,
     RUN_NAME,
-    TEXT,
     Behaviors,
     Component,
     Law,
@@ -175,5 +174,5 @@ class Scenario(Parameters):
     """What is kept of a run."""
     video: Video = Video()
     """How a run is shown."""
-    expect: tuple[Expectation, ...] = ()
+    expect: tuple[AnyExpectation, ...] = ()
     """What must hold for the run to pass."""

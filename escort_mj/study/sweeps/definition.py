@@ -10,13 +10,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, PositiveFloat, PositiveInt, ValidationError
 
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.findings import Finding, Path, key_path, listed, nearest, parse_key_path
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.document import Document, read
 from escort_mj.scenario.reader.load import read_text, tuples
-from escort_mj.scenario.schema.fields import RUN_NAME, TEXT
+from escort_mj.scenario.schema.fields import RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.parameters import NAME, named
 from escort_mj.study.sweeps.ranges import Box, Levels, Range, Steps

@@ -6,9 +6,9 @@ import sys
 import pytest
 from pydantic import ValidationError
 
+from escort_mj.components.parameters import TEXT
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.reader.document import is_control
-from escort_mj.scenario.schema.fields import TEXT
 
 
 @pytest.mark.parametrize(

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from escort_mj.expect.verdicts import judge, judge_one
+from escort_mj.expectations.outcome import OutcomeExpectation
+from escort_mj.expectations.settled import SettledExpectation
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema.expectations import OutcomeExpectation, SettledExpectation
-from tests.expect.traces import RADIUS, watched
+from tests.expectations.traces import RADIUS, watched
 
 
 def approach(*errors):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from escort_mj.expect.verdicts import judge_one
+from escort_mj.expectations.sanity import SanityExpectation
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema.expectations import SanityExpectation
-from tests.expect.traces import episode, watched
+from tests.expectations.traces import episode, watched
 
 TIME = np.linspace(0.0, 10.0, 11)
 

@@ -4,19 +4,64 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
+from pydantic import BeforeValidator, Field
+from pydantic_core import PydanticCustomError
 
+from escort_mj.expectations.expectation import Judgment, Windowed
+from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import Bodies
 from escort_mj.metrics.simulation import tunneling
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema.expectations import SanityCheck
+from escort_mj.record.window import window
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 MAY_BE_INFINITE = ("clearance", "target_clearance")  # where there is nothing to be clear of
+
+SanityCheck = Literal["warnings", "finite", "energy", "tunneling"]
+SANITY: tuple[SanityCheck, ...] = get_args(SanityCheck)
+
+
+def _all_checks(value: Any) -> Any:
+    """All checks for the word, a list as it is."""
+    if isinstance(value, str) and value != "all":
+        raise PydanticCustomError("choice", "{wanted}", {"wanted": f"all, or a list of {', '.join(SANITY)}"})
+    return SANITY if value == "all" else value
+
+
+class SanityExpectation(Windowed):
+    """The simulation itself can be trusted."""
+
+    kind = "sanity"
+    rank = 50
+
+    sanity: Annotated[
+        tuple[SanityCheck, ...],
+        Field(min_length=1),
+        BeforeValidator(_all_checks, json_schema_input_type=Literal["all"] | tuple[SanityCheck, ...]),
+    ]
+    """`all`, or some of: no `warnings` of MuJoCo, every number `finite`, no `energy` out of nothing, and no
+    `tunneling`: possible where two bodies come nearer in one step than the thinnest body is thick."""
+
+    def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
+        """Whether the simulation can be trusted: all checks hold in the window."""
+        part = window(trace, *self.window)
+        if not part.sizes["time"]:
+            return Judgment(False, EMPTY)
+        reports = [sanity(check, part, outcome) for check in self.sanity]
+        wrong = [report for report in reports if not report.held]
+        worst = min(wrong or reports, key=lambda report: report.room)
+        words = "; ".join(report.words for report in wrong or reports)
+        return Judgment(not wrong, words, worst.value, worst.unit, worst.time, worst.bodies, worst.margin)
+
+    @property
+    def demanded(self) -> str:
+        """The checks by name."""
+        return ", ".join(self.sanity)
 
 
 @dataclass(frozen=True)

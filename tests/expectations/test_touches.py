@@ -3,10 +3,11 @@
 import pytest
 
 from escort_mj.expect.verdicts import judge_one
+from escort_mj.expectations.clearance import ClearanceExpectation
+from escort_mj.expectations.contacts import ContactExpectation
 from escort_mj.measuring import measure
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario.schema.expectations import ClearanceExpectation, ContactExpectation
-from tests.expect.traces import episode, watched
+from tests.expectations.traces import episode, watched
 
 TOUCHES = (
     episode("robot_1", "rock", 3.0, long=0.1, force=2.0),

@@ -1,0 +1,70 @@
+"""A value against its bounds, in numbers and in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from escort_mj.expectations.expectation import Fault, Judgment
+from escort_mj.metrics.metric import Measure
+
+NEAR = 0.05  # a margin below this share of the bound is a near miss
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One side of what a value may be.
+
+    Attributes:
+        value: The bound.
+        upper: Whether values must not be above it, or not below it.
+        least: No value is below this.
+    """
+
+    value: float
+    upper: bool = True
+    least: float = 0.0
+
+    def margin(self, value: float) -> float:
+        """Distance of a value from the bound, negative beyond it."""
+        return self.value - value if self.upper else value - self.value
+
+    def is_near(self, margin: float) -> bool:
+        """Whether a margin is a near miss; a bound of zero has none."""
+        return 0.0 <= margin < NEAR * abs(self.value - self.least)
+
+    def words(self, unit: str) -> str:
+        """As `at most 3 m`."""
+        return f"at {'most' if self.upper else 'least'} {self.value:g}{unit and ' ' + unit}"
+
+
+def held_against(found: Measure, unit: str, bounds: Sequence[Bound]) -> Judgment:
+    """A value against its bounds, of which the one with the least margin counts."""
+    if found.value is None:
+        return Judgment(False, found.reason, unit=unit)
+    margin, bound = min(((one.margin(found.value), one) for one in bounds), key=lambda pair: pair[0])
+    near = bound.is_near(margin)
+    words = f"{number(found.value, unit)}{circumstances(found)}{', a near miss' if near else ''}"
+    return Judgment(margin >= 0.0, words, found.value, unit, found.time, found.bodies, margin, near)
+
+
+def number(value: float, unit: str) -> str:
+    """A value as text."""
+    if math.isinf(value):
+        return "never" if unit == "s" else "nothing near"
+    return f"{value:.4g}{unit and ' ' + unit}"
+
+
+def circumstances(found: Measure) -> str:
+    """Who and when, where known."""
+    words = f" ({found.who}" if found.bodies else ""
+    if found.time is not None:
+        words += f"{' at' if words else ' (at'} {found.time:.2f} s"
+    return f"{words})" if words else ""
+
+
+def order_faults(low: float | None, high: float | None) -> Iterator[Fault]:
+    """What is wrong with a lower and an upper bound together."""
+    if low is not None and high is not None and low > high:
+        yield (), f"no value is at least {low:g} and at most {high:g}"

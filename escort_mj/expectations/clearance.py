@@ -1,0 +1,60 @@
+"""The least distance between two sides, surface to surface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import NonNegativeFloat
+
+from escort_mj.expectations.bound import Bound, held_against
+from escort_mj.expectations.expectation import Judgment, Sides, Windowed
+from escort_mj.expectations.sides import sides
+from escort_mj.expectations.touches import least_clearance
+
+
+class ClearanceExpectation(Windowed):
+    """The least distance between two sides, surface to surface."""
+
+    kind = "clearance"
+    rank = 30
+    in_unit = "m"
+    of_floor = False
+
+    clearance: sides()  # type: ignore[valid-type]
+    """Two groups or bodies, but for the floor; at least one side are robots or the target."""
+    at_least: NonNegativeFloat
+    """Least distance, at every physics step [m]."""
+
+    def judge(self, trace: Any) -> Judgment:
+        """Whether the least distance of the window is enough."""
+        return held_against(least_clearance(trace, self.clearance), "m", [self._bound])
+
+    @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return f"clearance {'/'.join(self.clearance)}"
+
+    @property
+    def demanded(self) -> str:
+        """The bound in words."""
+        return self._bound.words("m")
+
+    @property
+    def named_sides(self) -> Sides:
+        """The two groups or bodies."""
+        pair: Sides = self.clearance
+        return pair
+
+    @property
+    def watched_sides(self) -> Sides:
+        """The same: their clearance has to be watched."""
+        return self.named_sides
+
+    def exact_distances(self) -> Iterator[float]:
+        """Its bound [m]."""
+        yield self.at_least
+
+    @property
+    def _bound(self) -> Bound:
+        return Bound(self.at_least, upper=False)

@@ -1,0 +1,159 @@
+"""What an expectation is, shipped or a plugin's: parameters, what they demand, how a run is judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+
+from pydantic import Field, NonNegativeFloat, PositiveFloat
+
+from escort_mj.components.parameters import TEXT, Parameters
+from escort_mj.measuring import EMPTY
+from escort_mj.record.recording import sealed
+from escort_mj.record.window import window
+
+if TYPE_CHECKING:
+    from escort_mj.record.outcome import Outcome
+    from escort_mj.record.recording import Recorded
+
+Sides = tuple[str, str]
+Fault = tuple[tuple[str, ...], str]
+
+
+class Judgment(NamedTuple):
+    """What an expectation found.
+
+    Attributes:
+        held: Whether what it demands held.
+        words: What was found, in words.
+        value: Worst value; None where there was none.
+        unit: Its unit, empty for none.
+        time: When it was found [s].
+        bodies: Names of the bodies that had it, such as `robot_1`.
+        margin: Distance from the bound, negative beyond it.
+        near_miss: It held, but barely.
+    """
+
+    held: bool
+    words: str
+    value: float | None = None
+    unit: str = ""
+    time: float | None = None
+    bodies: tuple[str, ...] = ()
+    margin: float | None = None
+    near_miss: bool = False
+
+
+class Expectation(Parameters):
+    """Base of every expectation; those of a window of time have `Windowed` as theirs, and so have plugins.
+
+    A subclass has a name, `kind`, a key of that name, which tells it from other expectations, and `judge`.
+    """
+
+    kind: ClassVar[str]
+    """The key that names it."""
+    rank: ClassVar[float] = math.inf
+    """Its place among all kinds, in ascending order."""
+    window_key: ClassVar[str] = "after"
+    """The key that says where its window begins."""
+    in_unit: ClassVar[str] = ""
+    """Unit of what it finds where there is no sample, empty for none."""
+    of_floor: ClassVar[bool] = True
+    """Whether the floor can be one of its sides."""
+
+    xfail: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
+    """Why it is known to fail: it passes as long as it does not hold, and fails as soon as it does."""
+
+    def judge(self, trace: Any) -> Judgment:
+        """Whether it holds.
+
+        Args:
+            trace: The recorded signals within its window (`trace["q"].values`, `trace.attrs`, `trace.sizes`).
+        """
+        raise NotImplementedError
+
+    def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
+        """Whether it holds of a run: what `judge` says of its window, and that there is a sample in it.
+
+        Args:
+            trace: The whole trace.
+            outcome: How the run ended.
+        """
+        part = window(trace, *self.window)
+        return self.judge(sealed(part)) if part.sizes["time"] else Judgment(False, EMPTY, unit=self.in_unit)
+
+    @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return self.kind
+
+    @property
+    def demanded(self) -> str:
+        """What it demands, in words, without its window."""
+        given = self.model_dump(exclude={"xfail", "after", "before"}, exclude_none=True)
+        bound = str(given.pop(self.kind))
+        return ", ".join([bound, *(f"{key} {value}" for key, value in given.items())])
+
+    @property
+    def window(self) -> tuple[float, float | None]:
+        """Start and end of the time that it looks at [s], both included; None is the end of the run."""
+        return 0.0, None
+
+    @property
+    def when(self) -> str:
+        """Its window in words."""
+        return when(*self.window)
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return False
+
+    @property
+    def sampled_at_ends(self) -> bool:
+        """Whether it holds only of runs that have samples at the ends of its window."""
+        return self.watched
+
+    @property
+    def named_sides(self) -> Sides | None:
+        """The two groups or bodies that it names; None where it is of no pair."""
+        return None
+
+    @property
+    def watched_sides(self) -> Sides | None:
+        """The two groups or bodies whose clearance it needs; None where it needs none."""
+        return None
+
+    def exact_distances(self) -> Iterator[float]:
+        """Distances to obstacles that have to be told apart exactly [m]."""
+        yield from ()
+
+    def faults(self) -> Iterator[Fault]:
+        """What is wrong with its bounds, and at which key."""
+        yield from ()
+
+
+class Windowed(Expectation):
+    """An expectation of a window of time."""
+
+    after: NonNegativeFloat = 0.0
+    """Start of the window [s], to the physics step."""
+    before: PositiveFloat | None = None
+    """End of the window [s], to the physics step; null: the end of the run."""
+
+    @property
+    def window(self) -> tuple[float, float | None]:
+        """Start and end of the time that it looks at [s]; None is the end of the run."""
+        return self.after, self.before
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return True
+
+
+def when(after: float, before: float | None) -> str:
+    """A window in words."""
+    start = f" after {after:g} s" if after > 0.0 else ""
+    return start + ("" if before is None else f" before {before:g} s")

@@ -1,0 +1,86 @@
+"""A bound on a metric."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Literal
+
+from escort_mj.expectations.bound import Bound, held_against, order_faults
+from escort_mj.expectations.expectation import Fault, Judgment, Windowed
+from escort_mj.metrics import METRIC_NAMES, METRICS
+from escort_mj.metrics.metric import Metric
+
+OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")
+
+
+class MetricExpectation(Windowed):
+    """A bound on one metric."""
+
+    kind = "metric"
+    rank = 10
+
+    definitions: ClassVar[Mapping[str, Metric]] = {metric.name: metric for metric in METRICS}
+    """All metrics by name."""
+
+    metric: Literal[METRIC_NAMES]  # type: ignore[valid-type]
+    """Which metric."""
+    at_most: float | None = None
+    """Upper bound, in the metric's unit."""
+    at_least: float | None = None
+    """Lower bound, in the metric's unit."""
+
+    def judge(self, trace: Any) -> Judgment:
+        """Whether the metric is within its bounds."""
+        return held_against(self.definition.of(trace), self.in_unit, self._bounds())
+
+    @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return self.metric
+
+    @property
+    def demanded(self) -> str:
+        """The bounds in words."""
+        return " and ".join(bound.words("") for bound in self._bounds()) + (
+            self.in_unit and f" {self.in_unit}"
+        )
+
+    @property
+    def definition(self) -> Metric:
+        """What it is a bound on."""
+        return self.definitions[self.metric]
+
+    @property
+    def in_unit(self) -> str:  # type: ignore[override]
+        """The metric's unit, empty for none."""
+        return "" if self.definition.unit == "1" else self.definition.unit
+
+    @property
+    def watched(self) -> bool:
+        """Whether it reads what is watched between samples, such as clearances."""
+        return self.definition.watched
+
+    def exact_distances(self) -> Iterator[float]:
+        """Its bounds, if it is a metric of distances to obstacles [m]."""
+        if self.metric in OBSTACLE_DISTANCES:
+            yield from (bound for bound in (self.at_least, self.at_most) if bound is not None)
+
+    def faults(self) -> Iterator[Fault]:
+        """There is a bound, and a value can meet it."""
+        low, high, metric = self.at_least, self.at_most, self.definition
+        if low is None and high is None:
+            yield (), "has no bound; give at_most or at_least"
+        for key, bound in (("at_least", low), ("at_most", high)):
+            if bound is not None and not metric.least <= bound <= metric.most:
+                unit = self.in_unit and f" {self.in_unit}"
+                limits = f"{metric.least:g}{unit} or more"
+                if math.isfinite(metric.most):
+                    limits = f"{metric.least:g} to {metric.most:g}{unit}"
+                yield (key,), f"found {bound:g}{unit}; {metric.name} is always {limits}"
+        yield from order_faults(low, high)
+
+    def _bounds(self) -> list[Bound]:
+        least = self.definition.least if math.isfinite(self.definition.least) else 0.0
+        bounds = [] if self.at_least is None else [Bound(self.at_least, False, least)]
+        return bounds + ([] if self.at_most is None else [Bound(self.at_most, True, least)])

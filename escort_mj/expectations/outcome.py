@@ -1,0 +1,32 @@
+"""How a run ends."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from escort_mj.expectations.expectation import Expectation, Judgment
+
+if TYPE_CHECKING:
+    from escort_mj.record.outcome import Outcome
+    from escort_mj.record.recording import Recorded
+
+
+class OutcomeExpectation(Expectation):
+    """How the run ends; where nothing is said, it is to be completed."""
+
+    kind = "outcome"
+    rank = 60
+
+    outcome: Literal["completed", "diverged", "unstable"]
+    """`diverged`: a robot left for good, or a number is none; `unstable`: MuJoCo warned."""
+
+    def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
+        """Whether the run ended so."""
+        words = outcome.value if outcome.good else f"{outcome.value}, {outcome.meaning}"
+        time = float(trace["time"][-1]) if trace.sizes["time"] and not outcome.good else None
+        return Judgment(outcome.value == self.outcome, words, time=time)
+
+    @property
+    def demanded(self) -> str:
+        """The end in a word."""
+        return self.outcome

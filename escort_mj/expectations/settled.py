@@ -1,0 +1,63 @@
+"""Every robot at the mission's radius, by some time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import NonNegativeFloat, PositiveFloat
+
+from escort_mj.expectations.bound import Bound, held_against
+from escort_mj.expectations.expectation import Expectation, Judgment, when
+from escort_mj.measuring import measure
+from escort_mj.metrics.radius_error import radius_error
+from escort_mj.record.window import window
+
+if TYPE_CHECKING:
+    from escort_mj.record.outcome import Outcome
+    from escort_mj.record.recording import Recorded
+
+
+class SettledExpectation(Expectation):
+    """Every robot has come to the mission's radius by some time, and stays."""
+
+    kind = "settled"
+    rank = 40
+    window_key = "by"
+
+    settled: PositiveFloat
+    """How far from the mission's radius a robot may be, either way [m]."""
+    by: NonNegativeFloat
+    """From when on [s]."""
+    before: PositiveFloat | None = None
+    """Until when [s]; null: the end of the run."""
+
+    def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
+        """Whether the largest radius error of the window is small enough, and since when it was."""
+        found = held_against(measure("radius_error_max", trace, *self.window), "m", [Bound(self.settled)])
+        if found.value is None:
+            return found
+        part = window(trace, 0.0, self.before)
+        far = np.flatnonzero((np.abs(radius_error(part)) > self.settled).any(axis=1))
+        if not len(far):
+            since = ", from the start"
+        elif far[-1] + 1 < part.sizes["time"]:
+            since = f", from {float(part['time'][far[-1] + 1]):.2f} s on"
+        else:
+            since = ", not settled at the end"
+        return found._replace(words=found.words + since)
+
+    @property
+    def demanded(self) -> str:
+        """The bound in words."""
+        return f"within {self.settled:g} m"
+
+    @property
+    def window(self) -> tuple[float, float | None]:
+        """Start and end of the time that it looks at [s]; None is the end of the run."""
+        return self.by, self.before
+
+    @property
+    def when(self) -> str:
+        """Its window in words."""
+        return f" by {self.by:g} s{when(0.0, self.before)}"

@@ -1,0 +1,88 @@
+import numpy as np
+import pytest
+
+from escort_mj.expect.verdicts import judge_one
+from escort_mj.expectations import EXPECTATIONS
+from escort_mj.expectations.clearance import ClearanceExpectation
+from escort_mj.expectations.contacts import ContactExpectation
+from escort_mj.expectations.expectation import Expectation, Judgment, Windowed
+from escort_mj.expectations.metric import MetricExpectation
+from escort_mj.record.outcome import Outcome
+from tests.expectations.traces import watched
+
+
+class Together(Windowed):
+    """No robot is farther from another than so much."""
+
+    kind = "together"
+
+    together: float
+
+    def judge(self, trace):
+        """Looks at every sample."""
+        q = trace["q"].values
+        apart = float(np.linalg.norm(q[:, 0] - q[:, 1], axis=1).max())
+        return Judgment(
+            np.bool_(apart <= self.together), f"{len(q)} samples", apart, "m", margin=self.together - apart
+        )
+
+
+class Broken(Together):
+    """Whatever it sees, it fails."""
+
+    def judge(self, trace):
+        """Not at all."""
+        trace["q"].values[:] = 0.0
+
+
+def test_kinds_that_ship_are_found_in_the_order_of_their_ranks() -> None:
+    names = [kind.kind for kind in EXPECTATIONS]
+    assert names == ["metric", "contacts", "clearance", "settled", "sanity", "outcome"]
+    assert all(issubclass(kind, Expectation) for kind in EXPECTATIONS)
+
+
+class TestJudging:
+    def test_a_kind_is_shown_its_window(self):
+        found = judge_one(Together(together=11.0, after=2.0, before=5.0), watched(), Outcome.COMPLETED)
+        assert found.message == "together 11.0 after 2 s before 5 s: 4 samples"
+        assert (found.passed, found.margin, found.unit) == (True, 1.0, "m")
+
+    def test_a_window_without_a_sample_is_not_judged(self):
+        found = judge_one(Together(together=11.0, after=20.0), watched(), Outcome.COMPLETED)
+        assert found.message == "together 11.0 after 20 s: the run has no sample in the window"
+        assert not found.passed and not found.broken
+
+    def test_an_error_is_no_verdict(self):
+        found = judge_one(Broken(together=11.0, xfail="it is broken"), watched(), Outcome.COMPLETED)
+        assert found.broken and not found.passed and f"{__file__}:" in found.message
+
+    def test_so_it_is_of_a_kind_that_ships(self):
+        trace = watched().drop_vars("clearance")
+        found = judge_one(
+            ClearanceExpectation(clearance=("robots", "rock"), at_least=1), trace, Outcome.COMPLETED
+        )
+        assert found.broken and "touches.py" not in found.message and "clearance.py:" in found.message
+
+
+class TestFaults:
+    @pytest.mark.parametrize(
+        ("expectation", "faults"),
+        [
+            (MetricExpectation(metric="energy"), [((), "has no bound; give at_most or at_least")]),
+            (
+                MetricExpectation(metric="energy", at_most=1.0, at_least=2.0),
+                [((), "no value is at least 2 and at most 1")],
+            ),
+            (
+                MetricExpectation(metric="energy", at_most=-1.0),
+                [(("at_most",), "found -1 J; energy is always 0 J or more")],
+            ),
+            (ContactExpectation(contacts=("robots", "rock")), []),
+            (
+                ContactExpectation(contacts="any", at_least=3, at_most=2),
+                [((), "no value is at least 3 and at most 2")],
+            ),
+        ],
+    )
+    def test_bounds_that_no_value_meets(self, expectation, faults):
+        assert list(expectation.faults()) == faults
