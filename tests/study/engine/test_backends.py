@@ -15,11 +15,13 @@ import pytest
 from escort_mj.study.engine.backends import Backend, dask, local, threads
 from tests.study.jobs import Job, sleep, stumble, work
 
+LOCAL = pytest.param(lambda: local(2), id="local")
+
 
 def backends() -> list[object]:
     found: list[object] = [
         pytest.param(lambda: local(1), id="here"),
-        pytest.param(lambda: local(2), id="local"),
+        LOCAL,
     ]
     try:
         import distributed  # noqa: F401
@@ -52,7 +54,10 @@ def test_a_worker_that_dies_takes_nothing_with_it(make: Make, tmp_path: Path) ->
     assert sorted(results) == [(job, job.number**2) for job in jobs]
 
 
-@pytest.mark.parametrize("make", backends()[1:])
+@pytest.mark.parametrize(
+    "make",
+    [LOCAL, *(pytest.param(*each.values, id=each.id, marks=pytest.mark.slow) for each in backends()[2:])],
+)
 def test_a_job_that_kills_every_worker_becomes_a_result(make: Make, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path, deaths=99 if number == 5 else 0) for number in range(12)]
     with make() as backend:

@@ -111,6 +111,7 @@ def test_processes_give_the_same_bits(tmp_path: Path) -> None:
     assert (tmp_path / "one" / "runs.csv").read_bytes() == (tmp_path / "two" / "runs.csv").read_bytes()
 
 
+@pytest.mark.slow
 def test_dask_gives_the_same_bits(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="Dask is an extra")
     laid_out = design(tmp_path)
