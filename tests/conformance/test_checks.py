@@ -10,6 +10,7 @@ from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.parameters import check_parameters
 from escort_mj.conformance.records import check_expectation, check_metric
 from escort_mj.conformance.stand import BrokenError
+from escort_mj.errors import PluginError
 from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
 from escort_mj.scenario.reader.plugins import load, source_of
 from tests.plugged import BEHAVIOR, EXPECTATION, KERNEL, KIND, LAW, METRIC
@@ -183,6 +184,29 @@ class TestKinds:
         assert not last.held
         assert said in last.words
         assert "\n" not in last.words
+
+
+SLOWER = """
+from typing import ClassVar, Literal
+
+from escort_mj.robots.quadrotor import Quadrotor
+
+
+class Slower(Quadrotor):
+    part: ClassVar[str] = "quadrotor"
+    kind: Literal["slower"] = "slower"
+    attitude_frequency: float = 10.0
+"""
+
+
+class TestKindsOfShippedParts:
+    def test_one_derived_from_a_kind_that_ships(self, compiled, tmp_path):
+        assert not only_wrong(tmp_path, SLOWER, check_kind)
+
+    def test_a_part_that_does_not_ship(self, tmp_path):
+        text = SLOWER.replace('= "quadrotor"', '= "hovercraft"')
+        with pytest.raises(PluginError, match="the kind slower: models/ has no part hovercraft"):
+            rows(tmp_path, text, check_kind)
 
 
 def test_types_made_for_plugins_leave_the_plain_one_alone(tmp_path):

@@ -46,7 +46,15 @@ def part_of(kind: RobotKind) -> Element:
     Raises:
         PluginError: If a plugin's is not what it must be.
     """
-    return _own_part(kind.kind, kind.mjcf) if kind.mjcf else load_part(kind.part)
+    return _own_part(kind.kind, kind.mjcf) if kind.mjcf else _shipped_part(kind.kind, kind.part)
+
+
+@cache
+def _shipped_part(name: str, part: str) -> Element:
+    """A part in `models/` that a kind names."""
+    if not (models_folder() / f"{part}.xml").is_file():
+        raise PluginError(f"the kind {name}: models/ has no part {part}")
+    return load_part(part)
 
 
 @cache
