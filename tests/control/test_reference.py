@@ -111,7 +111,8 @@ def test_feedforward_removes_the_lag(feedforward: bool, lag: tuple[float, float]
     assert lag[0] <= np.abs(distances(q, c) - 5.0).max() <= lag[1]
 
 
-@pytest.mark.parametrize("speed", [pytest.param(math.inf, marks=pytest.mark.slow), 1.5])
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [math.inf, 1.5])
 def test_the_law_brings_real_masses_there(speed: float) -> None:
     """The octahedron from nearby, with noise and disturbance: within 5 mm over the last second."""
     q = 6.0 * OCTAHEDRON

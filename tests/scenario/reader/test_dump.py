@@ -100,6 +100,11 @@ def test_the_schema_is_one_and_describes_every_key():
             assert described or key in TAGS, f"{table['title']}.{key} has no description"
 
 
+@pytest.fixture(scope="module")
+def validator() -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(json_schema())
+
+
 @pytest.mark.parametrize("path", SHIPPED, ids=[str(path.relative_to(SCENARIOS)) for path in SHIPPED])
 class TestShipped:
     def test_it_loads_and_dumps(self, path: Path):
@@ -108,17 +113,17 @@ class TestShipped:
         assert scenario.name == path.stem
         assert scenario.description
 
-    def test_it_names_the_schema_and_follows_it(self, path: Path):
+    def test_it_names_the_schema_and_follows_it(self, path: Path, validator: jsonschema.Draft202012Validator):
         text = path.read_text()
         first = text.partition("\n")[0]
         assert first.startswith("# yaml-language-server: $schema=")
         assert (path.parent / first.partition("=")[2]).resolve() == SCENARIOS / "schema.json"
-        jsonschema.validate(read(text, str(path)).data, json_schema())
+        validator.validate(read(text, str(path)).data)
 
 
-def test_the_schema_refuses_what_the_loader_refuses():
+def test_the_schema_refuses_what_the_loader_refuses(validator: jsonschema.Draft202012Validator):
     for text in ("durration: 3", "robots: {mass: -1}", "controller: lqr", "mission: {behaviors: [chord]}"):
         with pytest.raises(jsonschema.ValidationError):
-            jsonschema.validate(read(text, "text").data, json_schema())
+            validator.validate(read(text, "text").data)
         with pytest.raises(ScenarioError):
             parse_scenario(text)
