@@ -63,7 +63,7 @@ def _flown(scenario: Scenario, room: Room | None) -> Run:
 def in_threads(function: Callable[[Item], Result], items: Iterable[Item], threads: int) -> Iterator[Result]:
     """Calls a function for every item, a few ahead of who takes the results.
 
-    When nobody takes results any longer, missions that are under way end.
+    When results are no longer taken, missions that are under way end.
 
     Args:
         function: Mostly native.

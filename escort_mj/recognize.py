@@ -27,7 +27,7 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
 
     It is one where its first lines name the JSON Schema of scenarios (`# yaml-language-server: $schema=...`).
     A file without such a line, or whose line names a file that is not there (a copied scenario), is one
-    only if somebody asked for scenarios, and it has a key that tells so.
+    only if scenarios were asked for, and it has a key of theirs.
 
     Args:
         path: A file.

@@ -59,7 +59,7 @@ def asked() -> str:
 
 
 def end_with(unwanted: threading.Event) -> None:
-    """Has this thread end what it does once nobody wants its results; for the start of a thread.
+    """Has this thread end what it does once its results are no longer wanted; for the start of a thread.
 
     Args:
         unwanted: Set when that is so.
@@ -87,7 +87,7 @@ def deferred(hurry: Callable[[], None] | None = None) -> Iterator[None]:
         hurry: Called when the first one comes, to end what may be waited for.
 
     Raises:
-        KeyboardInterrupt: At the end, if one has come; whoever handles the signal gets it before.
+        KeyboardInterrupt: At the end, if one has come; a handler of the signal gets it before.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -155,7 +155,7 @@ _command = _Command()
 def command(run: Callable[[], None]) -> None:
     """Runs a command, for which this process was started: an interrupt becomes one line and exit code 130.
 
-    It is one also where whoever started the process has it ignore signals, as shells do with what runs in the
+    It is one also where the process was started to ignore signals, as shells do with what runs in the
     background.
 
     Args:
@@ -196,7 +196,7 @@ def _interrupt_in(end: BaseException) -> KeyboardInterrupt | None:
 
 
 def check() -> None:
-    """Lets go on only what nobody interrupted: some libraries make an interrupt an error of their own.
+    """Lets go on only what was not interrupted: some libraries make an interrupt an error of their own.
 
     Raises:
         KeyboardInterrupt: If an interrupt has come to the command.

@@ -1,6 +1,6 @@
 """Spread to the vertices of the even figure (paper remark 1), each robot to its own, for any n and any p.
 
-The figure is turned to fit the robots at every step, so that nobody is told where it points: only the
+The figure is turned to fit the robots at every step, so that no key says where it points: only the
 tangential distance to the own vertex is a task. It is orthogonal to the surface task by construction, which
 is the paper's condition for tasks without conflict (eq. 19).
 """

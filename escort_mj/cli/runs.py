@@ -137,7 +137,7 @@ def render(
     run_folder: RunArgument,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw the figures and the video of a run folder anew.
+    """Draw the figures and the video of a run folder again.
 
     Example: escort-mj render renders/main
     """

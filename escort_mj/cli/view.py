@@ -68,7 +68,7 @@ def view(
         viewer = stack.enter_context(Viewer(tape, host, port, speed))
         say(f"{tape.title} at {viewer.url}  (Ctrl-C ends)")
         if viewer.public:
-            typer.echo("whoever reaches this address can watch and steer the viewer", err=True)
+            typer.echo("anyone who reaches this address can watch and steer the viewer", err=True)
         viewer.run(ended)
 
 

@@ -103,7 +103,7 @@ class Plan(NamedTuple):
     paths: Annotated[Array, "movers*p", 2]  # instructions of each axis of each of them
     code: Annotated[Array, "instructions", INSTRUCTION_SIZE]
     pieces: Annotated[Array, "pieces", PIECE_SIZE]
-    failures: Annotated[Array, "failing", FAILURE_SIZE]  # (0, FAILURE_SIZE) where nobody fails
+    failures: Annotated[Array, "failing", FAILURE_SIZE]  # (0, FAILURE_SIZE) where no robot fails
     figures: Annotated[Array, "points", "p"]  # even points of n - 1, n - 2 ... robots
     turns: Annotated[Array, "turns*p", "p"]  # rotations to start from, one below another
 
@@ -177,7 +177,7 @@ class State(NamedTuple):
     rotation: Annotated[Array, "p", "p"]  # of the even figure
     touches: Annotated[Array, 2, "pairs", TOUCH_SIZE]  # under way: of the step before and of this, by turns
     places: Annotated[Array, 2, "cells", PLACE_SIZE]  # tables that find a pair's row in `touches`
-    episodes: Annotated[Array, "pairs", len(EPISODE)]  # that have ended since somebody took them off
+    episodes: Annotated[Array, "pairs", len(EPISODE)]  # that have ended and were not yet taken off
     tally: Annotated[Array, 4]  # see `world/loop/contacts`
     latched: Annotated[Array, "n", "phases"]  # 1 while a phase's condition holds
     held: Annotated[Array, "n", "held"]  # at the last run of the outer loop, see `trigger`

@@ -93,7 +93,7 @@ def _close_ranks(left: int, plan: Plan, state: State) -> None:
 
 @inlined
 def _close_ring(predecessors: np.ndarray, lost: np.ndarray) -> None:
-    """Passes over lost robots in a ring: whoever followed one now follows the one before it."""
+    """Passes over lost robots in a ring: the robot that followed one now follows the one before it."""
     for i in range(lost.shape[0]):
         other = int(predecessors[i])
         while lost[i] == 0.0 and lost[other] != 0.0:

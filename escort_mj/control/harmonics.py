@@ -90,7 +90,7 @@ def tabulate(sums: Sequence[Sum | None]) -> dict[str, Array]:
         sums: Of the target's p axes, then of the disturbance's.
 
     Returns:
-        `tones`, pulsatances and phases, shape (2, tones), filled up to whole lanes with such as nobody has.
+        `tones`, pulsatances and phases, shape (2, tones), filled up to whole lanes.
         The others have a column for each of the target's coordinates, its velocities and the disturbance's
         forces, filled up to whole lanes: `lines`, value at 0 and slope, shape (2, followed), and `waves`,
         shares of cosine and sine of each tone, shape (2 * tones, followed).

@@ -66,7 +66,7 @@ def pack(
         watched: Groups of bodies whose clearances are recorded.
         columns: Which of these each body belongs to, and which is the body's own; -1 for none, shape
             (bodies, 2); empty where nothing is watched.
-        samples: How many samples the callbacks keep until somebody takes them off, and the size of each.
+        samples: How many samples the callbacks keep until they are taken off, and the size of each.
         extra: Physics steps of further samples, ascending.
     """
     n, p, law = setup.count, setup.axes, setup.law

@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 
 
 class Trigger(Parameters):
-    """When a robot computes its reference velocity anew; in between it holds the last one (zero-order hold).
+    """When a robot computes its reference velocity again; in between it holds the last one (zero-order hold).
 
     It does so when it has moved, as seen from the target, by more than `distance + share * |w| / gain` since
     the last time, where w is the velocity that it holds relative to the target's and gain that of its first
@@ -55,7 +55,7 @@ def refresh(plan: Plan, state: State) -> bool:
 
     Args:
         plan: Gives the trigger.
-        state: `fresh` is written, and `held` for whoever is to run.
+        state: `fresh` is written, and `held` for the robots that are to run.
 
     Returns:
         Whether anybody runs it.
@@ -109,7 +109,7 @@ def _note_intrusions(plan: Plan, state: State) -> None:
 
 @merged
 def _fires(i: int, plan: Plan, state: State) -> bool:
-    """Whether robot i has reason to compute its reference velocity anew."""
+    """Whether robot i has reason to compute its reference velocity again."""
     p = state.q.shape[1]
     held = state.held[i]
     if held[p + UPDATED_IN] != state.phase[i] + 1.0 or state.avoidance_active[i] != 0.0:
@@ -139,7 +139,7 @@ def _fires(i: int, plan: Plan, state: State) -> bool:
 
 
 class Holder:
-    """The event trigger: who computes its reference velocity anew, and since when the others hold theirs."""
+    """The event trigger: which robots run the outer loop, and since when the others hold their velocity."""
 
     def __init__(self, setup: Setup) -> None:
         self.setup = setup

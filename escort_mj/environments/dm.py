@@ -31,13 +31,13 @@ class EscortEnvironment(dm_env.Environment):
         self._ended = True
 
     def reset(self) -> dm_env.TimeStep:
-        """Starts the mission anew."""
+        """Starts the mission again."""
         self.simulation.reset()
         self._ended = False
         return dm_env.restart(self.simulation.observe())
 
     def step(self, action: Array) -> dm_env.TimeStep:
-        """Advances to the next sample; the first step, and the one after the last, start anew."""
+        """Advances to the next sample; the first step, and the one after the last, start again."""
         if self._ended:
             return self.reset()
         reward = float(self.simulation.step(action).mean())

@@ -108,7 +108,7 @@ class Simulation:
         self._wall = 0.0
 
     def reset(self, seed: int | None = None, command: Array | None = None) -> None:
-        """Starts anew, with the first sample taken.
+        """Starts again, with the first sample taken.
 
         Args:
             seed: Of starts, noise and all else that is drawn; None for the one before.

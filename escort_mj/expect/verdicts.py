@@ -38,7 +38,7 @@ class Verdict:
         bodies: Names of the bodies that had the worst value.
         held: Whether what was demanded held.
         xfail: Why it is known to fail; empty where it is not.
-        expectation: Its place in the scenario's list, from 0; None for the outcome that nobody wrote down.
+        expectation: Its place in the scenario's list, from 0; None for the outcome that was not written down.
         broken: A plugin raised an error instead of judging.
     """
 
@@ -134,7 +134,7 @@ def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tupl
 def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, outcome: Outcome) -> Judgment:
     """The finding, unless it held only because the trace does not show all of the window.
 
-    The run may have broken off in it. Or nobody knew of the window when the run was recorded: then what is
+    The run may have broken off in it. Or the window was not known when the run was recorded: then what is
     watched between samples is known from sample to sample only; of touches there is a log.
     """
     (start, end), time = expectation.window, trace["time"].values
@@ -158,7 +158,7 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
 
 
 def _unseen(found: Judgment, words: str) -> Judgment:
-    """What did not hold because nobody saw it."""
+    """What did not hold because it was not seen."""
     return found._replace(held=False, near_miss=False, value=None, margin=None, words=words)
 
 

@@ -155,7 +155,7 @@ def _story(met: Recorded, episode: int) -> str:
 
 
 def _barely_missed(sides: tuple[str, str] | None, part: Recorded) -> str:
-    """Who nearly touched in a window; empty where nobody did, or where no clearance is recorded."""
+    """The bodies that nearly touched in a window; empty where none did, or where no clearance is recorded."""
     found = least_clearance(part, sides)
     nearest = NEAR * float(part["robot_radius"].values.min())
     if found.value is None or not 0.0 <= found.value < nearest:

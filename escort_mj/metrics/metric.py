@@ -27,7 +27,7 @@ class Measure(NamedTuple):
     Attributes:
         value: In the metric's unit; None where the metric says nothing of this run, infinite for "never".
         time: Moment of the worst value [s]; None where there is none.
-        bodies: Names of the bodies that had it; empty where nobody in particular.
+        bodies: Names of the bodies that had it; empty where no body in particular.
         reason: Why there is no value.
         broken: Whether that is an error of the metric's function.
     """

@@ -2,7 +2,7 @@
 
 `load` takes eight neighbors of a vector, `gather` one number of each of eight rows; with these, kernels
 compute as with floats, `where` in place of `if`, and `store` puts all back. The compiler's own vectorizer
-needs to know that the arrays of a loop do not overlap, which nobody can tell it of views of one memory; and
+needs to know that the arrays of a loop do not overlap, which views of one memory cannot say; and
 short loops, those of a few robots, it leaves alone.
 
 Lanes past the last number or robot compute too; arrays have room for what comes of it (see `memory`). What a
@@ -144,7 +144,7 @@ def two_to(shifted: Lanes) -> Any:
 def stack_rows(rows: int) -> Any:
     """Scratch of so many rows of lanes, STACK_ROWS at most; nothing is in it yet.
 
-    Each place that asks has memory of its own, whose address nobody else knows: the compiler keeps in
+    Each place that asks has memory of its own, whose address nothing else knows: the compiler keeps in
     registers what is read and written at places that it knows.
     """
 

@@ -6,7 +6,7 @@ in either vector, and the scalars. In kernels a view is two addresses, whatever 
 loads its place from the header. Python gets NumPy views, all at once.
 
 Every array has room for whole lanes, and arrays of robots for whole lanes of robots: kernels read and write
-them lanes at a time, never less, and what lies between two arrays belongs to nobody.
+them lanes at a time, never less, and what lies between two arrays belongs to none.
 """
 
 from __future__ import annotations

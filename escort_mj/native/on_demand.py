@@ -5,7 +5,7 @@ that call it: they find its address in a slot, one for each class of axes. While
 for it, and the process gets the kernel's machine code from the cache, or has it compiled. From then on a call
 costs a load.
 
-Machine code names slots; their addresses are found anew by every process that loads it.
+Machine code names slots; their addresses are found again by every process that loads it.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Who may be nearest to whom: lists of candidates that hold for many steps, built in linear time.
 
 As in a Verlet list (Phys. Rev. 159, 98, 1967), candidates are found once and hold while robots move little.
-His have everybody within a cutoff; these have whoever can come to be the nearest, however near or far that
+His have everybody within a cutoff; these have those that can come to be the nearest, however near or far that
 is: while no distance between two robots changes by more than the skin, the nearest one to robot i is among
 
     j with d_ij <= min_j d_ij + 2 skin    (d at the time when the list was made),
 
-so the lists stay short in a dense crowd and find somebody in a sparse one, and what is found among
+so the lists stay short in a dense crowd and find some in a sparse one, and what is found among
 candidates is what a look at all pairs would find. All of this holds center to center and surface to surface.
 """
 
@@ -68,7 +68,7 @@ def keep_all_neighbors(plan: Plan, state: State) -> None:
 def keep_neighbors(
     points: Array, radius: Array, lists: Array, places: Array, note: Array, cells: Array
 ) -> None:
-    """Keeps a set of lists valid for the present step: makes it anew where robots have moved too far.
+    """Keeps a set of lists valid for the present step: makes it again where robots have moved too far.
 
     Args:
         points: Positions of all robots, shape (n, p) [m].

@@ -1,4 +1,4 @@
-"""Re-forming: the even figure of the robots that are left, placed anew in the middle of a mission.
+"""Re-forming: the even figure of the robots that are left, placed again in the middle of a mission.
 
 The figures themselves are solved when the world is built. Which robot takes which vertex is found inside the
 step that learns of the loss: assignment (exact) and rotation (best fit) in turn, from several rotations.

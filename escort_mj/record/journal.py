@@ -17,7 +17,7 @@ from escort_mj.signals import START
 Array = NDArray[np.float64]
 
 SAMPLES, EPISODES, HEADER = "samples.f64", "episodes.f64", "header.json"
-UNDER_WAY = "under_way.f64"  # episodes that have not ended, each time anew
+UNDER_WAY = "under_way.f64"  # episodes that have not ended, written again each time
 RESERVE, RESERVED = "reserve", 32_768  # space kept free for the outcome of a run that fills the disk [bytes]
 
 
@@ -32,7 +32,7 @@ class Journal:
         """Starts a journal.
 
         Args:
-            folder: Made anew.
+            folder: Made again.
             header: `sizes` of the record's dimensions, `labels` for the trace, and whatever else helps.
         """
         folder.mkdir(parents=True, exist_ok=True)

@@ -25,7 +25,7 @@ def alive(identity: Mapping[str, Any]) -> bool:
         os.kill(pid, 0)
     except (ProcessLookupError, OverflowError):
         return False
-    except PermissionError:  # it runs, as somebody else
+    except PermissionError:  # it runs, as another user
         pass
     return _start(pid) == identity.get("process_start")
 

@@ -1,6 +1,6 @@
 """What a run recorded, as plain arrays: all that metrics and verdicts read, at no cost.
 
-The trace, an `xarray.Dataset`, is made of it when somebody wants to have it. The two are read alike as far
+The trace, an `xarray.Dataset`, is made of it when it is asked for. The two are read alike as far
 as metrics and verdicts go, so that these serve a run that ends and a trace from a file.
 """
 

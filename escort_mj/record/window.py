@@ -12,7 +12,7 @@ from escort_mj.numerics.steps import SLACK
 if TYPE_CHECKING:
     from escort_mj.record.recording import Part
 
-NOTHING_YET: dict[str, Any] = {  # the worst, and whose, where nobody has looked since the previous sample
+NOTHING_YET: dict[str, Any] = {  # the worst, and whose, where nothing was watched since the previous sample
     "clearance": math.inf,
     "clearance_body": -1,
     "target_clearance": math.inf,

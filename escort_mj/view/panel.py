@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4", "8", "16")
 FREE, TARGET = "nobody", "target"
-PATIENCE = 0.4  # how long the slider is left alone after somebody moved it [s of wall time]
+PATIENCE = 0.4  # how long the slider is left alone after it was moved [s of wall time]
 UPDATES = 0.2  # between two updates of words and slider [s of wall time]
 
 
@@ -26,7 +26,7 @@ class Panel:
     Attributes:
         playing: Whether time goes on.
         speed: Simulated seconds per second.
-        followed: Robot from 0 that the camera goes with, -1 for the target, None for nobody.
+        followed: Robot from 0 that the camera goes with, -1 for the target, None for none.
         changed: Whether something was switched since it was last looked at.
     """
 
@@ -95,7 +95,7 @@ class Panel:
 
     @property
     def followed(self) -> int | None:
-        """Robot from 0 that the camera goes with, -1 for the target, None for nobody."""
+        """Robot from 0 that the camera goes with, -1 for the target, None for none."""
         name = self.camera.value
         return None if name == FREE else -1 if name == TARGET else int(name.split()[1]) - 1
 
@@ -109,7 +109,7 @@ class Panel:
         self._sought = moment
 
     def take_sought(self) -> float | None:
-        """The time that somebody asked for since this was last called [s]."""
+        """The time that was asked for since this was last called [s]."""
         sought, self._sought = self._sought, None
         return sought
 

@@ -175,7 +175,7 @@ def require_viser() -> None:
 
 
 def _free_port(host: str, port: int) -> int:
-    """The first port that nobody listens to, from the one asked for on.
+    """The first free port, from the one asked for on.
 
     Raises:
         UsageError: If there is none, or no such host.

@@ -98,11 +98,11 @@ def native_loop(world: World, *others: World) -> Iterator[None]:
     """Installs the callbacks that worlds need while inside; nests, and may be entered by several threads.
 
     MuJoCo's callbacks are global to the process: what was installed before comes back at the end. So does
-    the clock that the bindings install, which costs a fifth of a small step and that nobody reads here.
+    the clock that the bindings install, which costs a fifth of a small step and that is not read here.
 
     Args:
         world: What is stepped inside.
-        others: What else is. Models of another class of axes, or of somebody else, are left alone.
+        others: What else is. Models of another class of axes, or of another program, are left alone.
     """
     global _before
     classes = Counter({min(each.setup.axes, MANY) for each in (world, *others)})

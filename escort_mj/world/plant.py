@@ -24,7 +24,7 @@ from escort_mj.world.model.build import World
 from escort_mj.world.properties import MassProperties
 
 Array = NDArray[np.float64]
-LOOK = 0.25  # s at most between two looks at whether somebody has interrupted the mission
+LOOK = 0.25  # s at most between two looks at whether the mission was interrupted
 PHYSICS = int(mujoco.mjtState.mjSTATE_INTEGRATION) - int(mujoco.mjtState.mjSTATE_USERDATA)
 
 
@@ -131,7 +131,7 @@ class Plant:
         if not len(kept):
             whole = self.step(schedule.step(next_one) + 1 - watched)
             return self.record[None][: int(whole)]
-        self._kept.clock[KEPT] = 0.0  # what `step` alone has kept nobody asked for
+        self._kept.clock[KEPT] = 0.0  # what `step` alone has kept was not asked for
         while True:
             count = min(most, len(kept), self._at_once)
             if count > 1:

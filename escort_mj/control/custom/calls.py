@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 @merged
 def _function(block: int) -> int:
-    """Address of the function whose parameters stand at an address; 0 where nobody knows it."""
+    """Address of the function whose parameters stand at an address; 0 where it is unknown."""
     table, number = table_address(), int(double_at(block))
     for k in range(pointer_at(table)):
         if pointer_at(table + DOUBLE * (1 + 2 * k)) == number:

@@ -102,7 +102,7 @@ def ready(model: type[Component], axes: int) -> int:
             if compiled:
                 slot = _compiled(model, forms.kernel, layout, text, known)
             else:
-                assert forms.python is not None, "whoever loads a plugin looks for a form"
+                assert forms.python is not None, "what loads a plugin looks for a form"
                 slot = _called_back(model, forms.python, layout)
             place = _table[0]
             if place >= MOST:

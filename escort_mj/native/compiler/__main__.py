@@ -24,7 +24,7 @@ if __name__ == "__main__":
 
     gc.disable()  # looking for garbage took a fifth of the time, in vain
     folder = Path(sys.argv[1])
-    cache.kernels.folder = folder  # a temporary one is known to nobody else
+    cache.kernels.folder = folder  # a temporary one is known to this process alone
     while True:
         name = asked.get()
         piece = artifacts.Piece.named(name)

@@ -27,7 +27,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 # No reassociation and no "NaN cannot happen": kernels must agree with their NumPy twin and see a NaN.
 # Kernels see borrowed memory only, so numba's reference counting (half of the time, else) is off.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "nogil": True, "_nrt": False}
-# Nobody calls them from Python or C.
+# They are not called from Python or C.
 ALONE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 HOW: dict[str, dict[str, Any]] = {
     "kernel": {},

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 LOST = (0.55, 0.56, 0.58)  # color of a robot that the team has lost
-MOST_LINKED = 200  # robots of a formation that is found anew
+MOST_LINKED = 200  # robots of a formation that is found again
 
 
 def links(trace: Recorded) -> list[tuple[int, NDArray[np.int64]]]:

@@ -66,7 +66,7 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
         (grid[2, 1], "e_dot", "(d) Velocity tracking error |ė|", "m/s"),
     ):
         error = np.linalg.norm(trace[name].values, axis=2)
-        error[1:][gone[:-1]] = np.nan  # nobody asks a lost robot to follow
+        error[1:][gone[:-1]] = np.nan  # a lost robot is not asked to follow
         draw_curves(axes, time, error, colors, running_rms, lost=gone)
         axes.set_title(title)
         axes.set_ylabel(unit)

@@ -84,7 +84,7 @@ class Marks:
         self._on_floor = "floor" in clip.bodies
 
     def shot(self, replay: Replay, pose: Callable[[float], Moment], aspect: float) -> Shot:
-        """A camera at rest: near where two bodies meet, or on the escort and whoever is marked.
+        """A camera at rest: near where two bodies meet, or on the escort and the robots that are marked.
 
         Args:
             replay: The run.

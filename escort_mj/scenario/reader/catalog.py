@@ -67,7 +67,7 @@ class Extended(Scenario):
     catalog: ClassVar[Catalog]
 
     def __reduce__(self) -> Any:
-        """Pickled as data: another process loads the plugins and makes the type anew."""
+        """Pickled as data: another process loads the plugins and makes the type again."""
         return revived, (self.model_dump(),)
 
 

@@ -89,7 +89,7 @@ class Mission(Parameters):
     supervisor: Annotated[tuple[Phase, ...], Field(max_length=32)] = ()
     """Phases with other behaviors, orders or gains, by time or condition; else `behaviors` rules."""
     trigger: Trigger | None = None
-    """When a robot computes its reference velocity anew; null: at every physics step."""
+    """When a robot computes its reference velocity again; null: at every physics step."""
     outer: OuterLoop = Nsb()
     """How behaviors become one velocity: `nsb` (the paper) or a baseline; a name, or a table with gains."""
     target_feedforward: bool = True

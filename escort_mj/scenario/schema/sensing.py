@@ -43,7 +43,7 @@ class Sensor(Parameters):
     """What one kind of measurement makes of the truth; units are those of what is measured."""
 
     noise: NonNegativeFloat = 0.0
-    """Radius of the ball from which an error is drawn uniformly, anew at every step [m or m/s]."""
+    """Radius of the ball from which an error is drawn uniformly at every step [m or m/s]."""
     bias: Bias = 0.0
     """Error that stays: one number per axis, the same for all robots; or the radius of the ball from which
     the seed draws each robot's own, uniformly [m or m/s]."""
@@ -125,7 +125,7 @@ def _biases(sensor: Sensor, seed: int, number: int, bodies: int, axes: int) -> A
     if sensor.bias == 0.0:
         return None
     drawn = np.zeros((bodies, axes))
-    for body in range(bodies):  # each from a stream of its own: more robots change nobody's
+    for body in range(bodies):  # each from a stream of its own: more robots change no other robot's
         random = np.random.Generator(np.random.Philox(np.random.SeedSequence([seed, number, body])))
         offset = np.ones(axes)
         while offset @ offset > 1.0:

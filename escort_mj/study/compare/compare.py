@@ -77,7 +77,7 @@ def compare(
         seeds: How many seeds, from the scenario's own upward.
         workers: Processes; None for one per core.
         docs: A page of the docs with marks that the table goes between.
-        again: Run everything anew.
+        again: Run everything again.
         progress: Called with the runs done and to do.
 
     Raises:

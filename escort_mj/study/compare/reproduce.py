@@ -80,7 +80,7 @@ def reproduce(
         only: Figures by their numbers; empty for all. The table covers every simulation that has run.
         workers: Processes; None for one per core.
         docs: A file that gets the table too.
-        again: Run everything that is asked for anew.
+        again: Run everything that is asked for again.
         progress: Called with the simulations and figures done and to do.
 
     Raises:

@@ -69,7 +69,7 @@ def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]
         address: Of a cluster's scheduler that runs already, such as tcp://host:8786.
 
     Raises:
-        UsageError: If Dask is not installed, or nobody answers at the address.
+        UsageError: If Dask is not installed, or nothing answers at the address.
     """
     try:
         import distributed

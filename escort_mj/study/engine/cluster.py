@@ -60,7 +60,7 @@ def cluster(workers: int) -> Iterator[str]:
 
 
 def _serve(workers: int) -> None:
-    """Is a cluster until standard input ends, as it does when nobody needs it any longer."""
+    """Is a cluster until standard input ends, as it does when it is no longer needed."""
     from distributed import LocalCluster
 
     ended = threading.Event()

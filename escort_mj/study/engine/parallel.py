@@ -156,7 +156,7 @@ class Workers:
     def compute(
         self, function: Callable[[Item], Result], jobs: Iterable[Item]
     ) -> Generator[tuple[Item, Result | None], None, None]:
-        """Computes jobs, a few ahead of whoever takes the results.
+        """Computes jobs, a few ahead of what takes the results.
 
         A worker that dies takes nothing with it: its jobs are computed again.
 

@@ -147,7 +147,7 @@ class Store:
             return {key for (key,) in run("SELECT key FROM runs")}
 
     def claim(self, keys: Sequence[str]) -> list[str]:
-        """Claims runs for this process, and returns those that nobody has made or is making.
+        """Claims runs for this process, and returns those that no process has made or is making.
 
         Claims of processes that have died lapse.
         """
@@ -256,7 +256,7 @@ def _full(error: BaseException) -> bool:
 
 
 def _lapsed(written: Any, since: Any, now: float) -> bool:
-    """Whether the process that made a claim is gone; a claim that cannot be read is nobody's."""
+    """Whether the process that made a claim is gone; a claim that cannot be read holds for none."""
     try:
         owner = json.loads(written)
     except (TypeError, ValueError):

@@ -21,7 +21,7 @@ RUNS = "runs"
 
 
 class Job(NamedTuple):
-    """A run to be made, by whoever gets it.
+    """A run to be made.
 
     Attributes:
         key: Of the run.

@@ -158,7 +158,7 @@ def make(
     total: int,
     progress: Progress | None,
 ) -> int:
-    """Makes what nobody else makes, then waits for the others and makes what they leave.
+    """Makes what no other process makes, then waits for those and makes what they leave.
 
     Args:
         jobs: Runs that the store did not have.

@@ -1,7 +1,7 @@
 """Contact episodes, natively: touches of pairs of bodies, begun, gone on and ended at every physics step.
 
 What touches in a step has a row in one of two tables, by turns; a pair that touched in the step before takes
-its row along, and rows that nobody took are episodes that have ended. A hash table of each step finds a
+its row along, and rows that were not taken are episodes that have ended. A hash table of each step finds a
 pair's row: a step costs in proportion to its contacts however many bodies touch, nothing where none does.
 """
 
