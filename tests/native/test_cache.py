@@ -43,7 +43,7 @@ def test_an_upgrade_changes_the_key(package: str, monkeypatch) -> None:
         "signals.py",
         "components/plan.py",
         "laws/sliding.py",
-        "scenario/geometry/bodies.py",
+        "robots/attitude.py",
         "world/loop/step.py",
     ],
 )
