@@ -8,13 +8,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from escort_mj.record.tables import markdown
+
 DOCS = Path(__file__).parents[1] / "docs"
 
 
 def table(head: list[str], rows: Iterable[list[str]]) -> str:
     """A Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join(markdown(head, rows))
 
 
 def several(values: Iterable[float]) -> str:

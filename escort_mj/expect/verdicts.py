@@ -14,6 +14,7 @@ from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.metrics.metric import in_words
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.tables import aligned
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -164,12 +165,8 @@ def _unseen(found: Judgment, words: str) -> Judgment:
 
 def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
     """The verdicts as a table for a terminal: held or not, subject, demand, and what was found."""
-    table = [(mark(one), one.metric, one.demanded, one.found) for one in verdicts]
-    widths = [max((len(row[column]) for row in table), default=0) for column in range(3)]
-    return [
-        "  " + "  ".join(word.ljust(width) for word, width in zip(row, (*widths, 0), strict=True))
-        for row in table
-    ]
+    rows = [(mark(one), one.metric, one.demanded, one.found) for one in verdicts]
+    return [f"  {line}" for line in aligned(rows)]
 
 
 def mark(verdict: Verdict) -> str:

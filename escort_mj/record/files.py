@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import csv
-import io
 import json
 import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import RunFolderError, WriteError
 
 TEMPORARY = ".partial"
-FORMULA = ("=", "+", "-", "@")  # how cells begin that spreadsheets run
 
 
 @contextlib.contextmanager
@@ -80,31 +77,6 @@ def write_bytes(path: Path, content: bytes | memoryview, durable: bool = False) 
 def write_text(path: Path, text: str) -> None:
     """Write a text file, whole or not at all."""
     write_bytes(path, text.encode())
-
-
-def comma_separated(rows: Iterable[Iterable[Any]]) -> str:
-    """Return rows as comma-separated values.
-
-    None is an empty cell. Text that a spreadsheet would run as a formula (it begins with `=`, `+`, `-` or
-    `@`, and is not a number) gets an apostrophe before it, which spreadsheets take for the mark of text.
-    """
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([inert(cell) for cell in row] for row in rows)
-    return text.getvalue()
-
-
-def inert(cell: Any) -> Any:
-    """Return a cell that no spreadsheet runs; numbers are what they are."""
-    if not isinstance(cell, str):
-        return cell
-    cell = cell.replace("\r\n", "\n").replace("\r", "\n")  # which Python's writer does not quote by itself
-    if not cell.lstrip().startswith(FORMULA):
-        return cell
-    try:
-        float(cell)
-    except ValueError:
-        return f"'{cell}"
-    return cell
 
 
 def json_text(value: Any) -> str:

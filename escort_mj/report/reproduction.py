@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from escort_mj import palette
 from escort_mj.record.folder import open_run
 from escort_mj.report.figures import nearness, paths, timelines
-from escort_mj.report.figures.curves import running_rms
+from escort_mj.report.figures.curves import log_ticks, running_rms
 from escort_mj.report.figures.style import FAILED, WIDTH, figure
 from escort_mj.study.compare.measured import QUANTITIES, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS, SHOWN, PaperFigure, Simulation
@@ -119,7 +118,8 @@ def _same_scales(parts: Sequence[Sequence[Axes]]) -> None:
         inverted = low[0] > high[0]
         for axes in panels:
             axes.set_ylim((max if inverted else min)(low), (min if inverted else max)(high))
-            log_ticks(axes)
+            if axes.get_yscale() == "log":
+                log_ticks(axes, max(high) / min(low))
 
 
 def compare_laws(canvas: Figure, runs: Sequence[Measured]) -> None:
@@ -150,20 +150,6 @@ def compare_laws(canvas: Figure, runs: Sequence[Measured]) -> None:
     canvas.legend(handles, words, loc="outside lower center", ncols=4, columnspacing=1.3)
 
 
-def log_ticks(axes: Axes) -> None:
-    """Readable ticks of a logarithmic scale that spans little; leaves any other scale alone."""
-    if axes.get_yscale() != "log":
-        return
-    low, high = axes.get_ylim()
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    if high / low < 100:
-        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
-        axes.yaxis.set_major_formatter("{x:g}")
-    else:
-        axes.yaxis.set_major_locator(LogLocator(numticks=6))
-        axes.yaxis.set_major_formatter(LogFormatterSciNotation())
-
-
 def _scatter(axes: Axes, name: str, runs: Sequence[Measured]) -> None:
     """One quantity of every run; what has no finite value stands as a cross on top."""
     for column in range(1, len(CASES)):
@@ -184,7 +170,7 @@ def _scatter(axes: Axes, name: str, runs: Sequence[Measured]) -> None:
     axes.set_xlim(-0.55, len(CASES) - 0.45)
     low, high = axes.get_ylim()
     axes.set_ylim(low, high * (high / low) ** 0.1)
-    log_ticks(axes)
+    log_ticks(axes, (high / low) ** 1.1)
 
 
 def _kind(name: str, trace: xarray.Dataset) -> Kind:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from escort_mj import palette
@@ -183,12 +183,18 @@ def log_scale(axes: Axes) -> None:
     low = float(np.clip(low, max(LEAST, high * 1e-9), high / 10))
     axes.set_yscale("log")
     axes.set_ylim(low, high * 1.8)
+    log_ticks(axes, high / low)
+
+
+def log_ticks(axes: Axes, span: float) -> None:
+    """Readable ticks of a logarithmic scale: plain numbers where its largest value is few times its least."""
     axes.yaxis.set_minor_formatter(NullFormatter())
-    if high / low < 100:
+    if span < 100:
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=8))
         axes.yaxis.set_major_formatter("{x:g}")
     else:
         axes.yaxis.set_major_locator(LogLocator(numticks=6))
+        axes.yaxis.set_major_formatter(LogFormatterSciNotation())
 
 
 def timeline(grid: Iterable[Axes], time: Array) -> None:

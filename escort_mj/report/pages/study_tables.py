@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from escort_mj.record.files import comma_separated, write_text
+from escort_mj.record.files import write_text
+from escort_mj.record.tables import comma_separated
 from escort_mj.report.figures.scales import number
 from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from escort_mj.record.tables import markdown
 from escort_mj.scenario.reader.dump import flow, json_schema
 from escort_mj.scenario.reader.paths import TAGS
 from escort_mj.scenario.schema.scenario import Scenario
@@ -65,12 +66,12 @@ def _section(title: str, table: Node, tables: dict[str, Node]) -> Iterator[str]:
     if not rows:
         yield "It has no keys of its own.\n"
         return
-    yield "| key | is | default | meaning |\n| --- | --- | --- | --- |"
-    required = table.get("required", ())
+    required, cells = table.get("required", ()), []
     for key, value in rows:
         default = "required" if key in required else _default(value)
         meaning = _words(value) or _words(tables[next(_references(value))])
-        yield f"| `{key}` | {_kind(value)} | {default} | {meaning} |"
+        cells.append([f"`{key}`", _kind(value), default, meaning])
+    yield from markdown(["key", "is", "default", "meaning"], cells)
     yield ""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,29 +29,13 @@ from escort_mj.study.compare.comparison import (
 from escort_mj.study.compare.comparison_table import around_marks, facts, into_page, page, runs_table, summary
 from escort_mj.study.compare.laws import controller_of, outer_of
 from escort_mj.study.compare.measured import true_error_rms
-from escort_mj.study.compare.runs import Findings, run_once
+from escort_mj.study.compare.runs import Findings, Task, lines_of, run_once
 from escort_mj.study.engine.parallel import cores, side_by_side
 
 if TYPE_CHECKING:
     import xarray
 
 Draw = Callable[[Path, Scenario, Sequence[Result]], Sequence[Path]]
-
-
-class Assignment(NamedTuple):
-    """A trial to be had.
-
-    Attributes:
-        trial: Which.
-        scenario: What it is to run.
-        folder: Its run folder.
-        again: Whether to run it even if it has ended there before.
-    """
-
-    trial: Trial
-    scenario: Scenario
-    folder: Path
-    again: bool = False
 
 
 def compare(
@@ -91,11 +75,9 @@ def compare(
         around_marks(docs, scenario)
     loops = chosen("--outer", outers, OUTERS, [scenario.mission.outer.loop])
     wanted = trials(names, loops, [scenario.seed + index for index in range(seeds)])
-    assignments = [
-        Assignment(trial, scenario_of(scenario, trial), out / trial.name, again) for trial in wanted
-    ]
+    tasks = [Task(trial, scenario_of(scenario, trial), out / trial.name, again) for trial in wanted]
     workers = cores() if workers is None else workers
-    results = side_by_side(perform, assignments, workers, progress)
+    results = side_by_side(perform, tasks, workers, progress)
 
     write_json(out / "table.json", facts(scenario, results))
     write_text(out / "table.csv", runs_table(results))
@@ -103,13 +85,8 @@ def compare(
     if docs is not None:
         write_text(docs, into_page(docs, scenario, results))
     files = draw(out, scenario, results)
-    ran = sum(result.ran for result in results)
-    lines = [f"{len(results)} runs: {ran} run now, {len(results) - ran} had run before"]
-    lines += [
-        f"  {result.trial.name}: {result.outcome}: {result.message}"
-        for result in results
-        if not result.completed
-    ]
+    ended = [(result.trial.name, result.outcome, result.message, result.ran) for result in results]
+    lines = lines_of("runs", ended)
     written = ["table.md", "table.csv", "table.json", f"figures/ ({len(files)})"]
     return Findings(lines + summary(results), written, all(result.stated for result in results))
 
@@ -133,13 +110,13 @@ def scenario_of(base: Scenario, trial: Trial) -> Scenario:
     return changed
 
 
-def perform(assignment: Assignment) -> Result:
+def perform(task: Task[Trial]) -> Result:
     """Runs a trial, unless its folder holds it already, and measures it."""
-    ended = run_once(assignment.scenario, assignment.folder, assignment.again)
+    ended = run_once(task)
     values: dict[str, float | None] = dict.fromkeys(QUANTITIES)
     if ended.trace is not None and ended.outcome == Outcome.COMPLETED.value:
         values = values_of(ended.trace)
-    return Result(assignment.trial, ended.outcome, ended.message, values, ended.ran)
+    return Result(task.what, ended.outcome, ended.message, values, ended.ran)
 
 
 def values_of(trace: xarray.Dataset) -> dict[str, float | None]:

@@ -8,7 +8,8 @@ from typing import Any
 
 from escort_mj.errors import UsageError
 from escort_mj.measuring import TAIL
-from escort_mj.record.files import comma_separated
+from escort_mj.record.tables import aligned, comma_separated
+from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.scenario import Scenario
 from escort_mj.study.compare.claims import number
 from escort_mj.study.compare.comparison import (
@@ -22,7 +23,6 @@ from escort_mj.study.compare.comparison import (
     rows,
     title_of,
 )
-from escort_mj.study.compare.table import markdown_rows
 
 HEADS = {
     "settling_time": "settles",
@@ -137,11 +137,7 @@ def summary(results: Sequence[Result]) -> list[str]:
     columns = [["", *(row.title for row in table)]]
     columns += [[HEADS[name], *cells(table, name, "*")] for name in BRIEF]
     columns += [["outcome", *(outcomes(row) for row in table)]]
-    widths = [max(map(len, column)) for column in columns]
-    return [
-        "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
-        for line in zip(*columns, strict=True)
-    ]
+    return aligned(zip(*columns, strict=True))
 
 
 def runs_table(results: Sequence[Result]) -> str:

@@ -10,7 +10,6 @@ from typing import NamedTuple
 from escort_mj.errors import UsageError
 from escort_mj.record.files import write_json, write_text
 from escort_mj.record.outcome import FINAL
-from escort_mj.scenario import Scenario
 from escort_mj.study.compare.measured import Measured, measured
 from escort_mj.study.compare.reproduction import (
     PaperFigure,
@@ -20,27 +19,11 @@ from escort_mj.study.compare.reproduction import (
     scenario_of,
     simulations,
 )
-from escort_mj.study.compare.runs import Findings, finished, run_once
+from escort_mj.study.compare.runs import Findings, Task, finished, lines_of, run_once
 from escort_mj.study.compare.table import markdown, summary, table
 from escort_mj.study.engine.parallel import cores, side_by_side
 
 Draw = Callable[[Path, Sequence[Measured], PaperFigure], Path]
-
-
-class Task(NamedTuple):
-    """One simulation to be had.
-
-    Attributes:
-        simulation: Which.
-        scenario: What it is to run.
-        folder: Its run folder.
-        again: Whether to run it even if it has ended there before.
-    """
-
-    simulation: Simulation
-    scenario: Scenario
-    folder: Path
-    again: bool = False
 
 
 class Done(NamedTuple):
@@ -50,14 +33,14 @@ class Done(NamedTuple):
     ran: bool
 
 
-def perform(task: Task) -> Done:
+def perform(task: Task[Simulation]) -> Done:
     """Runs a simulation, unless its folder holds it already, and measures it.
 
     Raises:
         UsageError: If the folder holds something else, or another process is writing in it.
     """
-    ended = run_once(task.scenario, task.folder, task.again)
-    return Done(measured(task.simulation, ended.outcome, ended.message, ended.trace), ended.ran)
+    ended = run_once(task)
+    return Done(measured(task.what, ended.outcome, ended.message, ended.trace), ended.ran)
 
 
 def reproduce(
@@ -92,7 +75,7 @@ def reproduce(
     workers = cores() if workers is None else workers
     wanted = needed(figures) if only else simulations()
 
-    def task(simulation: Simulation) -> Task:
+    def task(simulation: Simulation) -> Task[Simulation]:
         return Task(simulation, scenario_of(simulation, scenarios), out / simulation.name, again)
 
     tasks = [task(simulation) for simulation in wanted]
@@ -117,19 +100,15 @@ def reproduce(
     for path in (out / "table.md", docs):
         if path is not None:
             write_text(path, text)
-    ran = sum(each.ran for each in done)
-    lines = [f"{len(tasks)} simulations: {ran} run now, {len(tasks) - ran} had run before"]
-    lines += [
-        f"  {run.simulation.name}: {run.outcome}: {run.message}" for run in measured if not run.completed
-    ]
-    lines += summary(runs)
+    ended = [(run.simulation.name, run.outcome, run.message, ran) for run, ran in done]
+    lines = lines_of("simulations", ended) + summary(runs)
     written = ["table.md", "table.json", f"figures/ ({len(files)})"]
     return Findings(lines, written, not lost)
 
 
-def look(task: Task) -> Measured | None:
+def look(task: Task[Simulation]) -> Measured | None:
     """Measures a simulation that has ended before; None if there is no such run."""
-    stored = finished(task.folder, task.scenario)
+    stored = finished(task)
     if stored is None:
         return None
-    return measured(task.simulation, stored.outcome["outcome"], stored.outcome["message"], stored.trace)
+    return measured(task.what, stored.outcome["outcome"], stored.outcome["message"], stored.trace)

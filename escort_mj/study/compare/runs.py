@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from escort_mj.errors import EscortError
 from escort_mj.mission import fly
@@ -15,6 +16,25 @@ if TYPE_CHECKING:
     import xarray
 
     from escort_mj.record.folder import StoredRun
+
+
+What = TypeVar("What")
+
+
+class Task(NamedTuple, Generic[What]):
+    """One run to be had.
+
+    Attributes:
+        what: Which.
+        scenario: What it is to run.
+        folder: Its run folder.
+        again: Whether to run it even if it has ended there before.
+    """
+
+    what: What
+    scenario: Scenario
+    folder: Path
+    again: bool = False
 
 
 class Ended(NamedTuple):
@@ -47,24 +67,37 @@ class Findings(NamedTuple):
     stated: bool
 
 
-def run_once(scenario: Scenario, path: Path, again: bool = False) -> Ended:
-    """Runs a scenario, unless its folder holds that run already.
+def lines_of(kind: str, ended: Sequence[tuple[str, str, str, bool]]) -> list[str]:
+    """How many runs there were, and which of them did not complete.
 
     Args:
-        scenario: What to run.
-        path: Its run folder.
-        again: Whether to run it even if it has ended there before.
+        kind: What they are called.
+        ended: Name, outcome and message of each, and whether it ran now.
+    """
+    ran = sum(now for *_, now in ended)
+    return [
+        f"{len(ended)} {kind}: {ran} run now, {len(ended) - ran} had run before",
+        *(
+            f"  {name}: {outcome}: {message}"
+            for name, outcome, message, _ in ended
+            if outcome != Outcome.COMPLETED.value
+        ),
+    ]
+
+
+def run_once(task: Task[Any]) -> Ended:
+    """Makes a run, unless its folder holds it already.
 
     Raises:
         UsageError: If the folder holds something else, or another process is writing in it.
     """
-    stored = None if again else finished(path, scenario)
+    stored = None if task.again else finished(task)
     if stored is not None:
         return Ended(stored.outcome["outcome"], stored.outcome["message"], stored.trace, False)
-    folder = RunFolder.create(path)
+    folder = RunFolder.create(task.folder)
     try:
         with folder:
-            run = fly(scenario, folder)
+            run = fly(task.scenario, folder)
     except EscortError:
         raise
     except Exception as error:  # the folder says the same; the other runs go on
@@ -72,11 +105,11 @@ def run_once(scenario: Scenario, path: Path, again: bool = False) -> Ended:
     return Ended(run.outcome.value, run.message, run.trace, True)
 
 
-def finished(folder: Path, scenario: Scenario) -> StoredRun | None:
-    """What a folder holds, if it is this scenario's run and it ended by itself."""
+def finished(task: Task[Any]) -> StoredRun | None:
+    """What a run's folder holds, if it is that run and it ended by itself."""
     try:
-        stored = open_run(folder)
+        stored = open_run(task.folder)
     except EscortError:
         return None
-    same = stored.scenario_yaml == dump_scenario(scenario)
+    same = stored.scenario_yaml == dump_scenario(task.scenario)
     return stored if same and stored.outcome["outcome"] in FINAL else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, number, verdict
 from escort_mj.study.compare.measured import QUANTITIES, TAIL, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS
@@ -193,11 +194,3 @@ def _run_rows(runs: Runs) -> Iterator[list[str]]:
         values = [number(run.values[name], quantity.unit) for name, quantity in QUANTITIES.items()]
         outcome = run.outcome if run.completed else f"{run.outcome}: {run.message}"
         yield [CASES[run.simulation.case], LAWS[run.simulation.law], outcome, *values]
-
-
-def markdown_rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """A table in Markdown; a bar within a cell would end the cell."""
-    return [
-        "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
-        for row in [head, ["---"] * len(head), *rows]
-    ]

@@ -23,10 +23,10 @@ from escort_mj.study.search.robustness import robustness
 from escort_mj.study.search.tune_table import table
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.searches import Bound, Tune
+from escort_mj.study.sweeps.statistics import Array, bootstrap, pareto
 
 Progress = Callable[[float, float], None]
 BEST, TRIALS, SUMMARY = "best.yaml", "trials.csv", "tune.json"
-LEVEL = 0.95
 
 
 @dataclass(frozen=True)
@@ -218,12 +218,10 @@ def _front(search: Tune, trials: Sequence[Trial]) -> list[int]:
         for place, trial in enumerate(trials)
         if trial.feasible
     }
+    on_front = pareto(np.reshape(list(costs.values()), (len(costs), len(signs))))
     best: dict[tuple[float, ...], int] = {}
-    for place, cost in costs.items():
-        if not any(
-            other != cost and all(a <= b for a, b in zip(other, cost, strict=True))
-            for other in costs.values()
-        ):
+    for (place, cost), kept in zip(costs.items(), on_front, strict=True):
+        if kept:
             best.setdefault(cost, place)
     return [place for _, place in sorted(best.items())]
 
@@ -243,22 +241,20 @@ def _compared(evaluator: Evaluator, search: Tune, best: Trial) -> tuple[dict[str
 
 def _gain(own: Sequence[Row], tuned: Sequence[Row], metric: str) -> Gain | None:
     """One metric of runs in pairs; None where no pair has two finite values."""
-    from scipy.stats import bootstrap
-
     values = [(a.metrics.get(metric), b.metrics.get(metric)) for a, b in zip(own, tuned, strict=True)]
     pairs = np.array([(a, b) for a, b in values if a is not None and b is not None], float).reshape(-1, 2)
     pairs = pairs[np.isfinite(pairs).all(axis=1)]
     if not len(pairs) or not pairs[:, 0].mean():
         return None
-    low = high = math.nan
-    if len(pairs) > 1:
-        drawn = bootstrap(
-            (pairs[:, 0], pairs[:, 1]), lambda a, b, axis=-1: b.mean(axis=axis) / a.mean(axis=axis) - 1.0,
-            paired=True, vectorized=True, confidence_level=LEVEL, method="percentile",
-            rng=np.random.Generator(np.random.Philox(0)),
-        ).confidence_interval  # fmt: skip
-        low, high = float(drawn.low), float(drawn.high)
+    low, high = bootstrap(pairs, _changes)
     before, after = (float(mean_) for mean_ in pairs.mean(axis=0))
     return Gain(
         before, after, after / before - 1.0, low, high, int((pairs[:, 1] < pairs[:, 0]).sum()), len(pairs)
     )
+
+
+def _changes(draws: Array) -> Array:
+    """Relative changes of the mean from the first column to the second; draws are (resamples, pairs, 2)."""
+    own, best = np.moveaxis(draws.mean(axis=1), -1, 0)
+    with np.errstate(divide="ignore", invalid="ignore"):  # draws of nothing but zeros
+        return np.asarray(best / own - 1.0)

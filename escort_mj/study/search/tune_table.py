@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from escort_mj.metrics import METRICS
-from escort_mj.record.files import comma_separated
+from escort_mj.record.tables import comma_separated
 from escort_mj.study.sweeps.searches import Tune
 
 if TYPE_CHECKING:

@@ -12,8 +12,9 @@ from typing import NamedTuple, TypeVar
 from escort_mj import stopping
 from escort_mj.errors import UsageError
 from escort_mj.metrics import METRIC_NAMES
-from escort_mj.record.files import comma_separated, write_text
+from escort_mj.record.files import write_text
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.tables import comma_separated
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import RUNS, Job, killed, perform

@@ -10,7 +10,7 @@ from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.laws import LAWS as MODELS
 from escort_mj.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.scenario import parse_scenario
-from escort_mj.study.compare.compare import Assignment, perform, scenario_of
+from escort_mj.study.compare.compare import perform, scenario_of
 from escort_mj.study.compare.comparison import (
     LAWS,
     OUTERS,
@@ -35,6 +35,7 @@ from escort_mj.study.compare.comparison_table import (
     summary,
 )
 from escort_mj.study.compare.laws import controller_of, outer_of
+from escort_mj.study.compare.runs import Task
 
 
 def test_every_law_has_a_name_for_people():
@@ -175,7 +176,7 @@ def test_the_table_is_complete_in_every_form(tmp_path):
 def test_a_trial_is_measured_and_not_run_again(tmp_path, compiled):
     base = load_scenario("paper/case1_2d", {"duration": 2.0, "expect": []})
     trial = Trial("computed_torque", "nsb", 5)
-    assignment = Assignment(trial, scenario_of(base, trial), tmp_path / trial.name)
+    assignment = Task(trial, scenario_of(base, trial), tmp_path / trial.name)
     first = perform(assignment)
     assert first.ran and first.completed and first.stated
     assert first.values["settling_time"] == math.inf

@@ -13,7 +13,7 @@ from escort_mj.scenario import dump_scenario, load_scenario
 from escort_mj.study.compare import runs as study_runs
 from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Finding, better, number, verdict
 from escort_mj.study.compare.measured import QUANTITIES, Approach, Measured, measured
-from escort_mj.study.compare.reproduce import Task, look, perform
+from escort_mj.study.compare.reproduce import look, perform
 from escort_mj.study.compare.reproduction import (
     CASES,
     FIGURES,
@@ -25,6 +25,7 @@ from escort_mj.study.compare.reproduction import (
     scenario_of,
     simulations,
 )
+from escort_mj.study.compare.runs import Task
 from escort_mj.study.compare.table import markdown, table
 from escort_mj.study.engine.parallel import side_by_side
 

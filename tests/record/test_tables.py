@@ -1,11 +1,11 @@
-"""Files in plain formats."""
+"""Tables as text."""
 
 import csv
 import io
 
 import pytest
 
-from escort_mj.record.files import comma_separated
+from escort_mj.record.tables import aligned, comma_separated, markdown
 
 
 @pytest.mark.parametrize("formula", ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", " =1", "\n=1"])
@@ -24,3 +24,16 @@ def test_no_cell_breaks_out_of_its_row() -> None:
     assert [*csv.reader(io.StringIO(comma_separated([["a\r=1", "b\r\nc"]]), newline=""))] == [
         ["a\n=1", "b\nc"]
     ]
+
+
+def test_columns_of_a_terminal_stand_below_each_other() -> None:
+    assert aligned([("a", "bb", "c"), ("dddd", "", "e"), ("", "f", "")]) == [
+        "a     bb  c",
+        "dddd      e",
+        "      f",
+    ]
+    assert aligned([]) == []
+
+
+def test_no_bar_ends_a_cell_of_markdown() -> None:
+    assert markdown(["|e|", "n"], [["1", "2|3"]]) == ["| \\|e\\| | n |", "| --- | --- |", "| 1 | 2\\|3 |"]
