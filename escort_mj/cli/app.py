@@ -47,6 +47,7 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY.PATH=VALUE", help="Overrides one value; may be given many times."),
 ]
+WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
 PluginOption = Annotated[
     list[str] | None,
     typer.Option(

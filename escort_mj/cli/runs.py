@@ -20,6 +20,7 @@ from escort_mj.cli.app import (
     RunArgument,
     ScenarioArgument,
     SetOption,
+    WorkersOption,
     app,
     complete,
     draw_video,
@@ -97,7 +98,7 @@ def check(
     out: Annotated[Path, typer.Option(help="Where run folders of those that fail go.")] = Path(
         "renders/check"
     ),
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    workers: WorkersOption = None,
     junit: Annotated[Path | None, typer.Option(help="Also write JUnit XML to this file.")] = None,
     github: Annotated[bool, typer.Option("--github", help="Also print GitHub annotations.")] = False,
     keep: Annotated[bool, typer.Option("--keep", help="Keep run folders of those that pass, too.")] = False,

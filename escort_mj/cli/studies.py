@@ -19,6 +19,7 @@ from escort_mj.cli.app import (
     RunArgument,
     ScenarioArgument,
     SetOption,
+    WorkersOption,
     app,
     complete,
     finish,
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from escort_mj.study.sweeps.design import Design
 
 OutOption = Annotated[Path | None, typer.Option(help="Folder of results [default: renders/studies/NAME].")]
-WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
+AgainOption = Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")]
 
 
 StudyArgument = Annotated[
@@ -80,9 +81,9 @@ def reproduce(
     out: Annotated[Path, typer.Option(help="Where runs, figures and table go.")] = Path(
         "renders/reproduction"
     ),
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    workers: WorkersOption = None,
     docs: Annotated[Path | None, typer.Option(help="Also write the table to this file of the docs.")] = None,
-    again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+    again: AgainOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Run the paper's simulations, draw its figures, and say what of its claims holds.
@@ -125,11 +126,11 @@ def compare(
     out: Annotated[
         Path | None, typer.Option(help="Where runs, figures and table go [default: renders/compare/NAME].")
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")] = None,
+    workers: WorkersOption = None,
     docs: Annotated[
         Path | None, typer.Option(help="Also put the table into this page, between its marks.")
     ] = None,
-    again: Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")] = False,
+    again: AgainOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Run one scenario under several laws and outer loops, and compare them in one table.
