@@ -261,7 +261,7 @@ def test_teammates_that_do_not_count_may_overlap() -> None:
     assert not compare(setup, q, v).any()
 
 
-@pytest.mark.parametrize("steps", [1500, pytest.param(5000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("steps", [700, pytest.param(5000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("axes", [2, 3])
 def test_a_long_run_stays_together(axes: int, steps: int) -> None:
     """Each controller drives robots of its own, of unit mass, past obstacles."""

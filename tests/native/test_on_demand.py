@@ -4,10 +4,12 @@ import json
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from escort_mj.native import cache
+from escort_mj.native import artifacts, cache, shipped
+from escort_mj.native.compiler.ship import every_piece
 
 MISSION = {
     "robots": {"positions": [[5, 3], [-1, 5], [-5, 0], [-2, -5], [4, -4]]},
@@ -48,35 +50,51 @@ print(json.dumps([bits, filled, len(compiled)]))
 """
 
 
-def stepped(how: str, folder: str | None = None) -> tuple[str, set[str], int]:
+@pytest.fixture(scope="module")
+def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache in which an earlier process has left what such missions need: the machine code that ships."""
+    home = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        place = home / cache.cache_key()
+        place.mkdir(mode=0o700)
+        patch.setattr(cache.kernels, "folder", place)
+        for piece in every_piece():
+            code = shipped.read(piece.file)
+            assert code is not None, "make machine-code"
+            if piece.axes == 2:
+                artifacts.keep(piece, code)
+    return home
+
+
+def stepped(how: str, folder: Path) -> tuple[str, set[str], int]:
     """A fresh process: its state after 1500 steps, which kernels on demand it has, how many it compiled."""
     command = [sys.executable, "-c", PROGRAM, json.dumps(MISSION), how]
-    environment = {**os.environ, **({cache.FOLDER: folder} if folder else {})}
+    environment = {**os.environ, cache.FOLDER: str(folder)}
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, env=environment)
     bits, filled, count = json.loads(done.stdout)
     return bits, set(filled), count
 
 
-def test_what_is_reached_is_there_in_every_process_with_the_same_bits() -> None:
+def test_what_is_reached_is_there_in_every_process_with_the_same_bits(full: Path) -> None:
     """Its addresses differ from process to process: machine code from the cache must hold none."""
-    first = stepped("alone")
-    second = stepped("alone")
+    first = stepped("alone", full)
+    second = stepped("alone", full)
     assert first[1] == second[1] == REACHED
     assert first[0] == second[0]
-    assert second[2] == 0, "the first process left something uncompiled"
+    assert first[2] == second[2] == 0, "it is in the cache, and was compiled"
 
 
-def test_threads_without_python_reach_it_first() -> None:
+def test_threads_without_python_reach_it_first(full: Path) -> None:
     """A batch's threads ask for it side by side, each in the midst of a step."""
-    many = stepped("batch")
+    many = stepped("batch", full)
     assert many[1] == REACHED
-    assert many[0] == stepped("alone")[0]
+    assert many[0] == stepped("alone", full)[0]
 
 
 @pytest.mark.slow
-def test_two_processes_fill_an_empty_cache(tmp_path) -> None:
+def test_two_processes_fill_an_empty_cache(full: Path, tmp_path: Path) -> None:
     """Threads of a batch compile in the midst of a step; then nobody does, and all get the same bits."""
-    cold = stepped("batch", str(tmp_path))
-    warm = stepped("alone", str(tmp_path))
+    cold = stepped("batch", tmp_path)
+    warm = stepped("alone", tmp_path)
     assert cold[2] > 0 and warm[2] == 0
-    assert cold[:2] == warm[:2] == stepped("alone")[:2]
+    assert cold[:2] == warm[:2] == stepped("alone", full)[:2]
