@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -35,7 +36,7 @@ def table(trace: xarray.Dataset) -> pandas.DataFrame:
         if signal.dims[:1] != ("time",):
             continue
         rest = [_labels(trace, str(dim)) for dim in signal.dims[1:]]
-        values = signal.values.reshape(len(signal), -1)
+        values = signal.values.reshape(len(signal), math.prod(signal.shape[1:]))
         for column, labels in zip(values.T, product(*rest), strict=True):
             columns[".".join((str(name), *labels))] = column
     return pandas.DataFrame(columns)

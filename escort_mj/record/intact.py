@@ -189,7 +189,8 @@ def check_metrics(found: Any, path: Path) -> None:
         if name == "run":
             continue
         check_table(metric, METRIC, path, f"{name}.", ("value", "unit", "window", "time", "who"))
-        if len(metric["window"]) != 2 or not all(isinstance(each, REAL) for each in metric["window"]):
+        numbers = all(isinstance(each, REAL) and abs(each) <= LARGEST for each in metric["window"])
+        if len(metric["window"]) != 2 or not numbers:
             raise RunFolderError(f"{path}: is damaged: {name}.window is {str(metric['window'])[:60]!r}")
 
 
