@@ -39,6 +39,10 @@ FIXED: dict[str, tuple[str, ...]] = {
 }
 """Numbers of every trace that do not change, and their dimensions."""
 
+INDICES = (
+    *("clearance_body", "target_clearance_body", "ruling"),
+    *("episode_first", "episode_second", "neighbors"),
+)
 LARGEST = 1e300  # number of a run: sums of squares of larger ones are no numbers
 Kinds = tuple[type, ...]
 NOTHING = type(None)
@@ -101,6 +105,7 @@ def _shape_faults(trace: xarray.Dataset) -> Iterator[str]:
     wanted |= {column.name: (column.dims, "fiu") for column in EPISODE}
     if "obstacle_outline" in trace:
         wanted["obstacle_outline"] = ("obstacle", "point", "axis"), "f"
+    wanted |= {name: (wanted[name][0], "iu") for name in INDICES}
     for name, (dims, kinds) in wanted.items():
         if name not in trace.variables:
             yield f"it has no {name}"

@@ -151,8 +151,9 @@ def damaged_trace(trace: Any, draw: random.Random) -> Any:
             number = trace[name].dtype.kind in "fi"
             trace[name] = trace[name].astype(float) * np.nan if number else trace[name].astype(str) + "\n"
         case 6:
-            number = trace[name].dtype.kind in "fi"
-            trace[name] = trace[name] * 0 + draw.choice([99999, -7]) if number else trace[name].astype("S")
+            kind = trace[name].dtype.kind
+            wide = trace[name].astype({"i": "int64", "f": "float64"}.get(kind, "S"))
+            trace[name] = wide * 0 + draw.choice([99999, -7]) if kind in "fi" else wide
     return trace
 
 
