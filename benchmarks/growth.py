@@ -49,7 +49,7 @@ def compare(n: int, **what: Any) -> dict[str, float]:
     """
     world = build(mission("point_mass", n, **what))
     plant, bare = Plant(world), Bare(world)
-    steps = max(2, WORK // n // world.schedule.stride) * world.stride
+    steps = max(2, WORK // n // world.schedule.stride) * world.schedule.stride
 
     def native() -> float:
         with native_loop(world):

@@ -103,7 +103,7 @@ def frame(stage: Stage, marked: bool) -> tuple[float, float]:
     shot = plan_shot(replay, video.camera, stage.model.vis.global_.fovy, aspect, video.speed)
     marks = rendering = 0.0
     for moment in map(replay.at, stage.times):
-        film._pose(stage.model, stage.data, moment.qpos, {"": moment.target})
+        film.pose(stage.model, stage.data, moment.qpos, {"": moment.target})
         view = shot.view(moment.time)
         stage.model.stat.extent = view.distance
         stage.renderer.update_scene(stage.data, film._camera(view), film._only(0))
