@@ -79,15 +79,14 @@ def dask(workers: int, address: str | None = None) -> Iterator[Backend[Any, Any]
         ) from None
 
     with ExitStack() as stack:
-        if address is None:
-            where = stack.enter_context(cluster(workers))
-        else:
-            where = address
+        where, kill = (address, None) if address is not None else stack.enter_context(cluster(workers))
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
         try:
             client = stack.enter_context(distributed.Client(where, timeout=CONNECTING))
         except OSError as error:
             raise UsageError(f"--backend dask: no cluster answers at {where}: {error}") from None
+        if kill is not None:  # before the client asks a busy scheduler for leave to go
+            stack.push(lambda kind, *_: kill() if kind is not None else None)
         yield _jobs_for(client, workers)
 
 

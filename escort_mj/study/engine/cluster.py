@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
 from escort_mj.errors import EscortError
@@ -21,8 +21,8 @@ CLOSING = 5.0  # s that a cluster has to close by itself
 
 
 @contextmanager
-def cluster(workers: int) -> Iterator[str]:
-    """Starts a cluster; its scheduler's address.
+def cluster(workers: int) -> Iterator[tuple[str, Callable[[], None]]]:
+    """Start a cluster; its scheduler's address, and what kills it at once.
 
     Args:
         workers: How many processes, each with one thread.
@@ -42,19 +42,23 @@ def cluster(workers: int) -> Iterator[str]:
         start_new_session=True,
     )
     assert child.stdin is not None and child.stdout is not None
+
+    def kill() -> None:
+        with suppress(ProcessLookupError):
+            os.killpg(child.pid, signal.SIGKILL)
+
     try:
         address = child.stdout.readline().strip()
         if not address:
             raise EscortError(
                 "--backend dask: the cluster did not start (python -m escort_mj.study.engine.cluster 1)"
             )
-        yield address
+        yield address, kill
         child.stdin.close()
         with suppress(subprocess.TimeoutExpired):
             child.wait(CLOSING)
     finally:
-        with suppress(ProcessLookupError):
-            os.killpg(child.pid, signal.SIGKILL)
+        kill()
         child.wait()
         child.stdout.close()
 
