@@ -18,9 +18,9 @@ def main() -> None:
 
 
 def _run() -> None:
-    from escort_mj.cli.app import run_command
+    from escort_mj.cli.app import run_program
 
-    run_command()
+    run_program()
 
 
 if __name__ == "__main__":

@@ -13,8 +13,7 @@ from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, Run, fly
 from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scenarios_in, study_names
 from escort_mj.record.folder import RunFolder
-from escort_mj.scenario import Scenario
-from escort_mj.scenario import load_scenario as _load_file
+from escort_mj.scenario import Scenario, load_file
 from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.study.checked import Case
@@ -42,7 +41,7 @@ def load_scenario(
         ScenarioError: With every fault of the file at once.
         UsageError: If there is neither such a file nor such a shipped scenario.
     """
-    return _load_file(scenario_path(path), overrides, plugins)
+    return load_file(scenario_path(path), overrides, plugins)
 
 
 def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
@@ -159,9 +158,9 @@ def run(
         except RenderError as error:
             warnings.warn(f"no video: {error}", stacklevel=2)
     if report:
-        from escort_mj.report.pages.run_page import report as write_page
+        from escort_mj.report.pages.run_page import write_run_page
 
-        write_page(folder.path)
+        write_run_page(folder.path)
     return result
 
 

@@ -111,7 +111,7 @@ def install() -> bool:
     return probe() is None
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main_gl(arguments: list[str] | None = None) -> int:
     """Runs `python -m escort_mj.gl [--install]`: says whether videos can be rendered here.
 
     Returns:
@@ -225,4 +225,4 @@ def _osmesa_fault() -> str | None:
 _PROBES: dict[str, Callable[[], str | None]] = {"egl": _egl_fault, "osmesa": _osmesa_fault}
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main_gl())

@@ -26,7 +26,7 @@ def copied(source: Element, prefix: str, skip: Sequence[str] = ()) -> Element:
     return copy
 
 
-def write(element: Element, **attributes: Any) -> None:
+def set_attributes(element: Element, **attributes: Any) -> None:
     """Sets attributes of an element: words, whole numbers, and numbers that are read back to the bit."""
     for name, value in attributes.items():
         if not isinstance(value, str | int):
@@ -34,7 +34,7 @@ def write(element: Element, **attributes: Any) -> None:
         element.set(name, str(value))
 
 
-def named(parent: Element, tag: str, name: str) -> Element:
+def child_named(parent: Element, tag: str, name: str) -> Element:
     """The element of a tag and name below another.
 
     Raises:

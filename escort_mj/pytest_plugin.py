@@ -82,10 +82,10 @@ class ScenarioFile(pytest.File):
         """One test for the outcome and one per expectation, or one that says what is wrong with the file."""
         from escort_mj.errors import EscortError
         from escort_mj.expectations.outcome import OutcomeExpectation
-        from escort_mj.scenario.reader.load import expectation_lines, load_scenario
+        from escort_mj.scenario.reader.load import expectation_lines, load_file
 
         try:
-            expected = load_scenario(self.path).expect
+            expected = load_file(self.path).expect
         except EscortError:
             yield self._test("scenario", None, 1, None)
             return
@@ -107,13 +107,15 @@ class ScenarioFile(pytest.File):
     def checked(self) -> Checked:
         """What came of the scenario."""
         from escort_mj.report.video.video import render_clip
-        from escort_mj.study.check import Task, perform
+        from escort_mj.study.check import CheckJob, perform_check
         from escort_mj.study.checked import Case
 
         label = os.path.relpath(self.path.with_suffix(""), self.config.rootpath)
         keeps = self.config.getoption("escort_video")
         folder = _out(self.config) / label.replace("..", "up") if keeps else None
-        return perform(Task(Case(self.path, label), folder, keep=False, clip=render_clip if keeps else None))
+        return perform_check(
+            CheckJob(Case(self.path, label), folder, keep=False, clip=render_clip if keeps else None)
+        )
 
 
 class ScenarioTest(pytest.Item):

@@ -195,7 +195,7 @@ def _interrupt_in(end: BaseException) -> KeyboardInterrupt | None:
     return cause
 
 
-def check() -> None:
+def raise_if_interrupted() -> None:
     """Lets go on only what was not interrupted: some libraries make an interrupt an error of their own.
 
     Raises:

@@ -196,7 +196,7 @@ def _with(scenario: Scenario, expectation: dict[str, Any]) -> Scenario:
     try:
         changed = type(scenario).model_validate(data)
     except ValidationError as error:
-        found = explain.findings(error, data, type(scenario))
+        found = explain.findings_of(error, data, type(scenario))
     else:
         found = [
             finding for check in (check_bounds, check_windows, check_sides) for finding in check(changed)

@@ -18,7 +18,7 @@ def compile_if_missing(axes: int | None) -> None:
     """In a process of the pool."""
     piece = Piece(TWINS, "evaluation", axes)
     if artifacts.kept(piece) is None:
-        artifacts.keep(piece, compile_piece(piece))
+        artifacts.keep_artifact(piece, compile_piece(piece))
 
 
 if __name__ == "__main__":

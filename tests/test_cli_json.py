@@ -84,8 +84,7 @@ def test_bad_input_prints_no_document(command) -> None:
 
 
 def test_every_command_is_on_the_page() -> None:
-    commands = {info.callback.__name__: info.callback for info in app.registered_commands}
-    commands = {name.replace("_", "-"): call for name, call in commands.items()}
+    commands = {info.name: info.callback for info in app.registered_commands}
     with_json = {name for name, call in commands.items() if "as_json" in inspect.signature(call).parameters}
     assert with_json == set(KEYS)
     assert set(commands) - with_json <= WITHOUT, "a command prints results, but no JSON"

@@ -142,13 +142,13 @@ def test_install_leaves_a_system_without_apt_alone(monkeypatch, faults, apt):
 def test_main_never_fails_a_run(monkeypatch, faults, capsys):
     faults.update(egl=FAULT, osmesa=FAULT)
     monkeypatch.setattr(gl, "install", lambda: False)
-    assert gl.main(["--install"]) == 0
+    assert gl.main_gl(["--install"]) == 0
     output = capsys.readouterr().out
     assert FAULT in output
     assert gl.INSTALL_COMMAND in output
-    assert gl.main([]) == 1
+    assert gl.main_gl([]) == 1
 
 
 def test_main_says_that_it_works(faults, capsys):
-    assert gl.main([]) == 0
+    assert gl.main_gl([]) == 0
     assert capsys.readouterr().out == "Videos can be rendered: EGL works.\n"

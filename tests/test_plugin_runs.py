@@ -11,7 +11,7 @@ from escort_mj.batch import fly_many
 from escort_mj.cli.app import BROKEN
 from escort_mj.record.folder import open_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.study.sweeps.rerun import lines, rerun
+from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
 from tests.plugged import KERNEL, LAW, SCENARIO
 
 SIGNALS = ("q", "tau", "rho_hat")
@@ -124,13 +124,13 @@ class TestRecords:
         assert kept.read_text() == LAW
         versions = json.loads((tmp_path / "run" / "outcome.json").read_text())["versions"]
         assert versions["plugin_own_law.py"].startswith("sha256 ")
-        assert not rerun(tmp_path / "run").plugins
+        assert not rerun_folder(tmp_path / "run").plugins
         file.write_text(LAW.replace("= 30.0", "= 3.0"))
-        found = rerun(tmp_path / "run")
+        found = rerun_folder(tmp_path / "run")
         assert found.same_bits
-        assert "own_law.py: has changed since" in "\n".join(lines(found))
+        assert "own_law.py: has changed since" in "\n".join(rerun_lines(found))
         file.unlink()
-        assert "is no longer at" in "\n".join(lines(rerun(tmp_path / "run")))
+        assert "is no longer at" in "\n".join(rerun_lines(rerun_folder(tmp_path / "run")))
 
 
 def test_a_study_runs_them_in_worker_processes_and_knows_their_content(compiled, folder, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 
 from escort_mj.mission import fly
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import load_scenario
+from escort_mj.scenario import load_file
 
 FOLDER = Path(__file__).parents[1] / "scenarios"
 SCENARIOS = sorted(
@@ -37,9 +37,9 @@ def test_first_line_names_the_schema(path: Path) -> None:
 
 @pytest.mark.parametrize("path", WELL, ids=lambda path: str(path.relative_to(FOLDER)))
 def test_runs_and_repeats(path: Path, compiled: None) -> None:
-    whole = load_scenario(path)
+    whole = load_file(path)
     assert whole.name == path.stem and whole.description
-    scenario = load_scenario(path, SHORT)
+    scenario = load_file(path, SHORT)
     first, second = fly(scenario), fly(scenario)
     assert first.outcome is Outcome.COMPLETED, first.message
     assert first.passed

@@ -118,14 +118,14 @@ def progress_bar(label: str, unit: str) -> Iterator[Callable[[float, float], Non
         yield update
 
 
-def shown(path: Path) -> str:
+def shown_path(path: Path) -> str:
     """A path as short as it can be typed from here."""
     relative = os.path.relpath(path)
     return str(path) if relative.startswith("..") else relative
 
 
 @lasting_streams()
-def run_command() -> None:
+def run_program() -> None:
     """Runs a command; errors become one message and an exit code, never a traceback."""
     try:
         app()
@@ -136,7 +136,7 @@ def run_command() -> None:
         say(f"escort-mj: {error}", err=True)
         sys.exit(error.exit_code)
     except Exception as error:
-        stopping.check()
+        stopping.raise_if_interrupted()
         if isinstance(error, OSError) and error.errno in DISK:
             name = error.filename or "a temporary file"
             say(f"escort-mj: {name}: cannot be written: {error.strerror}", err=True)

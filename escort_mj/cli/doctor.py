@@ -24,7 +24,7 @@ FOR_DEVELOPERS = ("docs", "test")  # extras
 UNFIT = {"4.0.0": "its solver has a fault that 4.0.1 mended, and dm_control cannot step it"}  # of MuJoCo
 
 
-class Finding(NamedTuple):
+class Examined(NamedTuple):
     """What one check found.
 
     Attributes:
@@ -40,13 +40,13 @@ class Finding(NamedTuple):
     advice: str = ""
 
 
-def examine(folder: Path) -> Iterator[Finding]:
+def examine_machine(folder: Path) -> Iterator[Examined]:
     """Looks at everything that runs, pictures and videos need.
 
     Args:
         folder: Where runs are to be written.
     """
-    yield Finding("python", GOOD, f"{platform.python_version()} on {platform.platform()}")
+    yield Examined("python", GOOD, f"{platform.python_version()} on {platform.platform()}")
     yield from _packages()
     yield _cores()
     yield _kernels()
@@ -56,7 +56,7 @@ def examine(folder: Path) -> Iterator[Finding]:
     yield from _extras()
 
 
-def _packages() -> Iterator[Finding]:
+def _packages() -> Iterator[Examined]:
     """The packages that runs need, in the versions that they need."""
     needed = [Requirement(text) for text in importlib.metadata.requires("escort-mj") or ()]
     wrong, right = [], []
@@ -71,14 +71,14 @@ def _packages() -> Iterator[Finding]:
         else:
             right.append(package.name)
     if wrong:
-        yield Finding("packages", BAD, "; ".join(wrong), "pip install --upgrade escort-mj")
+        yield Examined("packages", BAD, "; ".join(wrong), "pip install --upgrade escort-mj")
     else:
-        yield Finding("packages", GOOD, f"all {len(right)} are there")
+        yield Examined("packages", GOOD, f"all {len(right)} are there")
     mujoco = _version("mujoco") or ""
     if reason := UNFIT.get(mujoco):
-        yield Finding("mujoco", BAD, f"{mujoco}: {reason}", f'pip install "mujoco!={mujoco}"')
+        yield Examined("mujoco", BAD, f"{mujoco}: {reason}", f'pip install "mujoco!={mujoco}"')
     else:
-        yield Finding("mujoco", GOOD, mujoco or "none")
+        yield Examined("mujoco", GOOD, mujoco or "none")
 
 
 def _version(package: str) -> str | None:
@@ -88,54 +88,54 @@ def _version(package: str) -> str | None:
         return None
 
 
-def _cores() -> Finding:
+def _cores() -> Examined:
     from escort_mj.study.engine.parallel import cores
 
-    return Finding("cores", GOOD, f"{cores()} of {os.cpu_count()} for studies and checks")
+    return Examined("cores", GOOD, f"{cores()} of {os.cpu_count()} for studies and checks")
 
 
-def _kernels() -> Finding:
+def _kernels() -> Examined:
     """Machine code: what ships, or what a first run compiles and later ones find."""
     from escort_mj.native import cache, shipped
     from escort_mj.native.levels import level
 
     if count := shipped.count():
-        return Finding("kernels", GOOD, f"{count} ship as machine code for {level().name}")
+        return Examined("kernels", GOOD, f"{count} ship as machine code for {level().name}")
     if _version("numba") is None:
-        return Finding("kernels", BAD, f"none ship for {level().name}", "pip install 'escort-mj[compile]'")
+        return Examined("kernels", BAD, f"none ship for {level().name}", "pip install 'escort-mj[compile]'")
     folder = cache.kernels.folder
     if folder.name != cache.cache_key():
         if (image := cache.kernels.read_only) is not None and any(image.glob("*.o")):
-            return Finding("kernels", GOOD, f"compiled kernels in {image}, which this user cannot write")
+            return Examined("kernels", GOOD, f"compiled kernels in {image}, which this user cannot write")
         name = cache.FOLDER if cache.FOLDER in os.environ else "XDG_CACHE_HOME"
         advice = f"set {name} to a folder that only you can write"
-        return Finding("kernels", WARNING, f"are kept in {folder}, which goes with this process", advice)
+        return Examined("kernels", WARNING, f"are kept in {folder}, which goes with this process", advice)
     kept = sum(1 for _ in folder.glob("*.o"))
     told = f"{kept} compiled kernels" if kept else "none compiled yet: the first run takes some seconds more"
-    return Finding("kernels", GOOD, f"{told} in {folder}")
+    return Examined("kernels", GOOD, f"{told} in {folder}")
 
 
-def _output(folder: Path) -> Finding:
+def _output(folder: Path) -> Examined:
     """Whether runs can be written."""
     there = next(path for path in (folder, *folder.resolve().parents) if path.is_dir())
     if not os.access(there, os.W_OK | os.X_OK):
-        return Finding("output", BAD, f"{there} cannot be written", "run elsewhere, or give --out")
+        return Examined("output", BAD, f"{there} cannot be written", "run elsewhere, or give --out")
     free = shutil.disk_usage(there).free
     found = f"{free / 2**30:.1f} GiB free in {there}"
-    return Finding("output", GOOD, found) if free > LITTLE_SPACE else Finding(
+    return Examined("output", GOOD, found) if free > LITTLE_SPACE else Examined(
         "output", WARNING, found, "a run of an hour with its video takes about 1 GiB"
     )  # fmt: skip
 
 
-def _rendering() -> Finding:
+def _rendering() -> Examined:
     """Whether videos can be drawn without a screen."""
     backend, reason = gl.choose_backend()
     if backend is None:
-        return Finding("rendering", WARNING, reason, gl.INSTALL_COMMAND)
-    return Finding("rendering", GOOD, reason)
+        return Examined("rendering", WARNING, reason, gl.INSTALL_COMMAND)
+    return Examined("rendering", GOOD, reason)
 
 
-def _encoder() -> Finding:
+def _encoder() -> Examined:
     """Whether videos can be encoded."""
     from escort_mj.report.video.encode import find_ffmpeg
 
@@ -143,11 +143,11 @@ def _encoder() -> Finding:
         command = [find_ffmpeg(), "-version"]
         told = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
     except Exception as error:
-        return Finding("ffmpeg", WARNING, f"{error}", "pip install --force-reinstall 'escort-mj[video]'")
-    return Finding("ffmpeg", GOOD, " ".join(told.stdout.split()[2:3]))
+        return Examined("ffmpeg", WARNING, f"{error}", "pip install --force-reinstall 'escort-mj[video]'")
+    return Examined("ffmpeg", GOOD, " ".join(told.stdout.split()[2:3]))
 
 
-def _extras() -> Iterator[Finding]:
+def _extras() -> Iterator[Examined]:
     """What can be added."""
     metadata = importlib.metadata.metadata("escort-mj")
     needed = [Requirement(text) for text in importlib.metadata.requires("escort-mj") or ()]
@@ -163,8 +163,8 @@ def _extras() -> Iterator[Finding]:
         ]
         missing = [name for name in packages if _version(name) is None]
         if missing:
-            yield Finding(
+            yield Examined(
                 extra, GOOD, f"not installed ({', '.join(missing)})", f"pip install 'escort-mj[{extra}]'"
             )
         else:
-            yield Finding(extra, GOOD, f"installed ({', '.join(packages)})")
+            yield Examined(extra, GOOD, f"installed ({', '.join(packages)})")

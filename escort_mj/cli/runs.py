@@ -27,7 +27,7 @@ from escort_mj.cli.app import (
     finish,
     progress_bar,
     say,
-    shown,
+    shown_path,
 )
 from escort_mj.errors import UsageError
 
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from escort_mj.mission import Run
 
 
-@app.command()
-def run(
+@app.command("run")
+def run_command(
     scenario: ScenarioArgument,
     overrides: SetOption = None,
     plugins: PluginOption = None,
@@ -69,25 +69,25 @@ def run(
         result = api.fly(mission, folder, progress)
     if not as_json:
         _report(result)
-    with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown(path)} draws it"):
+    with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
         written = _draw(folder.path, figures, video, report)
     finish(
         "run",
         as_json,
-        [f"wrote {shown(folder.path)}: {' '.join(written)}"],
+        [f"wrote {shown_path(folder.path)}: {' '.join(written)}"],
         _exit_code(result),
         scenario=result.scenario.name,
         outcome=result.outcome.value,
         message=result.message,
         verdicts=[asdict(verdict) for verdict in result.verdicts],
         metrics=result.metrics,
-        folder=shown(folder.path),
+        folder=shown_path(folder.path),
         written=[name.split(" ")[0] for name in written],
     )
 
 
-@app.command()
-def check(
+@app.command("check")
+def check_command(
     paths: Annotated[
         list[str],
         typer.Argument(
@@ -120,21 +120,29 @@ def check(
     from escort_mj.record.files import write_text
     from escort_mj.report.pages import checked
     from escort_mj.report.video.video import render_clip
-    from escort_mj.study.check import check as check_all
+    from escort_mj.study.check import check_scenarios
 
     if junit is not None and not junit.parent.is_dir():
         raise UsageError(f"{junit}: there is no folder {junit.parent}")
     with progress_bar("checking", " scenarios") as progress:
-        results = check_all(api.cases(paths), out, workers, keep, render_clip if video else None, progress)
+        results = check_scenarios(
+            api.cases(paths), out, workers, keep, render_clip if video else None, progress
+        )
     if junit is not None:
         write_text(junit, checked.junit(results))
     for line in checked.github(results) if github else ():
         typer.echo(line, err=as_json)  # GitHub reads both
-    finish("check", as_json, checked.table(results), checked.exit_code(results), **checked.as_json(results))
+    finish(
+        "check",
+        as_json,
+        checked.checked_table(results),
+        checked.exit_code(results),
+        **checked.as_json(results),
+    )
 
 
-@app.command()
-def render(
+@app.command("render")
+def render_command(
     run_folder: RunArgument,
     as_json: JsonOption = False,
 ) -> None:
@@ -144,14 +152,14 @@ def render(
     """
     from escort_mj.report.figures.figures import draw_figures
 
-    written = [shown(path) for path in draw_figures(run_folder)]
+    written = [shown_path(path) for path in draw_figures(run_folder)]
     if draw_video(run_folder):
-        written.append(shown(run_folder / "video.mp4"))
+        written.append(shown_path(run_folder / "video.mp4"))
     finish("render", as_json, written, written=written)
 
 
-@app.command()
-def show(
+@app.command("show")
+def show_command(
     run_folder: RunArgument,
     as_json: JsonOption = False,
 ) -> None:
@@ -166,18 +174,18 @@ def show(
     samples, robots = stored.trace.sizes["time"], stored.trace.sizes["robot"]
     physics = stored.trace.attrs.get("contact_physics")
     lines = [
-        f"{shown(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}",
+        f"{shown_path(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}",
         f"trace: {samples} samples of {robots} robots",
         *([f"physics: {physics}"] if physics else []),
         *verdict_lines([Verdict(**verdict) for verdict in stored.verdicts if "metric" in verdict]),
     ]
     told = {key: stored.outcome[key] for key in ("outcome", "message")} | {"physics": physics}
     told |= {"samples": samples, "robots": robots, "verdicts": stored.verdicts}
-    finish("show", as_json, lines, folder=shown(run_folder), **told)
+    finish("show", as_json, lines, folder=shown_path(run_folder), **told)
 
 
-@app.command()
-def schema(
+@app.command("schema")
+def schema_command(
     markdown: Annotated[bool, typer.Option("--markdown", help="Print every key as a page instead.")] = False,
     plugins: PluginOption = None,
 ) -> None:
@@ -203,9 +211,9 @@ def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
     if video and draw_video(folder):
         written.append("video.mp4")
     if report:
-        from escort_mj.report.pages.run_page import report as write_page
+        from escort_mj.report.pages.run_page import write_run_page
 
-        written.append(write_page(folder).name)
+        written.append(write_run_page(folder).name)
     return written
 
 
@@ -218,7 +226,7 @@ def _interrupted(folder: Path) -> str:
     if said["pid"] != os.getpid() or not said.get("simulated_time"):
         return "the run had not taken its first step"
     end = "the whole run" if said["outcome"] == "completed" else f"the run up to then: {said['message']}"
-    return f"{shown(folder)} holds {end}; the same command makes it again from its start"
+    return f"{shown_path(folder)} holds {end}; the same command makes it again from its start"
 
 
 def _report(result: Run) -> None:

@@ -25,7 +25,7 @@ from escort_mj.cli.app import (
     finish,
     progress_bar,
     say,
-    shown,
+    shown_path,
 )
 from escort_mj.errors import UsageError
 
@@ -72,8 +72,8 @@ def _laid_out(
     return design, folder, count
 
 
-@app.command()
-def reproduce(
+@app.command("reproduce")
+def reproduce_command(
     only: Annotated[
         list[str] | None,
         typer.Option(metavar="FIG", help="A figure: 5 to 17, or laws; may be given many times."),
@@ -91,12 +91,12 @@ def reproduce(
     Example: escort-mj reproduce --only 5 --only 6
     """
     from escort_mj import api
-    from escort_mj.report.reproduction import draw
+    from escort_mj.report.reproduction import draw_reproduction
     from escort_mj.study.compare.reproduce import reproduce as reproduce_paper
 
     with stopping.keeping(lambda: _kept(out)), progress_bar("reproducing", " steps") as progress:
         result = reproduce_paper(
-            api.scenarios_folder(), out, draw, only or (), workers, docs, again, progress
+            api.scenarios_folder(), out, draw_reproduction, only or (), workers, docs, again, progress
         )
     _finish(
         "reproduce",
@@ -109,8 +109,8 @@ def reproduce(
     )
 
 
-@app.command()
-def compare(
+@app.command("compare")
+def compare_command(
     scenario: ScenarioArgument,
     laws: Annotated[
         list[str] | None,
@@ -138,14 +138,14 @@ def compare(
     Example: escort-mj compare main --laws apd_smc,pd --outer nsb,barrier_filter --seeds 5
     """
     from escort_mj import api
-    from escort_mj.report.comparison import draw
+    from escort_mj.report.comparison import draw_comparison
     from escort_mj.study.compare.compare import compare as compare_laws
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     folder = out if out is not None else Path("renders") / "compare" / mission.name
     with stopping.keeping(lambda: _kept(folder)), progress_bar("comparing", " runs") as progress:
         result = compare_laws(
-            mission, folder, draw, laws or (), outer or (), seeds, workers, docs, again, progress
+            mission, folder, draw_comparison, laws or (), outer or (), seeds, workers, docs, again, progress
         )
     _finish(
         "compare",
@@ -158,8 +158,8 @@ def compare(
     )
 
 
-@app.command()
-def sweep(
+@app.command("sweep")
+def sweep_command(
     study: StudyArgument,
     out: OutOption = None,
     workers: WorkersOption = None,
@@ -191,15 +191,15 @@ def sweep(
     lines = [
         f"{design.study.study}: {done.runs} runs in {len(design.cells)} cells: {done.made} made now, "
         f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke",
-        f"wrote {shown(folder)}: {' '.join(written)}",
+        f"wrote {shown_path(folder)}: {' '.join(written)}",
     ]
     told = {"study": design.study.study, "cells": len(design.cells)} | done._asdict()
     code = BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD
-    finish("sweep", as_json, lines, code, folder=shown(folder), written=written, **told)
+    finish("sweep", as_json, lines, code, folder=shown_path(folder), written=written, **told)
 
 
-@app.command()
-def rerun(
+@app.command("rerun")
+def rerun_command(
     run_folder: RunArgument,
     out: Annotated[Path | None, typer.Option(help="Run folder for the new run [default: none].")] = None,
     tolerance: Annotated[
@@ -213,20 +213,19 @@ def rerun(
 
     Example: escort-mj rerun renders/main
     """
-    from escort_mj.study.sweeps.rerun import lines
-    from escort_mj.study.sweeps.rerun import rerun as make_again
+    from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
 
     with progress_bar("simulating", " s") as progress:
-        found = make_again(run_folder, out, tolerance, progress)
+        found = rerun_folder(run_folder, out, tolerance, progress)
     told = {
         name: getattr(found, name) for name in ("good", "same_bits", "until", "differing", "missing", "apart")
     }
     told |= {"outcomes": found.outcomes, "versions": found.versions, "verdicts": found.verdicts}
-    finish("rerun", as_json, lines(found), GOOD if found.good else VERDICT_FAILED, **told)
+    finish("rerun", as_json, rerun_lines(found), GOOD if found.good else VERDICT_FAILED, **told)
 
 
-@app.command()
-def tune(
+@app.command("tune")
+def tune_command(
     study: StudyArgument,
     out: OutOption = None,
     workers: WorkersOption = None,
@@ -243,13 +242,13 @@ def tune(
     from escort_mj.study.engine import backends
     from escort_mj.study.search.evaluate import base_of
     from escort_mj.study.search.tune import tune as search
-    from escort_mj.study.search.tune_table import lines
+    from escort_mj.study.search.tune_table import tuning_lines
 
     with backends.local(count) as where, progress_bar("tuning", " trials") as progress:
         found = search(design, folder, where, progress)
     section = design.study.tune
     assert section is not None, "tune has refused studies without it"
-    said = lines(found, section, {key: base_of(design, key) for key in section.over})
+    said = tuning_lines(found, section, {key: base_of(design, key) for key in section.over})
     written = ["results.sqlite", "trials.csv", "tune.json", "best.yaml"]
     if figures:
         from escort_mj.report.figures.tuning import draw_tuning
@@ -259,8 +258,8 @@ def tune(
     _finish("tune", as_json, said, folder, written, "tune.json")
 
 
-@app.command()
-def falsify(
+@app.command("falsify")
+def falsify_command(
     study: StudyArgument,
     out: OutOption = None,
     workers: WorkersOption = None,
@@ -279,16 +278,16 @@ def falsify(
     from escort_mj.errors import RenderError
     from escort_mj.report.video.video import render_clip
     from escort_mj.study.engine import backends
+    from escort_mj.study.search.falsify import falsification_lines
     from escort_mj.study.search.falsify import falsify as search
-    from escort_mj.study.search.falsify import lines
 
     with backends.local(count) as where, progress_bar("searching", " runs") as progress:
         found = search(design, folder, where, progress)
-    said = list(lines(found))
+    said = list(falsification_lines(found))
     for one in found.counterexamples if video else ():
         try:
             with stopping.keeping(lambda: _kept(folder)):
-                said.append(f"clip: {shown(render_clip(one.folder))}")
+                said.append(f"clip: {shown_path(render_clip(one.folder))}")
         except RenderError as error:
             say(f"no clip: {error}", err=True)
     written = ["results.sqlite", "falsify.json", "counterexamples/"]
@@ -296,8 +295,8 @@ def falsify(
     _finish("falsify", as_json, said, folder, written, "falsify.json", code)
 
 
-@app.command()
-def report(
+@app.command("report")
+def report_command(
     folder: Annotated[
         Path,
         typer.Argument(
@@ -323,29 +322,29 @@ def report(
     if is_run(folder):
         if compare is not None or png:
             raise UsageError(f"{folder}: is a run; --compare and --png are for studies")
-        from escort_mj.report.pages.run_page import report as write_run_page
+        from escort_mj.report.pages.run_page import write_run_page
 
         page = write_run_page(folder, out)
         written = [page.name]
         finish(
             "report",
             as_json,
-            [f"wrote {shown(page)}"],
-            page=shown(page),
-            folder=shown(folder),
+            [f"wrote {shown_path(page)}"],
+            page=shown_path(page),
+            folder=shown_path(folder),
             written=written,
         )
-    from escort_mj.report.pages.study_page import report as write_page
+    from escort_mj.report.pages.study_page import write_study_page
 
-    page = write_page(folder, out, compare, ("svg", "png") if png else ("svg",))
-    lines = [f"wrote {shown(page)}", f"wrote {shown(folder)}: cells.csv figures/ worst/"]
+    page = write_study_page(folder, out, compare, ("svg", "png") if png else ("svg",))
+    lines = [f"wrote {shown_path(page)}", f"wrote {shown_path(folder)}: cells.csv figures/ worst/"]
     written = ["cells.csv", "figures/", "worst/"]
-    finish("report", as_json, lines, page=shown(page), folder=shown(folder), written=written)
+    finish("report", as_json, lines, page=shown_path(page), folder=shown_path(folder), written=written)
 
 
 def _kept(folder: Path) -> str:
     """What an interrupted command that makes runs has left."""
-    return f"runs that have ended are kept in {shown(folder)}; the same command goes on from there"
+    return f"runs that have ended are kept in {shown_path(folder)}; the same command goes on from there"
 
 
 def _finish(
@@ -360,6 +359,6 @@ def _finish(
     """Ends a command that wrote what it found into a JSON file of its folder."""
     from escort_mj.record.files import read_json
 
-    said = chain(lines, [f"wrote {shown(folder)}: {' '.join(written)}"])
+    said = chain(lines, [f"wrote {shown_path(folder)}: {' '.join(written)}"])
     found = read_json(folder / summary) if as_json else None
-    finish(command, as_json, said, code, folder=shown(folder), written=written, result=found)
+    finish(command, as_json, said, code, folder=shown_path(folder), written=written, result=found)

@@ -19,13 +19,13 @@ from escort_mj.cli.app import (
     complete,
     finish,
     say,
-    shown,
+    shown_path,
 )
 from escort_mj.errors import UsageError
 
 
-@app.command()
-def new(
+@app.command("new")
+def new_command(
     file: Annotated[Path, typer.Argument(help="The scenario to write, such as mine.yaml.")],
     robots: Annotated[int, typer.Option(min=2, max=1000, help="How many robots.")] = 6,
     axes: Annotated[int, typer.Option(min=2, max=3, help="2 for the plane, 3 for space.")] = 2,
@@ -53,12 +53,12 @@ def new(
     if not (schema := path.parent / "schema.json").exists():
         write_text(schema, json.dumps(json_schema(), indent=2) + "\n")
         written.append(schema)
-    line = f"wrote {' '.join(path.name for path in written)}; next: escort-mj run {shown(path)}"
-    finish("new", as_json, [line], written=[shown(path) for path in written])
+    line = f"wrote {' '.join(path.name for path in written)}; next: escort-mj run {shown_path(path)}"
+    finish("new", as_json, [line], written=[shown_path(path) for path in written])
 
 
-@app.command()
-def export(
+@app.command("export")
+def export_command(
     source: Annotated[
         str,
         typer.Argument(
@@ -118,11 +118,11 @@ def export(
         from escort_mj.world.model.build import build
 
         write_text(to, build(api.load_scenario(source, overrides or (), plugins or ())).xml)
-    finish("export", as_json, [f"wrote {shown(to)}"], written=[shown(to)])
+    finish("export", as_json, [f"wrote {shown_path(to)}"], written=[shown_path(to)])
 
 
 @app.command("check-plugin")
-def check_plugin(
+def check_plugin_command(
     plugin: Annotated[str, typer.Argument(help="A Python file, or the name of an installed plugin.")],
     as_json: JsonOption = False,
 ) -> None:
@@ -143,8 +143,8 @@ def check_plugin(
     finish("check-plugin", as_json, [], code, checks=[found._asdict() for found in checks])
 
 
-@app.command()
-def doctor(
+@app.command("doctor")
+def doctor_command(
     folder: Annotated[Path, typer.Option("--out", help="Where runs are to be written.")] = Path("renders"),
     as_json: JsonOption = False,
 ) -> None:
@@ -152,10 +152,10 @@ def doctor(
 
     Example: escort-mj doctor
     """
-    from escort_mj.cli.doctor import BAD, examine
+    from escort_mj.cli.doctor import BAD, examine_machine
 
     marks: dict[Literal["good", "warning", "bad"], str] = {"good": "ok", "warning": "--", "bad": "NO"}
-    findings = list(examine(folder))
+    findings = list(examine_machine(folder))
     lines = []
     for finding in findings:
         lines.append(f"  {marks[finding.state]}  {finding.check:10s} {finding.found}")

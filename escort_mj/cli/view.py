@@ -17,8 +17,8 @@ from escort_mj.cli.app import SetOption, app, say
 from escort_mj.errors import UsageError
 
 
-@app.command()
-def view(
+@app.command("view")
+def view_command(
     source: Annotated[
         str,
         typer.Argument(

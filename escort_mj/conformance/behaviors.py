@@ -10,7 +10,7 @@ import numpy as np
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView
 from escort_mj.conformance.repeats import check_calls
-from escort_mj.conformance.stand import SEED, BrokenError, Row, Stand, stands
+from escort_mj.conformance.stand import SEED, BrokenError, CheckResult, Stand, stands
 from escort_mj.scenario.schema.scenario import Scenario
 
 DRAWS = 20
@@ -19,7 +19,7 @@ PARALLEL = 1e-4  # sine of the angle between a direction and what it should be
 TASK = "task"
 
 
-def check_behavior(member: type[Behavior], kind: type[Scenario]) -> Iterator[Row]:
+def check_behavior(member: type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Checks a behavior: on memory filled by hand, in plane, space and beyond.
 
     Args:
@@ -65,7 +65,7 @@ def _degrees(sine: float) -> str:
     return f"{np.degrees(np.arcsin(min(sine, 1.0))):.1g} degrees"
 
 
-def _consistent(member: type[Behavior], kind: type[Scenario]) -> Row:
+def _consistent(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
     """What is wished lies in what the task takes: else what lower priorities may keep would be overruled."""
     name, seen = "keeps to its task", {ALONG: 0, ACROSS: 0, NOTHING: 0}
     for stand, _, rank in _draws(member, kind):
@@ -80,25 +80,25 @@ def _consistent(member: type[Behavior], kind: type[Scenario]) -> Row:
         off = _sine(velocity, direction) if rank == ALONG else _cosine(velocity, direction)
         if off > PARALLEL:
             wanted = "along" if rank == ALONG else "across"
-            return Row(
+            return CheckResult(
                 name,
                 False,
                 f"wish_velocity is {_degrees(off)} off {wanted} wish_direction",
             )
     names = zip(("along", "across", "nothing"), seen.values(), strict=True)
     words = ", ".join(f"{word} {count} times" for word, count in names if count)
-    return Row(name, True, words)
+    return CheckResult(name, True, words)
 
 
-def _at_target(member: type[Behavior], kind: type[Scenario]) -> Row:
+def _at_target(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
     """Numbers even where a robot is where the target or a teammate is."""
     for stand in stands(member, kind):
         stand.fill(np.random.default_rng(SEED))
         stand.state.q_measured[:] = stand.state.target_position_measured
         stand.call(0)
         if not np.isfinite(stand.outputs()).all():
-            return Row("no singularity", False, "no numbers where all robots are at the target")
-    return Row("no singularity", True, "numbers even where all robots are at the target")
+            return CheckResult("no singularity", False, "no numbers where all robots are at the target")
+    return CheckResult("no singularity", True, "numbers even where all robots are at the target")
 
 
 def _view(stand: Stand) -> BehaviorView:
@@ -109,7 +109,7 @@ def _view(stand: Stand) -> BehaviorView:
     return view
 
 
-def _jacobian(member: type[Behavior], kind: type[Scenario]) -> Row:
+def _jacobian(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
     """The direction is the gradient of the task function, or lies across it, by central differences."""
     worst = 0.0
     for stand, robot, rank in _draws(member, kind):
@@ -127,14 +127,14 @@ def _jacobian(member: type[Behavior], kind: type[Scenario]) -> Row:
             gradient[k] = (sides[0] - sides[1]) / (2.0 * SMALL)
         direction = stand.state.wish_direction
         worst = max(worst, _sine(direction, gradient) if rank == ALONG else _cosine(direction, gradient))
-    return Row(
+    return CheckResult(
         "Jacobian",
         worst <= PARALLEL,
         f"against differences of task(): {_degrees(worst)} off",
     )
 
 
-def _works(member: type[Behavior], kind: type[Scenario]) -> Row:
+def _works(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
     """A short step of the robot as wished does not take the task farther from done."""
     step, rises, most = 1e-4, 0, 0
     for stand, robot, rank in _draws(member, kind):
@@ -145,4 +145,4 @@ def _works(member: type[Behavior], kind: type[Scenario]) -> Row:
         stand.call(robot)
         most += 1
         rises += float(stand.state.wish_error[0]) > before + 1e-9 * max(1.0, before)
-    return Row("works", rises == 0, f"wish_error rises in {rises} of {most} steps as wished")
+    return CheckResult("works", rises == 0, f"wish_error rises in {rises} of {most} steps as wished")

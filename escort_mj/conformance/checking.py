@@ -12,8 +12,8 @@ from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.missions import check_missions
 from escort_mj.conformance.parameters import check_parameters
-from escort_mj.conformance.records import check_expectation, check_metric
-from escort_mj.conformance.stand import BrokenError, Row
+from escort_mj.conformance.records import check_expectation, try_metric
+from escort_mj.conformance.stand import BrokenError, CheckResult
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import EscortError
 from escort_mj.expectations.expectation import Expectation
@@ -21,14 +21,14 @@ from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
-from escort_mj.scenario.reader.plugins import Plugin, load, source_of
+from escort_mj.scenario.reader.plugins import Plugin, load_plugin, source_of
 
-Checks = Callable[[Any, type[Any]], Iterator[Row]]
+Checks = Callable[[Any, type[Any]], Iterator[CheckResult]]
 CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Law: (check_parameters, check_law, check_missions),
     Behavior: (check_parameters, check_behavior, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
-    Metric: (check_metric,),
+    Metric: (try_metric,),
     Expectation: (check_parameters, check_expectation),
 }
 """What members of a kind are asked; called with the member and the type of scenarios that knows it."""
@@ -62,7 +62,7 @@ def check_plugin(written: str) -> Iterator[Check]:
     Raises:
         PluginError: If the plugin cannot be loaded.
     """
-    plugin = load(source_of(written, Path()))
+    plugin = load_plugin(source_of(written, Path()))
     kind = scenario_type(assemble([plugin]))
     for member in plugin.members:
         name = member.name if isinstance(member, Metric) else member.__name__

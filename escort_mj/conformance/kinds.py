@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.conformance.missions import AXES, mission_with
-from escort_mj.conformance.stand import ROUNDING, Row
+from escort_mj.conformance.stand import ROUNDING, CheckResult
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import axis_names
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 PUSHED = 0.5  # s, enough for a robot that has to turn its thrust first
 
 
-def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[Row]:
+def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Checks a kind of robots: its body, where it is, and what it weighs.
 
     Args:
@@ -31,14 +31,14 @@ def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[Row]:
     """
     axes = [each for each in AXES if each <= member.most_axes]
     worlds = [build(mission_with(member, kind, each), "force") for each in axes]
-    yield Row("builds", True, f"in {' and '.join(map(str, axes))} axes")
+    yield CheckResult("builds", True, f"in {' and '.join(map(str, axes))} axes")
     yield _stands(worlds)
     yield _obeys(worlds)
     yield _weighs(worlds)
     yield _clear_of_floor(worlds)
 
 
-def _stands(worlds: list[World]) -> Row:
+def _stands(worlds: list[World]) -> CheckResult:
     """Hulls are where robots are told to be."""
     for world in worlds:
         axes, data = world.setup.axes, mujoco.MjData(world.model)
@@ -46,11 +46,11 @@ def _stands(worlds: list[World]) -> Row:
         for i, position in enumerate(world.team.position):
             off = float(np.abs(data.body(f"robot_{i + 1}").xpos[:axes] - position).max())
             if off > ROUNDING:
-                return Row("place", False, f"robot {i + 1} is {off:.3g} m off where it is told to be")
-    return Row("place", True, "hulls are where they are told to be")
+                return CheckResult("place", False, f"robot {i + 1} is {off:.3g} m off where it is told to be")
+    return CheckResult("place", True, "hulls are where they are told to be")
 
 
-def _obeys(worlds: list[World]) -> Row:
+def _obeys(worlds: list[World]) -> CheckResult:
     """A force along an axis, given in place of the law's, moves robots along that axis."""
     for world in worlds:
         axes = world.setup.axes
@@ -59,12 +59,12 @@ def _obeys(worlds: list[World]) -> Row:
             moved = (_after(world, force) - free)[:, axis]
             if not (moved > 0.0).all():
                 name = axis_names(axes)[axis]
-                return Row(
+                return CheckResult(
                     "pushes",
                     False,
                     f"in {axes} axes, a force along {name} does not push it along {name}",
                 )
-    return Row("pushes", True, "motors push along their axes")
+    return CheckResult("pushes", True, "motors push along their axes")
 
 
 def _after(world: World, force: Array) -> Array:
@@ -81,7 +81,7 @@ def _after(world: World, force: Array) -> Array:
     return plant.state.q.copy()
 
 
-def _weighs(worlds: list[World]) -> Row:
+def _weighs(worlds: list[World]) -> CheckResult:
     """All of a robot has its mass, and what `burden` says it carries."""
     for world in worlds:
         for i, (mass, kind) in enumerate(zip(world.team.mass, world.team.kind, strict=True)):
@@ -89,11 +89,11 @@ def _weighs(worlds: list[World]) -> Row:
             found = float(world.model.body_subtreemass[body])
             if abs(found - mass - kind.burden()) > 1e-6 * found:
                 told = f"{mass:g} kg and a burden of {kind.burden():g} kg"
-                return Row("mass", False, f"weighs {found:.4g} kg; told are {told}")
-    return Row("mass", True, f"its mass, and a burden of {worlds[0].team.kind[0].burden():g} kg")
+                return CheckResult("mass", False, f"weighs {found:.4g} kg; told are {told}")
+    return CheckResult("mass", True, f"its mass, and a burden of {worlds[0].team.kind[0].burden():g} kg")
 
 
-def _clear_of_floor(worlds: list[World]) -> Row:
+def _clear_of_floor(worlds: list[World]) -> CheckResult:
     """In planar missions nothing of it is in the floor."""
     for world in worlds:
         if world.setup.axes != 2:
@@ -106,5 +106,7 @@ def _clear_of_floor(worlds: list[World]) -> Row:
                 gap = mujoco.mj_geomDistance(world.model, data, geom, floor, 10.0, None)
                 if gap < -ROUNDING:
                     name = world.model.geom(geom).name
-                    return Row("clear of the floor", False, f"{name} is {-gap:.3g} m in it: see height()")
-    return Row("clear of the floor", True, "nothing of it is in the floor of planar missions")
+                    return CheckResult(
+                        "clear of the floor", False, f"{name} is {-gap:.3g} m in it: see height()"
+                    )
+    return CheckResult("clear of the floor", True, "nothing of it is in the floor of planar missions")

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from escort_mj.conformance.repeats import check_calls
-from escort_mj.conformance.stand import ROUNDING, SEED, Row, Stand, stands
+from escort_mj.conformance.stand import ROUNDING, SEED, CheckResult, Stand, stands
 from escort_mj.laws.law import Law
 from escort_mj.scenario.schema.scenario import Scenario
 
 FAR = 100.0  # m and m/s: errors at which a law must still give numbers
 
 
-def check_law(member: type[Law], kind: type[Scenario]) -> Iterator[Row]:
+def check_law(member: type[Law], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Checks a law: on memory filled by hand, in plane, space and beyond.
 
     Args:
@@ -26,7 +26,7 @@ def check_law(member: type[Law], kind: type[Scenario]) -> Iterator[Row]:
     yield _holds_still(member, kind)
 
 
-def _bounded(member: type[Law], kind: type[Scenario]) -> Row:
+def _bounded(member: type[Law], kind: type[Scenario]) -> CheckResult:
     """Forces are numbers for errors of any size."""
     largest = 0.0
     for stand in stands(member, kind):
@@ -35,12 +35,14 @@ def _bounded(member: type[Law], kind: type[Scenario]) -> Row:
             stand.fill(random, scale)
             stand.call()
             if not np.isfinite(stand.outputs()).all():
-                return Row("bounded", False, f"what it writes is no number at errors of {scale:g} m and m/s")
+                return CheckResult(
+                    "bounded", False, f"what it writes is no number at errors of {scale:g} m and m/s"
+                )
             largest = max(largest, float(np.abs(stand.state.tau).max()))
-    return Row("bounded", True, f"at most {largest:.3g} N at errors of {FAR:g} m and {FAR:g} m/s")
+    return CheckResult("bounded", True, f"at most {largest:.3g} N at errors of {FAR:g} m and {FAR:g} m/s")
 
 
-def _holds_still(member: type[Law], kind: type[Scenario]) -> Row:
+def _holds_still(member: type[Law], kind: type[Scenario]) -> CheckResult:
     """Where there is no error and nothing was learned, no force but what holds the robot."""
     for stand in stands(member, kind):
         _at_rest(stand)
@@ -51,12 +53,12 @@ def _holds_still(member: type[Law], kind: type[Scenario]) -> Row:
              if rate.size), default=0.0,
         )  # fmt: skip
         if max(force, rates) > ROUNDING:
-            return Row(
+            return CheckResult(
                 "holds still",
                 False,
                 f"without any error it demands {force:.3g} N, at a rate of {rates:.3g} N/s",
             )
-    return Row("holds still", True, "without any error: no force, and nothing is learned")
+    return CheckResult("holds still", True, "without any error: no force, and nothing is learned")
 
 
 def _at_rest(stand: Stand) -> None:

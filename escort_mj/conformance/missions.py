@@ -7,7 +7,7 @@ from typing import Any
 
 from escort_mj.batch import fly_many
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import Row, trying
+from escort_mj.conformance.stand import CheckResult, trying
 from escort_mj.laws.law import Law
 from escort_mj.mission import Run
 from escort_mj.robots import RobotKind
@@ -18,7 +18,7 @@ DURATION = 2.0  # s
 TIMES = 4
 
 
-def check_missions(member: type[Any], kind: type[Scenario]) -> Iterator[Row]:
+def check_missions(member: type[Any], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Flies short missions, alone and in two threads.
 
     Args:
@@ -33,7 +33,7 @@ def check_missions(member: type[Any], kind: type[Scenario]) -> Iterator[Row]:
         runs += fly_many([scenario], 1, traces=True)
     broken = next((run for run in runs if not run.outcome.good), None)
     words = f"{DURATION:g} s in {' and '.join(str(each.axes) for each in scenarios)} axes"
-    yield Row(
+    yield CheckResult(
         "mission", broken is None, words if broken is None else f"{broken.outcome.value}: {broken.message}"
     )
     if broken is not None:
@@ -45,7 +45,7 @@ def check_missions(member: type[Any], kind: type[Scenario]) -> Iterator[Row]:
         if same
         else "a run in a thread has other bits than the same run alone"
     )
-    yield Row("same bits", same, said)
+    yield CheckResult("same bits", same, said)
 
 
 def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario:

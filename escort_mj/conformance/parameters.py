@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from escort_mj.conformance.stand import Row
+from escort_mj.conformance.stand import CheckResult
 from escort_mj.scenario.schema.scenario import Scenario
 
 UNIT = re.compile(r"\[[^\]]+\]")
@@ -25,7 +25,7 @@ def own_parameters(member: type[BaseModel]) -> list[str]:
     return [name for name in member.model_fields if name not in shared and name not in NAMES]
 
 
-def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[Row]:
+def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Checks the parameters of a member.
 
     Args:
@@ -46,19 +46,19 @@ def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[
         words = f"no words below {', '.join(mute)}: a text in triple quotes says what it is"
     elif bare:
         words = f"no unit for {', '.join(bare)}: its text has one in brackets, such as [N/m], or [1] for none"
-    yield Row("parameters", not (mute or bare), words)
+    yield CheckResult("parameters", not (mute or bare), words)
     try:
         given = {name: field.default for name, field in member.model_fields.items() if name in names}
         missing = {name for name in names if member.model_fields[name].is_required()}
         told = {name: value for name, value in given.items() if name not in missing}
         for name, value in told.items():
             member.__pydantic_validator__.validate_assignment(member.model_construct(), name, value)
-        yield Row("defaults", True, "are allowed values")
+        yield CheckResult("defaults", True, "are allowed values")
     except ValidationError as error:
         first = error.errors()[0]
-        yield Row("defaults", False, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")
+        yield CheckResult("defaults", False, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")
     taken = [name for name in numbers if _takes(member, name, float("nan"))]
-    yield Row(
+    yield CheckResult(
         "wrong values",
         not taken,
         "are refused" if not taken else f"{taken[0]} takes NaN: declare it as float",

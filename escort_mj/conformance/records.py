@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from escort_mj.conformance.stand import Row
+from escort_mj.conformance.stand import CheckResult
 from escort_mj.control.custom.place import place_of
 from escort_mj.expectations.expectation import Expectation, Judgment
 from escort_mj.measuring import measure
@@ -46,7 +46,7 @@ def recordings() -> dict[str, Recording]:
     return found
 
 
-def check_metric(metric: Metric, kind: type[Scenario]) -> Iterator[Row]:
+def try_metric(metric: Metric, kind: type[Scenario]) -> Iterator[CheckResult]:
     """Checks a metric.
 
     Args:
@@ -54,7 +54,9 @@ def check_metric(metric: Metric, kind: type[Scenario]) -> Iterator[Row]:
         kind: The type of scenarios that knows it.
     """
     said = UNIT.match(metric.unit) is not None
-    yield Row("unit", said, metric.unit if said else f"found {metric.unit!r}; expected SI, 1 for none")
+    yield CheckResult(
+        "unit", said, metric.unit if said else f"found {metric.unit!r}; expected SI, 1 for none"
+    )
     values, silent = [], 0
     for name, trace in recordings().items():
         for after, until in WINDOWS:
@@ -62,42 +64,50 @@ def check_metric(metric: Metric, kind: type[Scenario]) -> Iterator[Row]:
             again = measure(metric, trace, after, until)
             place = f"{name}, {after:g} s to {'the end' if until is None else f'{until:g} s'}"
             if found.broken:
-                yield Row("runs", False, f"{place}: {found.reason}")
+                yield CheckResult("runs", False, f"{place}: {found.reason}")
                 return
             if not _alike(found, again):
-                yield Row("deterministic", False, f"{place}: {found.value} at first, then {again.value}")
+                yield CheckResult(
+                    "deterministic", False, f"{place}: {found.value} at first, then {again.value}"
+                )
                 return
             if found.value is None:
                 silent += 1
                 if not found.reason:
-                    yield Row("says why", False, f"{place}: neither a value nor a reason")
+                    yield CheckResult("says why", False, f"{place}: neither a value nor a reason")
                     return
                 continue
             if math.isnan(found.value) or not metric.least <= found.value <= metric.most:
                 limits = f"{metric.least:g} to {metric.most:g}"
-                yield Row("within bounds", False, f"{place}: found {found.value:g}; it declares {limits}")
+                yield CheckResult(
+                    "within bounds", False, f"{place}: found {found.value:g}; it declares {limits}"
+                )
                 return
             values.append(found.value)
-    yield Row("runs", True, f"{len(values)} values, {silent} times nothing to say, in {len(BESIDE)} runs")
-    yield Row("deterministic", True, "same value again")
-    yield Row("within bounds", bool(values), _range(values))
+    yield CheckResult(
+        "runs", True, f"{len(values)} values, {silent} times nothing to say, in {len(BESIDE)} runs"
+    )
+    yield CheckResult("deterministic", True, "same value again")
+    yield CheckResult("within bounds", bool(values), _range(values))
     if metric.grows:
         yield _grows(metric)
 
 
-def _grows(metric: Metric) -> Row:
+def _grows(metric: Metric) -> CheckResult:
     """A longer window has no smaller value."""
     for name, trace in recordings().items():
         last = -math.inf
         for step in range(1, 9):
             found = measure(metric, trace, 0.0, 0.25 * step).value
             if found is not None and found < last:
-                return Row("grows", False, f"{name}: falls from {last:g} to {found:g} as the window grows")
+                return CheckResult(
+                    "grows", False, f"{name}: falls from {last:g} to {found:g} as the window grows"
+                )
             last = last if found is None else found
-    return Row("grows", True, "never falls as its window grows")
+    return CheckResult("grows", True, "never falls as its window grows")
 
 
-def check_expectation(member: type[Expectation], kind: type[Scenario]) -> Iterator[Row]:
+def check_expectation(member: type[Expectation], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Checks an expectation, with its keys' defaults, or else plausible values for those without.
 
     Args:
@@ -107,30 +117,34 @@ def check_expectation(member: type[Expectation], kind: type[Scenario]) -> Iterat
     yield from check_judgments(member.model_validate(_table(member)))
 
 
-def check_judgments(demand: Expectation) -> Iterator[Row]:
+def check_judgments(demand: Expectation) -> Iterator[CheckResult]:
     """Checks what an expectation says of recorded runs."""
     held, kind = 0, type(demand)
     for name, trace in recordings().items():
         try:
             found, again = (demand.judge_run(trace, Outcome.COMPLETED) for _ in range(2))
         except Exception as error:
-            yield Row("judges", False, f"{name}: {place_of(error, kind.judge)}")
+            yield CheckResult("judges", False, f"{name}: {place_of(error, kind.judge)}")
             return
         if not isinstance(found, Judgment):
-            yield Row("judges", False, f"{name}: returned {type(found).__name__}; expected a Judgment")
+            yield CheckResult(
+                "judges", False, f"{name}: returned {type(found).__name__}; expected a Judgment"
+            )
             return
         if found != again:
-            yield Row("deterministic", False, f"{name}: another judgment of the same trace")
+            yield CheckResult("deterministic", False, f"{name}: another judgment of the same trace")
             return
         if not found.words:
-            yield Row("says why", False, f"{name}: no words")
+            yield CheckResult("says why", False, f"{name}: no words")
             return
         if found.margin is not None and (found.margin >= 0.0) != bool(found.held):
-            yield Row("margin", False, f"{name}: a margin of {found.margin:g} and held is {found.held}")
+            yield CheckResult(
+                "margin", False, f"{name}: a margin of {found.margin:g} and held is {found.held}"
+            )
             return
         held += bool(found.held)
-    yield Row("judges", True, f"{demand.demanded}: holds in {held} of {len(BESIDE)} runs")
-    yield Row("deterministic", True, "same judgment again")
+    yield CheckResult("judges", True, f"{demand.demanded}: holds in {held} of {len(BESIDE)} runs")
+    yield CheckResult("deterministic", True, "same judgment again")
 
 
 def _table(member: type[Expectation]) -> dict[str, Any]:

@@ -7,7 +7,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import ROUNDING, SEED, BrokenError, Row, Stand, gap, other_form, stands
+from escort_mj.conformance.stand import (
+    ROUNDING,
+    SEED,
+    BrokenError,
+    CheckResult,
+    Stand,
+    gap,
+    other_form,
+    stands,
+)
 from escort_mj.control.custom.place import place_of
 from escort_mj.laws.law import Law
 from escort_mj.scenario.schema.scenario import Scenario
@@ -15,7 +24,7 @@ from escort_mj.scenario.schema.scenario import Scenario
 DRAWS = 20
 
 
-def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[Row]:
+def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Checks a law or behavior, call by call.
 
     Args:
@@ -44,21 +53,21 @@ def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Ite
                 twin.memory[:] = kept
                 apart = max(apart, gap(first, _written(twin, robot)))
     sizes = "in 2, 3 and 5 axes"
-    yield Row("finite", finite, f"{'numbers' if finite else 'something else than numbers'} {sizes}")
-    yield Row(
+    yield CheckResult("finite", finite, f"{'numbers' if finite else 'something else than numbers'} {sizes}")
+    yield CheckResult(
         "leaves what it sees", not touched, "writes its outputs only" if not touched else "writes inputs"
     )
-    yield Row(
+    yield CheckResult(
         "deterministic",
         same,
         "same bits again" if same else "other bits for the same input: it keeps something",
     )
     if plain is not None:
         held = apart <= ROUNDING
-        yield Row("forms agree", held, f"compiled and NumPy: relative difference {apart:.1g}")
+        yield CheckResult("forms agree", held, f"compiled and NumPy: relative difference {apart:.1g}")
 
 
-def _in_bounds(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[Row]:
+def _in_bounds(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Runs a compiled form as Python first: there an index beyond its array is an error, not a wild write."""
     kernel = member.forms().kernel
     if kernel is None or not member.prefer_kernel:
@@ -73,7 +82,7 @@ def _in_bounds(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iter
                 raise BrokenError("in bounds", place_of(error, kernel)) from None
             except Exception:  # what else is wrong shows when the machine code runs
                 break
-    yield Row("in bounds", True, "no index is beyond its array")
+    yield CheckResult("in bounds", True, "no index is beyond its array")
 
 
 def _written(stand: Stand, robot: int | None) -> np.ndarray:

@@ -35,7 +35,7 @@ def trying(member: type[Any], words: str) -> None:
         listener(member.__name__, words)
 
 
-class Row(NamedTuple):
+class CheckResult(NamedTuple):
     """What one check found: its name, whether it holds, and words."""
 
     name: str

@@ -13,7 +13,7 @@ NEAR = 0.05  # a margin below this share of the bound is a near miss
 
 
 @dataclass(frozen=True)
-class Bound:
+class Limits:
     """One side of what a value may be.
 
     Attributes:
@@ -39,17 +39,17 @@ class Bound:
         return f"at {'most' if self.upper else 'least'} {self.value:g}{unit and ' ' + unit}"
 
 
-def held_against(found: Measure, unit: str, bounds: Sequence[Bound]) -> Judgment:
+def held_against(found: Measure, unit: str, bounds: Sequence[Limits]) -> Judgment:
     """A value against its bounds, of which the one with the least margin counts."""
     if found.value is None:
         return Judgment(False, found.reason, unit=unit)
     margin, bound = min(((one.margin(found.value), one) for one in bounds), key=lambda pair: pair[0])
     near = bound.is_near(margin)
-    words = f"{number(found.value, unit)}{circumstances(found)}{', a near miss' if near else ''}"
+    words = f"{text_of(found.value, unit)}{circumstances(found)}{', a near miss' if near else ''}"
     return Judgment(margin >= 0.0, words, found.value, unit, found.time, found.bodies, margin, near)
 
 
-def number(value: float, unit: str) -> str:
+def text_of(value: float, unit: str) -> str:
     """A value as text."""
     if math.isinf(value):
         return "never" if unit == "s" else "nothing near"

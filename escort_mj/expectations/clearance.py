@@ -7,7 +7,7 @@ from typing import Any
 
 from pydantic import NonNegativeFloat
 
-from escort_mj.expectations.bound import Bound, held_against
+from escort_mj.expectations.bound import Limits, held_against
 from escort_mj.expectations.expectation import Judgment, Sides, Windowed
 from escort_mj.expectations.sides import sides
 from escort_mj.expectations.touches import least_clearance
@@ -56,5 +56,5 @@ class ClearanceExpectation(Windowed):
         yield self.at_least
 
     @property
-    def _bound(self) -> Bound:
-        return Bound(self.at_least, upper=False)
+    def _bound(self) -> Limits:
+        return Limits(self.at_least, upper=False)

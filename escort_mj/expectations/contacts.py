@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import NonNegativeFloat, NonNegativeInt
 
-from escort_mj.expectations.bound import NEAR, Bound, circumstances, number, order_faults
+from escort_mj.expectations.bound import NEAR, Limits, circumstances, order_faults, text_of
 from escort_mj.expectations.expectation import Fault, Judgment, Sides, Windowed
 from escort_mj.expectations.sides import sides
 from escort_mj.expectations.touches import least_clearance, touches, unseen_by_mujoco
@@ -99,15 +99,15 @@ class ContactExpectation(Windowed):
             yield (), f"has no bound; give {', '.join(keys[:-1])} or {keys[-1]}, or write contacts: none"
         yield from order_faults(self.at_least, self.at_most)
 
-    def _bounds(self) -> list[tuple[str, Bound]]:
+    def _bounds(self) -> list[tuple[str, Limits]]:
         """The bounds that are given, by key of what they are about; where there is none, of no touch."""
-        bounds = [(key, Bound(bound)) for key in QUANTITIES if (bound := getattr(self, key)) is not None]
+        bounds = [(key, Limits(bound)) for key in QUANTITIES if (bound := getattr(self, key)) is not None]
         if self.at_least is not None:
-            bounds.append(("at_most", Bound(self.at_least, upper=False)))
-        return bounds or [("at_most", Bound(0.0))]
+            bounds.append(("at_most", Limits(self.at_least, upper=False)))
+        return bounds or [("at_most", Limits(0.0))]
 
 
-def _demanded(key: str, bound: Bound) -> str:
+def _demanded(key: str, bound: Limits) -> str:
     """A bound in words."""
     name, unit = QUANTITIES[key]
     return f"{key.replace('_', ' ') if name else ''} {bound.words(unit)}".strip()
@@ -121,7 +121,7 @@ def _room(found: Judgment) -> float:
     return found.margin / bound if bound else found.margin
 
 
-def _touch(key: str, bound: Bound, met: Recorded) -> Judgment:
+def _touch(key: str, bound: Limits, met: Recorded) -> Judgment:
     """One bound on the touches of a window."""
     name, unit = QUANTITIES[key]
     count = met.sizes["episode"]
@@ -136,7 +136,7 @@ def _touch(key: str, bound: Bound, met: Recorded) -> Judgment:
     found = Measure(value, float(met[at].values[worst]), pair(met, worst))
     margin = bound.margin(value)
     near = bool(name) and bound.is_near(margin)  # one touch less is not nearly none
-    words = f"{number(value, unit)} ({found.who} at {found.time:.3f} s: {_story(met, worst)}"
+    words = f"{text_of(value, unit)} ({found.who} at {found.time:.3f} s: {_story(met, worst)}"
     words += f"{', the first' if not name and count > 1 else ''}){', a near miss' if near else ''}"
     return Judgment(margin >= 0.0, words, value, unit, found.time, found.bodies, margin, near)
 

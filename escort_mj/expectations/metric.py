@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Literal
 
-from escort_mj.expectations.bound import Bound, held_against, order_faults
+from escort_mj.expectations.bound import Limits, held_against, order_faults
 from escort_mj.expectations.expectation import Fault, Judgment, Windowed
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric
@@ -80,7 +80,7 @@ class MetricExpectation(Windowed):
                 yield (key,), f"found {bound:g}{unit}; {metric.name} is always {limits}"
         yield from order_faults(low, high)
 
-    def _bounds(self) -> list[Bound]:
+    def _bounds(self) -> list[Limits]:
         least = self.definition.least if math.isfinite(self.definition.least) else 0.0
-        bounds = [] if self.at_least is None else [Bound(self.at_least, False, least)]
-        return bounds + ([] if self.at_most is None else [Bound(self.at_most, True, least)])
+        bounds = [] if self.at_least is None else [Limits(self.at_least, False, least)]
+        return bounds + ([] if self.at_most is None else [Limits(self.at_most, True, least)])

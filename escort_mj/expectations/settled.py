@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.expectations.bound import Bound, held_against
+from escort_mj.expectations.bound import Limits, held_against
 from escort_mj.expectations.expectation import Expectation, Judgment, when
 from escort_mj.measuring import measure
 from escort_mj.metrics.radius_error import radius_error
@@ -34,7 +34,7 @@ class SettledExpectation(Expectation):
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the largest radius error of the window is small enough, and since when it was."""
-        found = held_against(measure("radius_error_max", trace, *self.window), "m", [Bound(self.settled)])
+        found = held_against(measure("radius_error_max", trace, *self.window), "m", [Limits(self.settled)])
         if found.value is None:
             return found
         part = window(trace, 0.0, self.before)

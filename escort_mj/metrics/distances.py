@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALONE, least, robot
+from escort_mj.metrics.reading import ALONE, least_of, robot
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -37,7 +37,7 @@ def obstacle_distance_min(trace: Recorded) -> Measure:
     distances = trace["obstacle_distance"].values
     names, count = trace["obstacle"].values, trace.sizes["obstacle"]
     flat = distances.reshape(len(distances), -1)
-    return least(trace, flat, lambda index: (*robot(index // count), str(names[index % count])))
+    return least_of(trace, flat, lambda index: (*robot(index // count), str(names[index % count])))
 
 
 @metric(unit="m", least=-math.inf, more_is_better=True, rank=140)
@@ -50,7 +50,7 @@ def obstacle_clearance_min(trace: Recorded) -> Measure:
 def robot_distance_min(trace: Recorded) -> Measure:
     """Least distance between two robots, center to center."""
     name = "robot_distance_min"
-    return least(trace, trace[name].values, robot) if name in trace else Measure(None, reason=ALONE)
+    return least_of(trace, trace[name].values, robot) if name in trace else Measure(None, reason=ALONE)
 
 
 @metric(unit="m", least=-math.inf, more_is_better=True, rank=160)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALONE, largest, lost, nobody
+from escort_mj.metrics.reading import ALONE, largest_of, lost, nobody
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -27,7 +27,7 @@ def energy_ratio(trace: Recorded) -> Measure:
         return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)
     if np.isnan(ratios).all():
         return Measure(None, reason=LEFT_ALONE)
-    return largest(trace, ratios[:, None], nobody)
+    return largest_of(trace, ratios[:, None], nobody)
 
 
 def energy_ratios(trace: Recorded) -> Array | None:

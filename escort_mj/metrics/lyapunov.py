@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import SHORT, UNTOLD, largest, lost, robot
+from escort_mj.metrics.reading import SHORT, UNTOLD, largest_of, lost, robot
 from escort_mj.signals import CAUSES
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def lyapunov_rise(trace: Recorded) -> Measure:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
     value = trace["lyapunov"].values - _changed_by(trace, "reference")
     value = np.where(lost(trace), np.nan, value)
-    return largest(trace, value - np.minimum.accumulate(value, axis=0), robot)
+    return largest_of(trace, value - np.minimum.accumulate(value, axis=0), robot)
 
 
 @metric(unit="J", grows=True, watched=False, rank=280)

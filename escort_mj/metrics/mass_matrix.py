@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import UNTOLD, largest, least, robot
+from escort_mj.metrics.reading import UNTOLD, largest_of, least_of, robot
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -20,7 +20,7 @@ def _eigenvalues(trace: Recorded) -> np.ndarray:
 
 def _residual(trace: Recorded, name: str) -> Measure:
     """Largest of a residual of the truth channel."""
-    return largest(trace, trace[name].values, robot) if name in trace else Measure(None, reason=UNTOLD)
+    return largest_of(trace, trace[name].values, robot) if name in trace else Measure(None, reason=UNTOLD)
 
 
 @metric(unit="kg", watched=False, rank=230)
@@ -28,7 +28,7 @@ def mass_eigenvalue_min(trace: Recorded) -> Measure:
     """Least eigenvalue of a robot's mass matrix (property 1)."""
     if "mass_matrix" not in trace:
         return Measure(None, reason=UNTOLD)
-    return least(trace, _eigenvalues(trace)[..., 0], robot)
+    return least_of(trace, _eigenvalues(trace)[..., 0], robot)
 
 
 @metric(unit="kg", grows=True, watched=False, rank=240)
@@ -36,7 +36,7 @@ def mass_eigenvalue_max(trace: Recorded) -> Measure:
     """Largest eigenvalue of a robot's mass matrix (property 1)."""
     if "mass_matrix" not in trace:
         return Measure(None, reason=UNTOLD)
-    return largest(trace, _eigenvalues(trace)[..., -1], robot)
+    return largest_of(trace, _eigenvalues(trace)[..., -1], robot)
 
 
 @metric(unit="kg/s", grows=True, watched=False, rank=250)

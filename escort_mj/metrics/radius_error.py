@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import largest, lost, mean, robot
+from escort_mj.metrics.reading import largest_of, lost, mean, robot
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -31,7 +31,7 @@ def radius_error_mean(trace: Recorded) -> Measure:
 @metric(unit="m", tail=True, grows=True, watched=False, rank=20)
 def radius_error_max(trace: Recorded) -> Measure:
     """Largest | |q - c| - radius |."""
-    return largest(trace, np.abs(radius_error(trace)), robot)
+    return largest_of(trace, np.abs(radius_error(trace)), robot)
 
 
 @metric(unit="s", watched=False, rank=30)

@@ -44,12 +44,12 @@ def mean(trace: Recorded, values: Array) -> float:
     return float((np.where(known, values, 0.0) * weighed).sum() / weighed.sum())
 
 
-def largest(trace: Recorded, values: Array, name: Callable[[int], Bodies]) -> Measure:
+def largest_of(trace: Recorded, values: Array, name: Callable[[int], Bodies]) -> Measure:
     """Largest of values of shape (time, thing), the first of equals; NaN is none."""
     return _at(trace, values, np.argmax(np.where(np.isnan(values), -np.inf, values)), name)
 
 
-def least(trace: Recorded, values: Array, name: Callable[[int], Bodies]) -> Measure:
+def least_of(trace: Recorded, values: Array, name: Callable[[int], Bodies]) -> Measure:
     """Least of values of shape (time, thing), the first of equals."""
     return _at(trace, values, np.argmin(values), name)
 

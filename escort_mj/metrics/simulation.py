@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import largest, nobody
+from escort_mj.metrics.reading import largest_of, nobody
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -26,10 +26,10 @@ def tunneling(trace: Recorded) -> Measure:
     thickness, names = trace["body_thickness"].values, trace["body"].values
     fastest = int(np.argmax(speeds[int(np.argmax(steps))]))
     bodies = str(names[fastest]), str(names[int(np.argmin(thickness))])
-    return largest(trace, steps / float(thickness.min()), lambda index: bodies)
+    return largest_of(trace, steps / float(thickness.min()), lambda index: bodies)
 
 
 @metric(unit="J", grows=True, rank=220)
 def kinetic_energy_max(trace: Recorded) -> Measure:
     """Largest kinetic energy of all that moves freely, at any physics step."""
-    return largest(trace, trace["kinetic_energy"].values[:, None], nobody)
+    return largest_of(trace, trace["kinetic_energy"].values[:, None], nobody)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Bodies, Measure, metric
-from escort_mj.metrics.reading import largest, lost, mean
+from escort_mj.metrics.reading import largest_of, lost, mean
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -52,4 +52,4 @@ def spacing_error_max(trace: Recorded) -> Measure:
         return Measure(None, reason=SHAPELESS)
     if np.isnan(error).all():
         return Measure(None, reason=BROKEN)
-    return largest(trace, np.abs(error), _edge(trace))
+    return largest_of(trace, np.abs(error), _edge(trace))

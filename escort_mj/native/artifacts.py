@@ -54,7 +54,7 @@ class Piece(NamedTuple):
         return cls(module, function, None if axes == "None" else int(axes))
 
 
-def keep(piece: Piece, code: bytes) -> None:
+def keep_artifact(piece: Piece, code: bytes) -> None:
     """Writes a piece to the cache."""
     cache.kernels.write(piece.file, code)
 
@@ -83,7 +83,7 @@ def have(pieces: Sequence[Piece]) -> None:
         if kept(piece) is None:
             from importlib import import_module
 
-            keep(piece, import_module("escort_mj.native.compiler.pieces").compile_piece(piece))
+            keep_artifact(piece, import_module("escort_mj.native.compiler.pieces").compile_piece(piece))
 
 
 def _elsewhere(pieces: Sequence[Piece]) -> None:
@@ -200,7 +200,7 @@ def _load(symbol: str, code: bytes) -> int:
     """Links machine code into this process; address of the function that it has under a name."""
     import llvmlite.binding as llvm
 
-    give_names()
+    link_names()
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
@@ -211,7 +211,7 @@ def _load(symbol: str, code: bytes) -> int:
     return int(engine.get_function_address(symbol))
 
 
-def give_names() -> None:
+def link_names() -> None:
     """Tells LLVM's linker where this process has what machine code names."""
     import llvmlite.binding as llvm
 

@@ -39,7 +39,7 @@ class Figure(NamedTuple):
     lengths: Array
 
 
-def energy(points: Array) -> float:
+def coulomb_energy(points: Array) -> float:
     """Coulomb energy sum 1 / |x_i - x_j| of unit vectors, shape (n, p)."""
     i, j = np.triu_indices(len(points), 1)
     return float((1.0 / np.linalg.norm(points[i] - points[j], axis=1)).sum())
@@ -47,7 +47,7 @@ def energy(points: Array) -> float:
 
 def least_energy(count: int, axes: int) -> float:
     """Least known Coulomb energy of so many points on the unit sphere; the polygon's where axes is 2."""
-    return energy(even_points(count, axes))
+    return coulomb_energy(even_points(count, axes))
 
 
 @lru_cache(maxsize=64)
@@ -130,7 +130,7 @@ def _energy_and_push(x: Array) -> tuple[float, Array]:
     return total, push
 
 
-def figure(positions: Array, center: Array) -> Figure:
+def even_figure(positions: Array, center: Array) -> Figure:
     """The even figure for a team, turned and assigned so that the robots have the least way to go.
 
     Args:

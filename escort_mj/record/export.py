@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 CSV, PARQUET = ".csv", ".parquet"
 
 
-def table(trace: xarray.Dataset) -> pandas.DataFrame:
+def dataframe_of(trace: xarray.Dataset) -> pandas.DataFrame:
     """Every signal over time, one number a column.
 
     Args:
@@ -61,7 +61,7 @@ def write_table(trace: xarray.Dataset, path: Path) -> None:
         UsageError: If nothing that writes Parquet is installed.
         WriteError: If the file cannot be written; an earlier one stays as it was.
     """
-    rows = table(trace)
+    rows = dataframe_of(trace)
     try:
         with replaced(path) as temporary, temporary.open("wb") as file:
             if path.suffix == PARQUET:

@@ -17,7 +17,7 @@ from escort_mj.record.folder import open_run
 from escort_mj.report.figures.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.figures.style import FAILED, figure
 from escort_mj.scenario import Scenario
-from escort_mj.study.compare.comparison import LAWS, OUTERS, QUANTITIES, Result, Row, rows, title_of
+from escort_mj.study.compare.comparison import LAWS, OUTERS, QUANTITIES, Combination, Result, rows, title_of
 from escort_mj.study.compare.comparison_table import subject
 
 DRAWN = {
@@ -42,7 +42,7 @@ def _colors(laws: Iterable[str]) -> dict[str, palette.Color]:
     return dict(zip(names, palette.robot_colors(len(names)), strict=True))
 
 
-def draw(out: Path, scenario: Scenario, results: Sequence[Result]) -> list[Path]:
+def draw_comparison(out: Path, scenario: Scenario, results: Sequence[Result]) -> list[Path]:
     """Draws the figures of a comparison into `figures/` of its folder and returns their files.
 
     Args:
@@ -77,12 +77,12 @@ def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:
     return path
 
 
-def _label(row: Row, table: Sequence[Row]) -> str:
+def _label(row: Combination, table: Sequence[Combination]) -> str:
     """Law and outer loop, the latter only where there are several."""
     return row.title if len({other.outer for other in table}) > 1 else title_of(row.law)
 
 
-def _bars(axes: Axes, name: str, table: Sequence[Row]) -> None:
+def _bars(axes: Axes, name: str, table: Sequence[Combination]) -> None:
     """One quantity; what has no value says why."""
     unit, colors = QUANTITIES[name].unit, _colors(row.law for row in table)
     means = [row.spreads[name].mean for row in table]

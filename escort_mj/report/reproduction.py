@@ -17,7 +17,7 @@ from escort_mj.report.figures import nearness, paths, timelines
 from escort_mj.report.figures.curves import log_ticks, running_rms
 from escort_mj.report.figures.style import FAILED, WIDTH, figure
 from escort_mj.study.compare.measured import QUANTITIES, Measured
-from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS, SHOWN, PaperFigure, Simulation
+from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS, SHOWN, PaperFigure, PaperRun
 
 if TYPE_CHECKING:
     import xarray
@@ -43,7 +43,7 @@ class Kind(NamedTuple):
     draw: Callable[[Any, xarray.Dataset], None]
 
 
-def draw(folder: Path, runs: Sequence[Measured], shown: PaperFigure) -> Path:
+def draw_reproduction(folder: Path, runs: Sequence[Measured], shown: PaperFigure) -> Path:
     """Draws one figure into `figures/` and returns its file.
 
     Args:
@@ -59,9 +59,7 @@ def draw(folder: Path, runs: Sequence[Measured], shown: PaperFigure) -> Path:
         with figure(path, 8.2, "The laws compared, case by case") as canvas:
             compare_laws(canvas, runs)
         return path
-    stored = {
-        reading: open_run(folder / Simulation(shown.case, shown.law, reading).name) for reading in SHOWN
-    }
+    stored = {reading: open_run(folder / PaperRun(shown.case, shown.law, reading).name) for reading in SHOWN}
     first, second = (stored[reading] for reading in SHOWN)
     if not differ(first.trace, second.trace, shown.kind):
         del stored[SHOWN[1]]

@@ -7,7 +7,7 @@ from typing import ClassVar, NamedTuple
 from xml.etree.ElementTree import Element
 
 from escort_mj.components.parameters import Parameters
-from escort_mj.mjcf import write
+from escort_mj.mjcf import set_attributes
 from escort_mj.robots.attitude import Craft
 
 FREE_COORDINATES = 7  # of a free body: a place and a quaternion
@@ -105,7 +105,7 @@ class RobotKind(Parameters):
             mass: Of the robot [kg].
             radius: Of its hull [m].
         """
-        write(parts["body"], mass=mass)
+        set_attributes(parts["body"], mass=mass)
 
     def free_motors(self, mass: float, radius: float, gravity: Sequence[float]) -> tuple[Motor, ...]:
         """Return its motors in their order, if they are not one for each axis of the mission.

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from xml.etree.ElementTree import Element
 
 from escort_mj.components.parameters import Mass, Radius
-from escort_mj.mjcf import write
+from escort_mj.mjcf import set_attributes
 from escort_mj.robots.rolling_sphere import RollingSphere
 
 LOAD = 0.3  # radius of the load as it is drawn, of the ball's
@@ -37,4 +37,4 @@ class Loaded(RollingSphere):
 
     def shape(self, parts: Mapping[str, Element], radius: float) -> None:
         """Give the load its place and mass."""
-        write(parts["load"], size=LOAD * radius, pos=[0.0, 0.0, -self.offset], mass=self.load)
+        set_attributes(parts["load"], size=LOAD * radius, pos=[0.0, 0.0, -self.offset], mass=self.load)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PositiveFloat
 
 from escort_mj.components.parameters import Mass, Radius
-from escort_mj.mjcf import write
+from escort_mj.mjcf import set_attributes
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.robots.attitude import (
@@ -106,16 +106,16 @@ class Quadrotor(RobotKind):
 
     def shape(self, parts: Mapping[str, Element], radius: float) -> None:
         """Give hub, rotors and arms their sizes."""
-        write(parts["hub"], size=[HUB * radius, HUB * radius, HUB * radius / 2])
+        set_attributes(parts["hub"], size=[HUB * radius, HUB * radius, HUB * radius / 2])
         places = self.rotor_positions(radius)
         for name, place in zip(NAMES, places, strict=True):
-            write(parts[name], pos=place, size=[ROTOR * radius, THICKNESS * radius])
+            set_attributes(parts[name], pos=place, size=[ROTOR * radius, THICKNESS * radius])
         for name, (one, other) in {"arm_1": (0, 2), "arm_2": (1, 3)}.items():
-            write(parts[name], size=ARM * radius, fromto=[*places[one], *places[other]])
+            set_attributes(parts[name], size=ARM * radius, fromto=[*places[one], *places[other]])
 
     def weigh(self, parts: Mapping[str, Element], mass: float, radius: float) -> None:
         """Give the body its mass and moments of inertia; its geoms weigh nothing."""
-        write(parts["inertial"], mass=mass, diaginertia=self.moments(mass, radius))
+        set_attributes(parts["inertial"], mass=mass, diaginertia=self.moments(mass, radius))
 
     def free_motors(self, mass: float, radius: float, gravity: Sequence[float]) -> tuple[Motor, ...]:
         """Return the motors of the rotors, which turn it, and those of their thrust, which push it."""

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 from pydantic import NonNegativeFloat
 
 from escort_mj.components.parameters import Mass, Radius
-from escort_mj.mjcf import write
+from escort_mj.mjcf import set_attributes
 from escort_mj.robots.kind import RobotKind
 
 CLEAR_OF_FLOOR = 0.1  # m, that the payload is kept above the floor of planar missions
@@ -50,9 +50,9 @@ class Slung(RobotKind):
     def shape(self, parts: Mapping[str, Element], radius: float) -> None:
         """Give cable and payload their lengths, mass and damping."""
         for axis in "xy":
-            write(parts[f"payload_swing_{axis}"], damping=self.damping)
+            set_attributes(parts[f"payload_swing_{axis}"], damping=self.damping)
         end = [0.0, 0.0, -self.cable]
-        write(parts["payload_ball"], size=self.payload_radius, pos=end, mass=self.payload)
-        write(parts["payload_cable"], size=CABLE * radius, fromto=[0.0, 0.0, 0.0, *end])
+        set_attributes(parts["payload_ball"], size=self.payload_radius, pos=end, mass=self.payload)
+        set_attributes(parts["payload_cable"], size=CABLE * radius, fromto=[0.0, 0.0, 0.0, *end])
         if self.payload_collides:
-            write(parts["payload_ball"], contype=TOUCHABLE, conaffinity=TOUCHABLE)
+            set_attributes(parts["payload_ball"], contype=TOUCHABLE, conaffinity=TOUCHABLE)

@@ -1,10 +1,10 @@
 """Scenarios: the YAML format and its checks, and what it says about motion and the team."""
 
 from escort_mj.scenario.checks.whole import check_scenario
-from escort_mj.scenario.geometry.placement import Team, robot_count, team
+from escort_mj.scenario.geometry.placement import Placement, robot_count, team
 from escort_mj.scenario.geometry.trajectory import Trajectory, disturbance_trajectory, target_trajectory
 from escort_mj.scenario.reader.dump import dump_scenario, json_schema
-from escort_mj.scenario.reader.load import load_scenario, parse_scenario
+from escort_mj.scenario.reader.load import load_file, parse_scenario
 from escort_mj.scenario.schema.expressions import Expression, ExpressionError
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -12,13 +12,13 @@ __all__ = [
     "Expression",
     "ExpressionError",
     "Scenario",
-    "Team",
+    "Placement",
     "Trajectory",
     "check_scenario",
     "disturbance_trajectory",
     "dump_scenario",
     "json_schema",
-    "load_scenario",
+    "load_file",
     "parse_scenario",
     "robot_count",
     "target_trajectory",

@@ -12,16 +12,16 @@ from escort_mj.control.setup import Mover, Setup
 from escort_mj.control.supervisor import Phase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
-from escort_mj.numerics.thomson import Figure, figure
+from escort_mj.numerics.thomson import Figure, even_figure
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
-from escort_mj.scenario.geometry.placement import Team, team
+from escort_mj.scenario.geometry.placement import Placement, team
 from escort_mj.scenario.geometry.trajectory import disturbance_trajectory, target_trajectory, trajectory
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import sensors
 
 
-def controller_setup(scenario: Scenario, robots: Team | None = None) -> Setup:
+def controller_setup(scenario: Scenario, robots: Placement | None = None) -> Setup:
     """What the controller is told about a mission.
 
     Args:
@@ -98,7 +98,7 @@ def all_behaviors(scenario: Scenario) -> list[Behavior]:
     return [*mission.behaviors, *(behavior for phase in mission.supervisor for behavior in phase.behaviors)]
 
 
-def _arrangement(scenario: Scenario, robots: Team, center: np.ndarray) -> Arrangement | None:
+def _arrangement(scenario: Scenario, robots: Placement, center: np.ndarray) -> Arrangement | None:
     """Places for the chords behavior, where the mission has it."""
     for behavior in all_behaviors(scenario):
         if isinstance(behavior, Chords):
@@ -106,14 +106,14 @@ def _arrangement(scenario: Scenario, robots: Team, center: np.ndarray) -> Arrang
     return None
 
 
-def _figure(scenario: Scenario, robots: Team, center: np.ndarray) -> Figure | None:
+def _figure(scenario: Scenario, robots: Placement, center: np.ndarray) -> Figure | None:
     """The even figure for the vertices behavior, where the mission has it."""
     if _keeps_vertices(scenario):
-        return figure(robots.position, center)
+        return even_figure(robots.position, center)
     return None
 
 
-def _reforming(scenario: Scenario, robots: Team) -> Reforming | None:
+def _reforming(scenario: Scenario, robots: Placement) -> Reforming | None:
     """Figures of fewer robots, where some fail."""
     losses = len(scenario.robots.failures)
     if not losses or not _keeps_vertices(scenario):

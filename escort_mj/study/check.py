@@ -14,7 +14,7 @@ from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
 from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder
-from escort_mj.scenario import load_scenario
+from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import expectation_lines
 from escort_mj.study.checked import BROKEN, GOOD, Case, Checked
 from escort_mj.study.engine.parallel import cores, side_by_side
@@ -23,7 +23,7 @@ Progress = Callable[[float, float], None]
 Clip = Callable[[Path], Path]
 
 
-class Task(NamedTuple):
+class CheckJob(NamedTuple):
     """One scenario to check, and what to leave of it.
 
     Attributes:
@@ -39,7 +39,7 @@ class Task(NamedTuple):
     clip: Clip | None
 
 
-def check(
+def check_scenarios(
     cases: Sequence[Case],
     out: Path,
     workers: int | None = None,
@@ -61,7 +61,7 @@ def check(
     Returns:
         One result per case, in their order.
     """
-    tasks = [Task(case, out / case.label, keep, clip) for case in cases]
+    tasks = [CheckJob(case, out / case.label, keep, clip) for case in cases]
     checked = 0
 
     def note(done: float, total: float) -> None:
@@ -73,10 +73,10 @@ def check(
     with stopping.keeping(
         lambda: f"{checked} of {len(cases)} scenarios had been checked; the same command checks all again"
     ):
-        return side_by_side(perform, tasks, workers or cores(), note, lost)
+        return side_by_side(perform_check, tasks, workers or cores(), note, crashed)
 
 
-def lost(task: Task, cause: str) -> Checked:
+def crashed(task: CheckJob, cause: str) -> Checked:
     """The result of a scenario that kills every process that checks it."""
     words = (
         f"the process that ran it died each time ({cause}): a plugin that crashes, no memory, a full disk?"
@@ -85,7 +85,7 @@ def lost(task: Task, cause: str) -> Checked:
     return Checked(task.case.path, task.case.label, error=words, folder=folder)
 
 
-def perform(task: Task) -> Checked:
+def perform_check(task: CheckJob) -> Checked:
     """Checks one scenario, and draws a clip if it fails."""
     result = check_one(task.case, task.folder, task.keep)
     if task.clip is None or result.folder is None or result.code == GOOD or not result.verdicts:
@@ -131,7 +131,7 @@ def _fly(bare: Checked, folder: Path | None) -> Checked:
     Raises:
         EscortError: If the scenario or the folder is wrong.
     """
-    scenario = load_scenario(bare.path)
+    scenario = load_file(bare.path)
     if folder is None:
         run = fly(scenario)
     else:

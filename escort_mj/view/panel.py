@@ -20,7 +20,7 @@ PATIENCE = 0.4  # how long the slider is left alone after it was moved [s of wal
 UPDATES = 0.2  # between two updates of words and slider [s of wall time]
 
 
-class Panel:
+class ControlPanel:
     """Controls, read by the viewer at every tick.
 
     Attributes:

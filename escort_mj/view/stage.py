@@ -41,7 +41,7 @@ LAYERS = {
 """What can be switched on and off, and what it is called."""
 
 
-class Stage:
+class StageView:
     """Draws one moment after another.
 
     Attributes:

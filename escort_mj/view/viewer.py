@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from escort_mj.errors import UsageError
 from escort_mj.report.video.shots import plan_shot
 from escort_mj.view.gate import LOCAL, guarded
-from escort_mj.view.panel import Panel
-from escort_mj.view.stage import Stage
+from escort_mj.view.panel import ControlPanel
+from escort_mj.view.stage import StageView
 from escort_mj.view.tape import Tape
 
 if TYPE_CHECKING:
@@ -72,8 +72,8 @@ class Viewer:
         whole = tape.around(tape.reached, tape.reached, MOST_SAMPLES)[1]
         shot = plan_shot(whole, "overview", 45.0, 16 / 9, 2.0)
         out_of_sight = tape.reached < tape.end or np.ptp(shot.look_at, axis=0).max() > 0.1 * whole.radius
-        self._stage = Stage(self._server, tape.model, part, replay)
-        self.panel = Panel(
+        self._stage = StageView(self._server, tape.model, part, replay)
+        self.panel = ControlPanel(
             self._server,
             tape.title,
             tape.end,

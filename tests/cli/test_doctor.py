@@ -8,12 +8,12 @@ import pytest
 
 from escort_mj import gl
 from escort_mj.cli import doctor
-from escort_mj.cli.doctor import BAD, GOOD, WARNING, Finding, examine
+from escort_mj.cli.doctor import BAD, GOOD, WARNING, Examined, examine_machine
 from escort_mj.native import cache, shipped
 
 
-def found(folder: Path) -> dict[str, Finding]:
-    return {finding.check: finding for finding in examine(folder)}
+def found(folder: Path) -> dict[str, Examined]:
+    return {finding.check: finding for finding in examine_machine(folder)}
 
 
 @pytest.fixture(autouse=True)

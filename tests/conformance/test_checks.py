@@ -8,11 +8,11 @@ from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.parameters import check_parameters
-from escort_mj.conformance.records import check_expectation, check_metric
+from escort_mj.conformance.records import check_expectation, try_metric
 from escort_mj.conformance.stand import BrokenError
 from escort_mj.errors import PluginError
 from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
-from escort_mj.scenario.reader.plugins import load, source_of
+from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from tests.plugged import BEHAVIOR, EXPECTATION, KERNEL, KIND, LAW, METRIC
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of NumPy, where plugins are wrong
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of NumPy, w
 def rows(folder, text, checks):
     """What checks say of the only member of a plugin: name and whether it holds."""
     (folder / "own.py").write_text(text)
-    plugin = load(source_of("own.py", folder))
+    plugin = load_plugin(source_of("own.py", folder))
     (member,) = plugin.members
     try:
         return {row.name: (row.held, row.words) for row in checks(member, scenario_type(assemble([plugin])))}
@@ -114,7 +114,7 @@ class TestBehaviors:
 
 class TestRecords:
     def test_right_ones(self, compiled, tmp_path):
-        assert not only_wrong(tmp_path, METRIC, check_metric)
+        assert not only_wrong(tmp_path, METRIC, try_metric)
         assert not only_wrong(tmp_path, EXPECTATION, check_expectation)
 
     @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ class TestRecords:
     )
     def test_a_wrong_metric_is_found_by_its_check(self, compiled, tmp_path, change, check):
         assert change[0] in METRIC
-        assert check in only_wrong(tmp_path, METRIC.replace(*change) + "\n\nCOUNT = []\n", check_metric)
+        assert check in only_wrong(tmp_path, METRIC.replace(*change) + "\n\nCOUNT = []\n", try_metric)
 
     @pytest.mark.parametrize(
         ("change", "check"),

@@ -19,7 +19,7 @@ from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Piece
 from escort_mj.numerics.formation import arrange, chords_exist
 from escort_mj.numerics.program import Op
-from escort_mj.numerics.thomson import figure
+from escort_mj.numerics.thomson import even_figure
 from escort_mj.sensing.sensors import Channel, Sensors
 from escort_mj.world.loop.step import MANY
 
@@ -148,7 +148,7 @@ def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[S
         sensing=Sensors(Channel(0.02), Channel(0.01)),
         target=Wave(rng, axes),
         disturbance=Wave(rng, axes),
-        figure=figure(q, np.zeros(axes)),
+        figure=even_figure(q, np.zeros(axes)),
     )
     return setup, q, v
 

@@ -62,7 +62,7 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
             code = shipped.read(piece.file)
             assert code is not None, "make machine-code"
             if piece.axes == 2:
-                artifacts.keep(piece, code)
+                artifacts.keep_artifact(piece, code)
     return home
 
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.numerics import reform
-from escort_mj.numerics.thomson import energy, even_points
+from escort_mj.numerics.thomson import coulomb_energy, even_points
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -123,7 +123,7 @@ def test_no_placing_is_nearer(seed: int) -> None:
         rotation, _ = Rotation.align_vectors(directions, figures[0][list(order)])
         best = max(best, float((rotation.apply(figures[0][list(order)]) * directions).sum()))
     assert (vertices[lost == 0.0] * directions).sum() == pytest.approx(best, abs=2 * reform.SAME)
-    assert energy(vertices[lost == 0.0]) == pytest.approx(energy(even_points(5, 3)))
+    assert coulomb_energy(vertices[lost == 0.0]) == pytest.approx(coulomb_energy(even_points(5, 3)))
 
 
 @pytest.mark.parametrize("losses", [2, 3, 5])
@@ -131,7 +131,7 @@ def test_several_at_once(losses: int) -> None:
     figures, turns = reform.reforming(6, 3, losses)
     lost = (np.arange(6) < losses).astype(float)
     vertices, _ = reformed(np.random.default_rng(losses).normal(size=(6, 3)), lost, figures, turns)
-    assert energy(vertices[losses:]) == pytest.approx(energy(even_points(6 - losses, 3)))
+    assert coulomb_energy(vertices[losses:]) == pytest.approx(coulomb_energy(even_points(6 - losses, 3)))
     np.testing.assert_allclose(np.linalg.norm(vertices[losses:], axis=1), 1.0)
 
 

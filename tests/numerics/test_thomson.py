@@ -25,14 +25,14 @@ BEST_KNOWN = {
 def test_energy_is_the_best_known(count: int) -> None:
     points = thomson.even_points(count, 3)
     np.testing.assert_allclose(np.linalg.norm(points, axis=1), 1.0, rtol=1e-12)
-    assert thomson.energy(points) == pytest.approx(BEST_KNOWN[count], abs=2e-9)
+    assert thomson.coulomb_energy(points) == pytest.approx(BEST_KNOWN[count], abs=2e-9)
 
 
 def test_eight_points_in_four_dimensions_are_the_16_cell() -> None:
     points = thomson.even_points(8, 4)
     distance = np.sort(np.linalg.norm(points[:, None] - points, axis=2), axis=1)
     np.testing.assert_allclose(distance, [[0.0] + 6 * [math.sqrt(2.0)] + [2.0]] * 8, atol=1e-5)
-    assert thomson.energy(points) == pytest.approx(24.0 / math.sqrt(2.0) + 4.0 / 2.0, abs=2e-9)
+    assert thomson.coulomb_energy(points) == pytest.approx(24.0 / math.sqrt(2.0) + 4.0 / 2.0, abs=2e-9)
 
 
 @pytest.mark.parametrize("axes", [4, 5, 7])
@@ -55,13 +55,13 @@ def test_the_least_distance_is_within_its_bound() -> None:
 
 @pytest.mark.parametrize("count", [2, 3, 5, 12])
 def test_points_in_the_plane_are_a_regular_polygon(count: int) -> None:
-    figure = thomson.figure(np.random.default_rng(count).normal(size=(count, 2)), np.zeros(2))
+    figure = thomson.even_figure(np.random.default_rng(count).normal(size=(count, 2)), np.zeros(2))
     assert len(figure.edges) == (1 if count == 2 else count)
     np.testing.assert_allclose(figure.lengths, 2.0 * math.sin(math.pi / count))
 
 
 def test_the_octahedron_has_twelve_edges() -> None:
-    figure = thomson.figure(np.random.default_rng(0).normal(size=(6, 3)), np.zeros(3))
+    figure = thomson.even_figure(np.random.default_rng(0).normal(size=(6, 3)), np.zeros(3))
     assert len(figure.edges) == 12
     np.testing.assert_allclose(figure.lengths, math.sqrt(2.0), rtol=1e-6)
 
@@ -70,7 +70,7 @@ def test_robots_that_stand_in_the_figure_already_keep_their_places() -> None:
     rotation = Rotation.from_rotvec([0.3, -1.1, 2.0]).as_matrix()
     order = np.random.default_rng(3).permutation(12)
     standing = thomson.even_points(12, 3)[order] @ rotation.T
-    figure = thomson.figure(7.0 * standing + [1.0, 2.0, 3.0], np.array([1.0, 2.0, 3.0]))
+    figure = thomson.even_figure(7.0 * standing + [1.0, 2.0, 3.0], np.array([1.0, 2.0, 3.0]))
     np.testing.assert_allclose(figure.vertices, standing, atol=1e-5)
 
 
@@ -93,8 +93,8 @@ def test_a_crowd_has_nearly_the_least_energy_in_little_time(count: int) -> None:
     """Least energies up to 200 points fit n^2/2 (1 - a n^-1/2 + b n^-3/2) (Morris, Deaven, Ho 1996)."""
     points = thomson._solve(count, 3)
     fit = count**2 / 2 * (1.0 - 1.10461 / math.sqrt(count) + 0.137 / count**1.5)
-    assert thomson.energy(points) == pytest.approx(fit, rel=3e-5)
-    assert thomson.energy(thomson.lattice(count)) > thomson.energy(points)
+    assert thomson.coulomb_energy(points) == pytest.approx(fit, rel=3e-5)
+    assert thomson.coulomb_energy(thomson.lattice(count)) > thomson.coulomb_energy(points)
     i, j = np.triu_indices(count, 1)
     least = np.linalg.norm(points[i] - points[j], axis=1).min()
     assert 3.2 / math.sqrt(count) < least <= widest_spacing(count, 3, 1.0)

@@ -7,13 +7,13 @@ import pandas
 import pytest
 
 from escort_mj.errors import WriteError
-from escort_mj.record.export import table, write_table
+from escort_mj.record.export import dataframe_of, write_table
 from tests.limits import files_up_to
 
 
 def test_a_column_for_each_number(make_trace) -> None:
     trace = make_trace(np.linspace(0.0, 1.0, 7))
-    rows = table(trace)
+    rows = dataframe_of(trace)
     assert len(rows) == 7
     for robot in trace["robot"].values:
         for axis in trace["axis"].values:
@@ -27,7 +27,7 @@ def test_numbers_read_back_exactly(make_trace, tmp_path: Path) -> None:
     trace = make_trace(np.linspace(0.0, 1.0, 7) / 3.0)
     write_table(trace, tmp_path / "run.csv")
     back = pandas.read_csv(tmp_path / "run.csv")
-    pandas.testing.assert_frame_equal(back, table(trace), check_exact=True, check_dtype=False)
+    pandas.testing.assert_frame_equal(back, dataframe_of(trace), check_exact=True, check_dtype=False)
 
 
 def test_where_it_cannot_be_written(make_trace, tmp_path: Path) -> None:

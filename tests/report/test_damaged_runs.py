@@ -15,7 +15,7 @@ from escort_mj import api
 from escort_mj.errors import EscortError
 from escort_mj.measuring import measures_of
 from escort_mj.record import stored
-from escort_mj.record.export import table
+from escort_mj.record.export import dataframe_of
 from escort_mj.record.intact import check_trace
 from escort_mj.record.stored import StoredRun, open_run
 from escort_mj.record.trace import load_trace
@@ -160,7 +160,12 @@ def damaged_trace(trace: Any, draw: random.Random) -> Any:
 def test_traces(whole, draws) -> None:
     def read(trace: Any) -> None:
         check_trace(trace, Path("trace.nc"))
-        measures_of(trace), table(trace), replay_of(trace), json.dumps(signals_data(trace), allow_nan=False)
+        (
+            measures_of(trace),
+            dataframe_of(trace),
+            replay_of(trace),
+            json.dumps(signals_data(trace), allow_nan=False),
+        )
 
     read(whole.trace)
     refused = 0

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from escort_mj.report.pages import study_page
-from escort_mj.report.pages.study_page import report
+from escort_mj.report.pages.study_page import write_study_page
 from escort_mj.study.engine.store import FILE as STORE
 from escort_mj.study.engine.store import Store
 from escort_mj.study.sweeps.results import FILE, open_results
@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
 def read(folder: Path) -> None:
     """Everything that a report says in words, and what a sweep does before it goes on."""
     open_results(folder).front()
-    report(folder)
+    write_study_page(folder)
     with Store(folder) as store:
         store.known(), store.claim(["a"]), store.claimed_by_others()
 

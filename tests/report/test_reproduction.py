@@ -9,11 +9,11 @@ from PIL import Image
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import RunFolderError, UsageError
 from escort_mj.record.folder import open_run
-from escort_mj.report.reproduction import differ, draw
+from escort_mj.report.reproduction import differ, draw_reproduction
 from escort_mj.study.compare import reproduce as reproduction
 from escort_mj.study.compare.measured import QUANTITIES, Measured
 from escort_mj.study.compare.reproduce import reproduce
-from escort_mj.study.compare.reproduction import chosen, needed, simulations
+from escort_mj.study.compare.reproduction import chosen_figures, needed, simulations
 
 SHOWN = ["5", "10", "16"]  # one of each kind, the plane and space
 
@@ -28,8 +28,8 @@ def shortened():
         return original(simulation, scenarios).model_copy(update={"duration": 1.0})
 
     patch.setattr(reproduction, "scenario_of", short)
-    patch.setattr(reproduction, "simulations", lambda: needed(chosen(SHOWN)))
-    patch.setattr(reproduction, "chosen", lambda only: chosen(only or SHOWN))
+    patch.setattr(reproduction, "simulations", lambda: needed(chosen_figures(SHOWN)))
+    patch.setattr(reproduction, "chosen", lambda only: chosen_figures(only or SHOWN))
     yield
     patch.undo()
 
@@ -39,7 +39,12 @@ def whole(shortened, compiled, tmp_path_factory):
     out = tmp_path_factory.mktemp("reproduction")
     steps = []
     result = reproduce(
-        scenarios_folder(), out, draw, workers=1, docs=out / "docs.md", progress=lambda *at: steps.append(at)
+        scenarios_folder(),
+        out,
+        draw_reproduction,
+        workers=1,
+        docs=out / "docs.md",
+        progress=lambda *at: steps.append(at),
     )
     return out, result, steps
 
@@ -60,7 +65,7 @@ def test_figures_are_drawn_under_their_numbers_and_the_table_written(whole):
 def test_a_second_time_nothing_runs_and_the_table_keeps_everything(whole):
     out, _, _ = whole
     before = (out / "table.md").read_text()
-    result = reproduce(scenarios_folder(), out, draw, only=["5"], workers=1)
+    result = reproduce(scenarios_folder(), out, draw_reproduction, only=["5"], workers=1)
     assert result.lines[0] == "2 simulations: 0 run now, 2 had run before"
     assert (out / "table.md").read_text() == before
 
@@ -71,7 +76,7 @@ def test_the_laws_are_compared_even_where_nothing_settles(tmp_path):
     runs.append(Measured(simulations()[-1], "diverged", "", dict.fromkeys(QUANTITIES), []))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        path = draw(tmp_path, runs, chosen(["laws"])[0])
+        path = draw_reproduction(tmp_path, runs, chosen_figures(["laws"])[0])
     assert path.name == "laws.png"
     assert np.asarray(Image.open(path).convert("L")).std() > 5
 
@@ -87,9 +92,11 @@ def test_readings_that_look_alike_are_drawn_once(whole):
 
 def test_what_cannot_be_done_is_said_at_once(shortened, tmp_path):
     with pytest.raises(UsageError, match="5 to 17"):
-        reproduce(scenarios_folder(), tmp_path / "out", draw, only=["18"])
+        reproduce(scenarios_folder(), tmp_path / "out", draw_reproduction, only=["18"])
     with pytest.raises(UsageError, match="whole table"):
-        reproduce(scenarios_folder(), tmp_path / "out", draw, only=["5"], docs=tmp_path / "docs.md")
+        reproduce(
+            scenarios_folder(), tmp_path / "out", draw_reproduction, only=["5"], docs=tmp_path / "docs.md"
+        )
     assert not (tmp_path / "out").exists()
     with pytest.raises(RunFolderError):
-        draw(tmp_path, (), chosen(["5"])[0])
+        draw_reproduction(tmp_path, (), chosen_figures(["5"])[0])

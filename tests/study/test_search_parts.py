@@ -6,9 +6,9 @@ import pytest
 
 from escort_mj.study.engine.store import Row
 from escort_mj.study.search.asking import Asker
-from escort_mj.study.search.robustness import broken, robustness
+from escort_mj.study.search.robustness import broken_by, robustness
 from escort_mj.study.search.shrink import shrink
-from escort_mj.study.sweeps.parameters import filled, named
+from escort_mj.study.sweeps.parameters import filled, names_in_braces
 from escort_mj.study.sweeps.ranges import Range
 
 
@@ -17,7 +17,7 @@ class TestParameters:
         numbers = {"a": 2.5, "b": -1.0}
         value = {"x": ["{a}*sin(t)", "3-{b}", "{b}"], "y": ("{c}", 4, True)}
         assert filled(value, numbers) == {"x": ["2.5*sin(t)", "3-(-1.0)", -1.0], "y": ("{c}", 4, True)}
-        assert list(named(value)) == ["a", "b", "b", "c"]
+        assert list(names_in_braces(value)) == ["a", "b", "b", "c"]
 
 
 def verdict(metric: str, value: float | None, margin: float | None, passed: bool) -> dict:
@@ -56,7 +56,7 @@ class TestRobustness:
 
     def test_everything_that_broke_is_named(self):
         both = [row(verdict("a", 2.0, -1.0, False)), row(verdict("b", 1.0, 1.0, True), time=5.0)]
-        assert broken(both, 10.0) == {"a it", "outcome completed: diverged"}
+        assert broken_by(both, 10.0) == {"a it", "outcome completed: diverged"}
 
 
 BOX = {

@@ -8,7 +8,7 @@ import pytest
 
 from escort_mj.mission import fly
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import load_scenario
+from escort_mj.scenario import load_file
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
@@ -129,6 +129,6 @@ def test_failures_repeat_to_the_bit(make_world) -> None:
 
 def test_one_of_six_fails(compiled: None) -> None:
     """No touch, and the five others stand as the best figure of five: within 1 % of its energy by 80 s."""
-    run = fly(load_scenario(SCENARIO))
+    run = fly(load_file(SCENARIO))
     assert run.passed, [verdict.message for verdict in run.verdicts]
     assert run.trace["lost"].values[-1].tolist() == [0, 0, 1, 0, 0, 0]

@@ -10,7 +10,7 @@ from pydantic import PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.components.parameters import Parameters
-from escort_mj.control.outer_loops.nearby import bearing, in_sight, reach_of, surroundings
+from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 from escort_mj.sensing.measure import in_range
 
@@ -205,7 +205,7 @@ def filtered(
     barrier: BarrierFilter, avoid: AvoidObstacles, nominal: Array, q: Array, setup: Setup, lost: Mask
 ) -> tuple[Array, Mask]:
     """Each robot's velocity behind the filter, shape (n, p) [m/s], and whose it changed, shape (n,)."""
-    away, distance, safe = surroundings(avoid, q, setup, lost)
+    away, distance, safe = bodies_nearby(avoid, q, setup, lost)
     share = np.where(lost, 1.0, 0.5)
     radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
     gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii

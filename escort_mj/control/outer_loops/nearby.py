@@ -101,7 +101,7 @@ def bearing(robot: int, other: int, q: Array, obstacle_position: Array, directio
 # The same in plain NumPy.
 
 
-def surroundings(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> tuple[Array, Array, Array]:
+def bodies_nearby(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> tuple[Array, Array, Array]:
     """Every obstacle and teammate as each robot sees it, obstacles first.
 
     Returns:

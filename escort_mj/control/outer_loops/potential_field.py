@@ -10,7 +10,7 @@ from pydantic import PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.components.parameters import Parameters
-from escort_mj.control.outer_loops.nearby import bearing, reach_of, surroundings
+from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, reach_of
 from escort_mj.native.kernels import inlined
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def repulsions(
     field: PotentialField, avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask
 ) -> tuple[Array, Mask]:
     """What obstacles and teammates add to each robot's velocity, shape (n, p) [m/s], and to whose, (n,)."""
-    away, distance, safe = surroundings(avoid, q, setup, lost)
+    away, distance, safe = bodies_nearby(avoid, q, setup, lost)
     near = (distance < safe) & (safe > 0.0)
     d = np.maximum(distance, field.least_distance)
     with np.errstate(divide="ignore"):

@@ -10,7 +10,7 @@ from pathlib import Path
 from escort_mj.native import artifacts, cache
 
 
-def read(lines: "queue.SimpleQueue[str]") -> None:
+def answer(lines: "queue.SimpleQueue[str]") -> None:
     """Hands on what the other process asks for; ends this one when that is gone or wants nothing more."""
     for line in sys.stdin:
         lines.put(line.strip())
@@ -19,7 +19,7 @@ def read(lines: "queue.SimpleQueue[str]") -> None:
 
 if __name__ == "__main__":
     asked: queue.SimpleQueue[str] = queue.SimpleQueue()
-    threading.Thread(target=read, args=(asked,), daemon=True).start()
+    threading.Thread(target=answer, args=(asked,), daemon=True).start()
     from escort_mj.native.compiler.pieces import compile_piece
 
     gc.disable()  # looking for garbage took a fifth of the time, in vain
@@ -28,5 +28,5 @@ if __name__ == "__main__":
     while True:
         name = asked.get()
         piece = artifacts.Piece.named(name)
-        artifacts.keep(piece, compile_piece(piece))
+        artifacts.keep_artifact(piece, compile_piece(piece))
         print(name, flush=True)

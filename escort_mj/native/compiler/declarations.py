@@ -53,7 +53,7 @@ _C_TYPES = {
 def teach() -> None:
     """Tells numba of everything declared so far."""
     for viewer in _news(memory.viewers):
-        views.teach(*viewer)
+        views.teach_viewer(*viewer)
     for how, function in _news(kernels.declared):
         _teach_kernel(how, function)
     for function in _news(on_demand.declared):
@@ -62,7 +62,7 @@ def teach() -> None:
         _teach_external(function, what)
     for function, symbol, base in _news(kernels.places):
         _teach_place(function, symbol, base)
-    artifacts.give_names()
+    artifacts.link_names()
 
 
 _taught: dict[int, int] = {}

@@ -10,7 +10,7 @@ from typing import Any
 from llvmlite import ir
 
 from escort_mj.native import lanes as names
-from escort_mj.native.compiler.machine import instructions
+from escort_mj.native.compiler.machine import instructions_of
 from escort_mj.native.compiler.numba_parts import (
     ConcreteTemplate,
     cgutils,
@@ -149,12 +149,12 @@ lower_builtin(abs, lanes)(_called("fabs"))
 lower_builtin(math.sqrt, lanes)(_called("sqrt"))
 
 
-@instructions(names.copysign)
+@instructions_of(names.copysign)
 def _copysign(context: Any, size: Any, sign: Any) -> Any:
     return lanes(size, sign), _called("copysign")
 
 
-@instructions(names.where)
+@instructions_of(names.where)
 def _where(context: Any, condition: Any, yes: Any, no: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         return builder.select(arguments[0], *(_wide(builder, value) for value in arguments[1:]))
@@ -165,7 +165,7 @@ def _where(context: Any, condition: Any, yes: Any, no: Any) -> Any:
 def _choose(function: Any, comparison: str) -> None:
     """The one of two that compares so with the other; the second where one is no number."""
 
-    @instructions(function)
+    @instructions_of(function)
     def choose(context: Any, x: Any, y: Any) -> Any:
         def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
             a, b = (_wide(builder, value) for value in arguments)
@@ -178,7 +178,7 @@ _choose(names.least, "<")
 _choose(names.greatest, ">")
 
 
-@instructions(names.any_of)
+@instructions_of(names.any_of)
 def _any_of(context: Any, condition: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         bits = builder.bitcast(arguments[0], ir.IntType(WIDTH))
@@ -187,7 +187,7 @@ def _any_of(context: Any, condition: Any) -> Any:
     return types.boolean(condition), generate
 
 
-@instructions(names.total)
+@instructions_of(names.total)
 def _total(context: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         numbers = [builder.extract_element(arguments[0], _INT(lane)) for lane in range(WIDTH)]
@@ -198,7 +198,7 @@ def _total(context: Any, x: Any) -> Any:
     return types.float64(x), generate
 
 
-@instructions(names.largest)
+@instructions_of(names.largest)
 def _largest(context: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         found = builder.extract_element(arguments[0], _INT(0))
@@ -210,7 +210,7 @@ def _largest(context: Any, x: Any) -> Any:
     return types.float64(x), generate
 
 
-@instructions(names.everywhere)
+@instructions_of(names.everywhere)
 def _everywhere(context: Any, x: Any) -> Any:
     return lanes(x), lambda context, builder, sig, arguments: _wide(builder, arguments[0])
 
@@ -221,7 +221,7 @@ def _address(context: Any, builder: Any, kind: types.Array, array: Any, at: Any)
     return builder.gep(data, [at])
 
 
-@instructions(names.load)
+@instructions_of(names.load)
 def _load(context: Any, array: Any, at: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         at = context.cast(builder, arguments[1], sig.args[1], types.intp)
@@ -231,7 +231,7 @@ def _load(context: Any, array: Any, at: Any) -> Any:
     return lanes(array, at), generate
 
 
-@instructions(names.gather)
+@instructions_of(names.gather)
 def _gather(context: Any, array: Any, at: Any, stride: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         at, stride = (
@@ -248,7 +248,7 @@ def _gather(context: Any, array: Any, at: Any, stride: Any) -> Any:
     return lanes(array, at, stride), generate
 
 
-@instructions(names.pick)
+@instructions_of(names.pick)
 def _pick(context: Any, array: Any, places: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         found = ir.Constant(_DOUBLES, ir.Undefined)
@@ -262,7 +262,7 @@ def _pick(context: Any, array: Any, places: Any) -> Any:
     return lanes(array, places), generate
 
 
-@instructions(names.lane_numbers)
+@instructions_of(names.lane_numbers)
 def _lane_numbers(context: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         return ir.Constant(_DOUBLES, [float(lane) for lane in range(WIDTH)])
@@ -278,7 +278,7 @@ def _whole(context: Any, builder: Any, sig: Any, arguments: Any, count: int) -> 
     return [builder.bitcast(pointer, _DOUBLES.as_pointer()) for pointer in pointers]
 
 
-@instructions(names.store)
+@instructions_of(names.store)
 def _store(context: Any, array: Any, at: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         (pointer,) = _whole(context, builder, sig, arguments, 1)
@@ -288,7 +288,7 @@ def _store(context: Any, array: Any, at: Any, x: Any) -> Any:
     return types.void(array, at, x), generate
 
 
-@instructions(names.scatter)
+@instructions_of(names.scatter)
 def _scatter(context: Any, array: Any, at: Any, stride: Any, x: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         place, stride = (
@@ -346,21 +346,21 @@ def _woven(count: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
 
 _read_pairs, _write_pairs = _woven(2)
 _read_triples, _write_triples = _woven(3)
-instructions(names.load_pairs)(_read_pairs)
-instructions(names.load_triples)(_read_triples)
+instructions_of(names.load_pairs)(_read_pairs)
+instructions_of(names.load_triples)(_read_triples)
 
 
-@instructions(names.store_pairs)
+@instructions_of(names.store_pairs)
 def _store_pairs(context: Any, array: Any, at: Any, x: Any, y: Any) -> Any:
     return types.void(array, at, x, y), _write_pairs
 
 
-@instructions(names.store_triples)
+@instructions_of(names.store_triples)
 def _store_triples(context: Any, array: Any, at: Any, x: Any, y: Any, z: Any) -> Any:
     return types.void(array, at, x, y, z), _write_triples
 
 
-@instructions(names.two_to)
+@instructions_of(names.two_to)
 def _two_to(context: Any, shifted: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         integers = ir.VectorType(ir.IntType(64), WIDTH)
@@ -372,7 +372,7 @@ def _two_to(context: Any, shifted: Any) -> Any:
     return lanes(shifted), generate
 
 
-@instructions(names.stack_rows)
+@instructions_of(names.stack_rows)
 def _stack_rows(context: Any, rows: Any) -> Any:
     kind = types.Array(types.float64, 2, "C")
 

@@ -22,7 +22,7 @@ from escort_mj.native.compiler.numba_parts import (
 from escort_mj.native.kernels import DOUBLE, STACK_DOUBLES, matrix_at, vector_at
 
 
-def instructions(function: Any) -> Callable[[Any], Any]:
+def instructions_of(function: Any) -> Callable[[Any], Any]:
     """Says by which instructions kernels do what a function names.
 
     What is decorated gets the typing context and the types of the arguments, and returns a signature and what
@@ -64,7 +64,7 @@ def _view(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return array._getvalue()
 
 
-@instructions(kernels.flat)
+@instructions_of(kernels.flat)
 def _flat(context: Any, array: Any) -> Any:
     """Unlike numba's `reshape` it needs nothing of numba's when it runs."""
     if array.layout != "C":
@@ -82,7 +82,7 @@ def _flat(context: Any, array: Any) -> Any:
     return row(array), generate
 
 
-@instructions(kernels.stack_memory)
+@instructions_of(kernels.stack_memory)
 def _stack_memory(context: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         size = ir.IntType(64)(STACK_DOUBLES)
@@ -95,7 +95,7 @@ def _stack_memory(context: Any) -> Any:
 def _loads(function: Any, kind: types.Type) -> None:
     """A function loads one value of a type from an address."""
 
-    @instructions(function)
+    @instructions_of(function)
     def load(context: Any, address: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             pointer = builder.inttoptr(arguments[0], context.get_data_type(kind).as_pointer())
@@ -109,7 +109,7 @@ _loads(kernels.int_at, types.int32)
 _loads(kernels.pointer_at, types.intp)
 
 
-@instructions(kernels.call_at)
+@instructions_of(kernels.call_at)
 def _call_at(context: Any, address: Any, arguments: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         kinds = [context.get_value_type(kind) for kind in signature.args[1]]
@@ -120,7 +120,7 @@ def _call_at(context: Any, address: Any, arguments: Any) -> Any:
     return types.void(types.intp, arguments), generate
 
 
-@instructions(kernels.call_function)
+@instructions_of(kernels.call_function)
 def _call_function(context: Any, address: Any, arguments: Any) -> Any:
     pair = types.UniTuple(types.intp, 2)
 
@@ -135,7 +135,7 @@ def _call_function(context: Any, address: Any, arguments: Any) -> Any:
     return pair(types.intp, arguments), generate
 
 
-@instructions(kernels.data_address)
+@instructions_of(kernels.data_address)
 def _data_address(context: Any, array: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         data = make_array(signature.args[0])(context, builder, arguments[0]).data
@@ -144,7 +144,7 @@ def _data_address(context: Any, array: Any) -> Any:
     return types.intp(array), generate
 
 
-@instructions(kernels.high_product)
+@instructions_of(kernels.high_product)
 def _high_product(context: Any, a: Any, b: Any) -> Any:
     if not (isinstance(a, types.Integer) and isinstance(b, types.Integer)):
         return None

@@ -10,7 +10,7 @@ from llvmlite import ir
 from escort_mj.native import kernels
 from escort_mj.native import uint64_lanes as names
 from escort_mj.native.compiler.lanes import lanes, spread, teach_operator
-from escort_mj.native.compiler.machine import instructions
+from escort_mj.native.compiler.machine import instructions_of
 from escort_mj.native.compiler.numba_parts import models, register_model, types
 from escort_mj.native.lanes import WIDTH
 
@@ -51,7 +51,7 @@ _binary(operator.lshift, "shl")
 _binary(operator.rshift, "lshr")
 
 
-@instructions(kernels.high_product)
+@instructions_of(kernels.high_product)
 def _high_product(context: Any, a: Any, b: Any) -> Any:
     """Of products of halves, for which processors have an instruction; single words have one of their own."""
     if words not in (a, b):
@@ -73,7 +73,7 @@ def _high_product(context: Any, a: Any, b: Any) -> Any:
     return words(a if a == words else types.uint64, b if b == words else types.uint64), generate
 
 
-@instructions(names.words_from)
+@instructions_of(names.words_from)
 def _words_from(context: Any, first: Any) -> Any:
     def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         return builder.add(_wide(builder, arguments[0]), ir.Constant(_WORDS, list(range(WIDTH))))
@@ -81,7 +81,7 @@ def _words_from(context: Any, first: Any) -> Any:
     return words(types.uint64), generate
 
 
-@instructions(names.double_of)
+@instructions_of(names.double_of)
 def _double_of(context: Any, word: Any) -> Any:
     result, argument = (lanes, words) if word == words else (types.float64, types.uint64)
 

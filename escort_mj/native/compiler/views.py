@@ -9,7 +9,7 @@ import numpy as np
 from llvmlite import ir
 
 from escort_mj.native import kernels
-from escort_mj.native.compiler.machine import instructions
+from escort_mj.native.compiler.machine import instructions_of
 from escort_mj.native.compiler.numba_parts import (
     AttributeTemplate,
     CallableTemplate,
@@ -66,7 +66,7 @@ def name_view(name: str, layout: Layout, kind: type, axes: int | None) -> ViewTy
     return ViewType(name, axes)
 
 
-def teach(layout: Layout, kind: type, function: Any) -> None:
+def teach_viewer(layout: Layout, kind: type, function: Any) -> None:
     """Tells numba of a viewer, see `memory.viewer`."""
     name = f"{function.__module__}.{function.__name__}"
     _LAYOUTS[name] = layout, kind
@@ -98,7 +98,7 @@ def teach(layout: Layout, kind: type, function: Any) -> None:
         return model._getvalue()
 
 
-@instructions(kernels.view_addresses)
+@instructions_of(kernels.view_addresses)
 def _view_addresses(context: Any, view: Any) -> Any:
     pair = types.UniTuple(types.intp, 2)
 

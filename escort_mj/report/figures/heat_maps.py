@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
-from escort_mj.report.figures.scales import Scale, heading, logarithmic, number, scale_of
+from escort_mj.report.figures.scales import Scale, heading, logarithmic, readable, scale_of
 from escort_mj.report.figures.style import figure
 from escort_mj.study.sweeps.quantities import QUANTITIES, RATES
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import rate, summary
+from escort_mj.study.sweeps.statistics import rate_of, summary
 
 __all__ = ["draw_map", "heading"]
 
@@ -81,7 +81,7 @@ def _table(
         for column in range(len(x.levels)):
             here = inside & (results.levels[x.name] == column) & (results.levels[y.name] == row)
             some = values[here]
-            found[row, column] = rate(some).share if quantity in RATES else summary(some).median
+            found[row, column] = rate_of(some).share if quantity in RATES else summary(some).median
     return found
 
 
@@ -107,7 +107,7 @@ def _panel(axes: Axes, table: Array, scale: Scale, quantity: str, x: Factor, y: 
             axes.text(
                 column + 0.5,
                 row + 0.5,
-                number(value),
+                readable(value),
                 ha="center",
                 va="center",
                 fontsize=6.5,

@@ -83,7 +83,7 @@ def logarithmic(axis: Axis) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def number(value: float, unit: str = "") -> str:
+def readable(value: float, unit: str = "") -> str:
     """A value for people: three digits; `-` for missing, `never` for infinite."""
     if math.isnan(value):
         return "-"

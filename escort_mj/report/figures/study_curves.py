@@ -18,7 +18,7 @@ from escort_mj.report.figures.scales import Scale, colors_of, heading, logarithm
 from escort_mj.report.figures.style import FAILED, Key, figure, legend
 from escort_mj.study.sweeps.quantities import RATES
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import Interval, rate, summary
+from escort_mj.study.sweeps.statistics import Interval, rate_of, summary
 
 Array = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ class Point(NamedTuple):
     interval: Interval
 
 
-def draw_curves(
+def draw_study_curves(
     path: Path, results: Results, factor: Factor, by: Factor | None, quantities: Sequence[str]
 ) -> None:
     """Draws each quantity over one factor with numbers; what else varies is taken together.
@@ -93,7 +93,7 @@ def _points(results: Results, quantity: str, factor: Factor, here: NDArray[np.bo
 
 def _point(x: float, quantity: str, values: Array) -> Point:
     if quantity in RATES:
-        happened = rate(values)
+        happened = rate_of(values)
         return Point(x, happened.share, happened.interval)
     found = summary(values)
     return Point(x, found.median, found.median_interval)

@@ -73,7 +73,7 @@ def _all(
     laid_out = [factor for factor in others if not factor.drawn]
     for factor in (f for f in others if f.numbers):
         words = f"Against {factor.name}: {BANDS}" + TOGETHER * (len(others) > 1)
-        study_curves.draw_curves(add(f"curves_{factor.name}", words), results, factor, by, quantities)
+        study_curves.draw_study_curves(add(f"curves_{factor.name}", words), results, factor, by, quantities)
     pairs = [(x, y, by) for x, y in combinations(laid_out, 2)]
     if not pairs and by is not None and laid_out:
         pairs = [(laid_out[0], by, None)]

@@ -14,7 +14,7 @@ from escort_mj.report.figures.style import figure
 from escort_mj.study.sweeps.searches import Tune
 
 if TYPE_CHECKING:
-    from escort_mj.study.search.tune import Trial, Tuned
+    from escort_mj.study.search.tune import Tuned, TunedPoint
 
 UNITS = {metric.name: metric.unit for metric in METRICS}
 KEPT, BROKEN, OWN, FRONT = "#3B6FB6", "#B9BEC6", "#B00020", "#1E7B4F"
@@ -79,7 +79,7 @@ def _front(path: Path, search: Tune, found: Tuned) -> Path:
     with figure(path, 4.2, f"{second.metric} against {first.metric}, {len(found.trials)} trials") as canvas:
         axes = canvas.subplots()
         on_front = set(found.front)
-        groups: list[tuple[str, str, list[Trial]]] = [
+        groups: list[tuple[str, str, list[TunedPoint]]] = [
             ("breaks a constraint", BROKEN, [t for t in found.trials if not t.feasible]),
             ("keeps them", KEPT, [t for k, t in enumerate(found.trials) if t.feasible and k not in on_front]),
             ("the front", FRONT, [found.trials[k] for k in found.front]),

@@ -23,7 +23,7 @@ def exit_code(results: Sequence[Checked]) -> int:
     return max((result.code for result in results), default=GOOD)
 
 
-def table(results: Sequence[Checked]) -> Iterator[str]:
+def checked_table(results: Sequence[Checked]) -> Iterator[str]:
     """The results for a terminal: a line per scenario, and below it what failed or nearly did."""
     width = max((len(result.label) for result in results), default=0)
     for result in results:

@@ -16,7 +16,7 @@ from escort_mj.record.episodes import pair
 from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, open_run
 from escort_mj.report.figures.figures import PLOTS, draw_figures
-from escort_mj.report.figures.scales import number
+from escort_mj.report.figures.scales import readable
 from escort_mj.report.pages.html import Table, Text, page
 from escort_mj.report.pages.replay_data import replay_data
 from escort_mj.report.pages.signals_data import signals_data
@@ -28,7 +28,7 @@ LARGEST_VIDEO = 6 << 20  # bytes of a video that goes into the page
 MOST_EPISODES = 200
 
 
-def report(folder: str | os.PathLike[str], out: Path | None = None) -> Path:
+def write_run_page(folder: str | os.PathLike[str], out: Path | None = None) -> Path:
     """Writes the page of a run; figures that the folder does not have yet are drawn.
 
     Args:
@@ -128,7 +128,7 @@ def _contacts(run: StoredRun, shown: Sequence[tuple[int, str, str]]) -> Table:
             [
                 Text(f"{first} and {second}"),
                 _moment(float(trace["episode_start"][k])),
-                *(Text(number(x), x, kind="number") for x in (1e3 * duration, force, impulse, 1e3 * depth)),
+                *(Text(readable(x), x, kind="number") for x in (1e3 * duration, force, impulse, 1e3 * depth)),
             ]
         )
     head = [
@@ -155,7 +155,7 @@ def _metrics(run: StoredRun) -> Table:
         rows.append(
             [
                 Text(metric.name),
-                Text("-" if value is None else number(value), value, kind="number"),
+                Text("-" if value is None else readable(value), value, kind="number"),
                 Text(unit, kind="word"),
                 Text(metric.meaning if value is not None else str(found.get("reason", "")), kind="message"),
                 Text(f"{start:.4g} to {end:.4g} s", kind="word"),

@@ -28,15 +28,15 @@ from escort_mj.report.pages.study_tables import (
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED, VALUES
 from escort_mj.study.sweeps.results import Results, open_results
-from escort_mj.study.sweeps.statistics import rate
-from escort_mj.study.sweeps.worst import broken, reason, worst_runs, write_scenario
+from escort_mj.study.sweeps.statistics import rate_of
+from escort_mj.study.sweeps.worst import failed_runs, reason, worst_runs, write_scenario
 
 PAGE, CELLS = "report.html", "cells.csv"
 EACH = 3  # worst runs of a quantity
 MOST_FAILURES = 200
 
 
-def report(
+def write_study_page(
     folder: Path, out: Path | None = None, compare: str | None = None, formats: Sequence[str] = ("svg",)
 ) -> Path:
     """Writes the page of a study, its figures and the scenarios of its worst runs.
@@ -82,7 +82,7 @@ def _parts(
         return parts
     shown = results.known(dict.fromkeys([*SHOWN, *results.judged()]))
     factor = results.compared(compare)
-    runs = broken(results)
+    runs = failed_runs(results)
     return parts | {
         "rates": cell_rates(results),
         "values": cell_values(results, shown),
@@ -103,7 +103,7 @@ def _overview(results: Results) -> str:
     if not results.rows:
         return words
     shares = [
-        f"{shown_rate(rate(results.values(name)))} {verb}"
+        f"{shown_rate(rate_of(results.values(name)))} {verb}"
         for name, verb in ((PASSED, "passed"), (COMPLETED, "completed"), (COLLIDED, "had contacts"))
     ]
     return f"{words}: {', '.join(shares)}"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from escort_mj.record.files import write_text
 from escort_mj.record.tables import comma_separated
-from escort_mj.report.figures.scales import number
+from escort_mj.report.figures.scales import readable
 from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.quantities import (
@@ -39,14 +39,14 @@ def run_cell(results: Results, run: Planned) -> list[Text]:
 
 def number_cell(value: float, unit: str = "") -> Text:
     """A number, sorted by its value."""
-    return Text(number(value, unit), value, kind="number")
+    return Text(readable(value, unit), value, kind="number")
 
 
 def with_interval(value: float, interval: Interval) -> Text:
     """A number and its interval."""
-    words = number(value)
+    words = readable(value)
     if not math.isnan(interval.low):
-        words += f" [{number(interval.low)}, {number(interval.high)}]"
+        words += f" [{readable(interval.low)}, {readable(interval.high)}]"
     return Text(words, value, kind="number")
 
 

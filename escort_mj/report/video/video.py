@@ -162,13 +162,15 @@ def _reason(code: int, errors: IO[str], folder: Path) -> str:
     return f"{reason}: {said[-1]}" if said else reason
 
 
-def main(arguments: list[str] | None = None) -> int:
+def render_here(arguments: list[str] | None = None) -> int:
     """Renders one folder in this process. MUJOCO_GL must name a back end that works.
 
     Returns:
         The exit code.
     """
-    parser = argparse.ArgumentParser(prog="python -m escort_mj.report.video.video", description=main.__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m escort_mj.report.video.video", description=render_here.__doc__
+    )
     parser.add_argument("folder", help="a run folder")
     parser.add_argument("--video", help="size, rate, speed and camera as JSON; the scenario's where left out")
     parser.add_argument("--clip", action="store_true", help="only what is around the worst moment, slowly")
@@ -224,4 +226,4 @@ def _film(run: StoredRun, video: Video, short: bool) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(render_here())

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.numerics.steps import first_step, last_step
-from escort_mj.scenario.findings import Finding, Path, nearest, shown
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import FLOOR, GROUPS, ROBOTS, TARGET
@@ -86,7 +86,7 @@ def _side(side: str, known: dict[str, str]) -> str:
     more = f" ... ({len(others) - MOST_NAMES} more)" if len(others) > MOST_NAMES else ""
     return (
         f"found {shown(side)}; expected a group ({', '.join(groups)}) or a body ({', '.join(names)}{more})"
-        + nearest(side, (*groups, *known))
+        + did_you_mean(side, (*groups, *known))
     )
 
 

@@ -12,7 +12,7 @@ from escort_mj.errors import ScenarioError
 from escort_mj.scenario.checks.obstacles import check_drive, vectors_of_obstacles
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
-from escort_mj.scenario.geometry.placement import Team, team
+from escort_mj.scenario.geometry.placement import Placement, team
 from escort_mj.scenario.geometry.trajectory import target_trajectory
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -72,7 +72,7 @@ def check_clearance(scenario: Scenario) -> Iterator[Finding]:
     yield from _overlaps(scenario, robots, target)
 
 
-def _overlaps(scenario: Scenario, robots: Team, target: Array) -> Iterator[Finding]:
+def _overlaps(scenario: Scenario, robots: Placement, target: Array) -> Iterator[Finding]:
     """Pairs of which one is a robot and which overlap at the start."""
     obstacles, count = obstacles_of(scenario), len(robots.radius)
     to_target = np.linalg.norm(robots.position - target, axis=1) - scenario.target.radius

@@ -125,7 +125,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
 )
 
 
-def findings(scenario: Scenario, wrong: Collection[str] = ()) -> list[Finding]:
+def findings_between_keys(scenario: Scenario, wrong: Collection[str] = ()) -> list[Finding]:
     """Everything wrong between the keys of a scenario.
 
     Args:
@@ -148,5 +148,5 @@ def check_scenario(scenario: Scenario) -> None:
     Raises:
         ScenarioError: With everything wrong between its keys.
     """
-    if found := findings(scenario):
+    if found := findings_between_keys(scenario):
         raise ScenarioError([Fault(finding.message, key_path(finding.path)) for finding in found])

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.scenario.findings import Path
-from escort_mj.scenario.geometry.shapes import Solid, extent, in_space, nearest, rotation
+from escort_mj.scenario.geometry.shapes import Solid, extent, in_space, nearest, rotation_matrix
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Body(NamedTuple):
         """Its shape where it is at the start; two or three axes only."""
         center = in_space(self.position[np.newaxis])[0]
         center[2] += self.lift
-        return Solid(self.shape, self.size, center, rotation(self.orientation), self.vertices)
+        return Solid(self.shape, self.size, center, rotation_matrix(self.orientation), self.vertices)
 
     def gaps(self, points: Array) -> Array:
         """How far points are outside it at the start, shape (k, p) -> (k,) [m]; negative inside."""

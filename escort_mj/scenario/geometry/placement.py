@@ -25,7 +25,7 @@ GAINS = 1  # stream of random numbers beside that of positions, with the same se
 STANDARD_GRAVITY = 9.81
 
 
-class Team(NamedTuple):
+class Placement(NamedTuple):
     """The robots, one row each.
 
     Attributes:
@@ -106,7 +106,7 @@ def robot_count(scenario: Scenario) -> int:
     return DEFAULT_COUNT.get(scenario.axes, 2 * scenario.axes)
 
 
-def team(scenario: Scenario) -> Team:
+def team(scenario: Scenario) -> Placement:
     """The robots of a scenario; random positions come from its seed, the same on every machine.
 
     Raises:
@@ -135,7 +135,7 @@ def team(scenario: Scenario) -> Team:
     velocity = np.zeros((count, scenario.axes))
     if robots.velocities is not None:
         velocity[:] = robots.velocities
-    return Team(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
+    return Placement(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
 
 
 def _place(scenario: Scenario, position: Array, radius: Array) -> None:

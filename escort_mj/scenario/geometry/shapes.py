@@ -53,7 +53,7 @@ def quaternion(orientation: float | tuple[float, ...]) -> tuple[float, float, fl
     )
 
 
-def rotation(q: tuple[float, ...]) -> Array:
+def rotation_matrix(q: tuple[float, ...]) -> Array:
     """Rotation matrix of a unit quaternion (w, x, y, z), shape (3, 3)."""
     w, x, y, z = q
     return np.array(

@@ -46,7 +46,7 @@ def wall_name(wall: Wall, index: int) -> str:
 def parts(scenario: Scenario) -> Iterator[Body]:
     """The boxes of all walls of a scenario."""
     for index, wall in enumerate(scenario.walls):
-        boxes = [box for side in sides(wall) for stretch in side for box in _boxes(wall, stretch)]
+        boxes = [box for side in sides_of(wall) for stretch in side for box in _boxes(wall, stretch)]
         for number, (middle, half, bottom, top, along) in enumerate(boxes, 1):
             name = wall_name(wall, index) + (f"_{number}" if len(boxes) > 1 else "")
             size = (half, 0.5 * wall.thickness, 0.5 * (top - bottom))
@@ -67,7 +67,7 @@ def parts(scenario: Scenario) -> Iterator[Body]:
             )
 
 
-def sides(wall: Wall) -> list[list[Stretch]]:
+def sides_of(wall: Wall) -> list[list[Stretch]]:
     """The stretches of a wall, or of the two of a corridor: to the left of its points first."""
     if wall.corridor is None:
         return [stretches(wall, 0.0)]

@@ -27,9 +27,9 @@ from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
 from escort_mj.robots import KINDS, RobotKind
 from escort_mj.scenario.findings import Finding
-from escort_mj.scenario.reader.plugins import Plugin, load, load_all, source_of
+from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, source_of
 from escort_mj.scenario.schema.expectations import expectation_of
-from escort_mj.scenario.schema.fields import one_of
+from escort_mj.scenario.schema.fields import one_of_kinds
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
 from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario
@@ -121,13 +121,13 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     if not catalog.plugins:
         return Scenario
     behaviors: Any = Annotated[
-        tuple[one_of(catalog.behaviors, "behavior"), ...],  # type: ignore[misc]
+        tuple[one_of_kinds(catalog.behaviors, "behavior"), ...],  # type: ignore[misc]
         Field(min_length=1, max_length=MAX_LEVELS),
     ]
     phase = _with(Phase, behaviors=behaviors)
     phases = Annotated[tuple[phase, ...], Field(max_length=32)]  # type: ignore[valid-type]
     mission = _with(Mission, behaviors=behaviors, supervisor=phases)
-    robot: Any = one_of(catalog.kinds, "kind")
+    robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
     robots = _with(Robots, kind=robot, overrides=tuple[override, ...])  # type: ignore[valid-type]
     metric = _with(MetricExpectation, metric=Literal[tuple(each.name for each in catalog.metrics)])
@@ -138,7 +138,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         Extended,
         expect=expect,
         robots=robots,
-        controller=one_of(catalog.laws, "law", "apd_smc"),
+        controller=one_of_kinds(catalog.laws, "law", "apd_smc"),
         mission=mission,
     )
     made.__name__ = made.__qualname__ = Scenario.__name__
@@ -162,7 +162,7 @@ def _with(base: type[Any], **types: Any) -> type[Any]:
     return made
 
 
-def resolve(data: dict[str, Any], folder: Path) -> tuple[type[Scenario], list[Finding]]:
+def resolve_plugins(data: dict[str, Any], folder: Path) -> tuple[type[Scenario], list[Finding]]:
     """The type of scenario that plain data names plugins for; the data's `plugins` are resolved in place.
 
     Args:
@@ -200,7 +200,7 @@ def scenario_type_with(plugins: Sequence[str]) -> type[Scenario]:
     Raises:
         PluginError: If one cannot be loaded, or two have the same name.
     """
-    return scenario_type(assemble([load(source_of(each, Path())) for each in plugins]))
+    return scenario_type(assemble([load_plugin(source_of(each, Path())) for each in plugins]))
 
 
 def revived(data: dict[str, Any]) -> Scenario:
@@ -209,5 +209,5 @@ def revived(data: dict[str, Any]) -> Scenario:
     Raises:
         PluginError: If a plugin is not there any more, or has changed.
     """
-    plugins = [load(PluginSource(**each)) for each in data["plugins"]]
+    plugins = [load_plugin(PluginSource(**each)) for each in data["plugins"]]
     return scenario_type(assemble(plugins)).model_validate(data, strict=True)

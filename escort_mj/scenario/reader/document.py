@@ -90,7 +90,7 @@ def whole_characters(text: str) -> str:
     return text.encode("utf-16-le", "surrogatepass").decode("utf-16-le", "surrogatepass")
 
 
-def read(text: str, source: str) -> Document:
+def read_document(text: str, source: str) -> Document:
     """Reads YAML text.
 
     Args:

@@ -8,14 +8,14 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from escort_mj.scenario.findings import Finding, Path, listed, nearest, shown
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.paths import Location, locate, member_name
 from escort_mj.scenario.schema.fields import PATTERNS
 from escort_mj.scenario.schema.scenario import Scenario
 
 
-def findings(error: ValidationError, data: Any, root: type[BaseModel] = Scenario) -> list[Finding]:
+def findings_of(error: ValidationError, data: Any, root: type[BaseModel] = Scenario) -> list[Finding]:
     """What pydantic found wrong with plain data that was to become a scenario, or another kind of table."""
     return [
         _finding(details, data, root) for details in error.errors(include_url=False) if not _is_echo(details)
@@ -62,7 +62,9 @@ def _unknown_key(location: Location) -> Finding:
         names = list(location.holder.model_fields)
         name = member_name(location.holder)
         owner = f" of {name}" if name else ""
-    message = f"is not a key{owner}; allowed are {listed(names)}" + nearest(str(location.path[-1]), names)
+    message = f"is not a key{owner}; allowed are {listed(names)}" + did_you_mean(
+        str(location.path[-1]), names
+    )
     return Finding(location.path, message, at_key=True)
 
 
@@ -80,14 +82,14 @@ def _wrong_tag(path: Path, context: dict[str, Any], data: Any) -> Finding:
     names = [name.strip(" '") for name in context["expected_tags"].split(",")]
     where = (*path, tag) if isinstance(held, dict) else path
     found = str(context["tag"])
-    return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{nearest(found, names)}")
+    return Finding(where, f"found {shown(found)}; allowed are {listed(names)}{did_you_mean(found, names)}")
 
 
 def _no_kind(found: Any, names: list[str]) -> str:
     """What to say of an expectation that names nothing to be expected."""
     if not isinstance(found, dict):
         return f"found {shown(found)}; expected a table with one of {listed(names)}"
-    close = filter(None, (nearest(key, names) for key in found))
+    close = filter(None, (did_you_mean(key, names) for key in found))
     return f"does not say what is expected; give one of {listed(names)}{next(close, '')}"
 
 
@@ -98,7 +100,7 @@ def _wrong_choice(path: Path, found: Any, expected: str) -> str:
     message = f"found {shown(found)}; allowed are {listed(names)}"
     if path == ("physics", "integrator") and str(found).upper() == "RK4":
         return message + "; RK4 would evaluate the adaptive law four times a step"
-    return message + nearest(str(found), names)
+    return message + did_you_mean(str(found), names)
 
 
 _WANTED: dict[str, Callable[[dict[str, Any]], str]] = {

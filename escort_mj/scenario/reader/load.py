@@ -12,12 +12,12 @@ from pydantic import ValidationError
 
 from escort_mj.errors import Fault, ScenarioError, UsageError
 from escort_mj.scenario.checks import whole as checks
-from escort_mj.scenario.findings import Finding, key_path, nearest, shortened, shown
+from escort_mj.scenario.findings import Finding, did_you_mean, key_path, shortened, shown
 from escort_mj.scenario.reader import explain
-from escort_mj.scenario.reader.catalog import resolve
-from escort_mj.scenario.reader.document import Document, Place, line_and_column, read
+from escort_mj.scenario.reader.catalog import resolve_plugins
+from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
 from escort_mj.scenario.reader.overrides import Overrides, apply
-from escort_mj.scenario.reader.plugins import load, source_of
+from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.scenario.schema.scenario import Scenario
 
 MAX_BYTES = 1_000_000
@@ -25,7 +25,7 @@ COPIES = "plugins"  # in a run folder: the plugin files that took part
 NO_DEMAND = {"sanity": "all"}  # an expectation that nothing can be wrong with stands in for a wrong one
 
 
-def load_scenario(
+def load_file(
     path: str | os.PathLike[str], overrides: Overrides = (), plugins: Sequence[str] = ()
 ) -> Scenario:
     """Reads and checks a scenario file.
@@ -106,7 +106,7 @@ class Template:
         if len(text) > MAX_BYTES:
             raise _too_long(source)
         self.text, self.source = text, source
-        self._document = read(text, source)
+        self._document = read_document(text, source)
         if isinstance(self._document.data, dict):
             return
         found = "nothing" if self._document.data is None else shown(self._document.data)
@@ -138,14 +138,14 @@ class Template:
         unset = apply(document, overrides)
         data = dict(document.data)
         if plugins:
-            told = [load(source_of(each, FilePath())).source.model_dump() for each in plugins]
+            told = [load_plugin(source_of(each, FilePath())).source.model_dump() for each in plugins]
             data["plugins"] = [*(data.get("plugins") or ()), *told]
         return _scenario(document, data, unset, self.source)
 
 
 def _scenario(document: Document, data: dict[str, Any], unset: list[Fault], source: str) -> Scenario:
     """Checks what a document and the command line say together."""
-    kind, findings = resolve(data, FilePath(source).parent)
+    kind, findings = resolve_plugins(data, FilePath(source).parent)
     scenario = None
     if not findings:
         scenario, findings = _checked(data, kind)
@@ -172,7 +172,7 @@ def read_text(path: FilePath) -> str:
 def expectation_lines(path: FilePath) -> list[int]:
     """The line of each expectation of a scenario file, from 1; empty where they cannot be told."""
     try:
-        document = read(read_text(path), str(path))
+        document = read_document(read_text(path), str(path))
     except (UsageError, ScenarioError):
         return []
     data = document.data.get("expect") if isinstance(document.data, dict) else None
@@ -184,7 +184,7 @@ def _content(path: FilePath) -> bytes:
     if not os.path.exists(path):  # False, too, for a name that no file can have
         folder = path.parent
         names = [entry.name for entry in folder.glob("*.y*ml")] if os.path.isdir(folder) else []
-        raise UsageError(f"{shortened(path)}: there is no such file{nearest(path.name, names)}")
+        raise UsageError(f"{shortened(path)}: there is no such file{did_you_mean(path.name, names)}")
     if not path.is_file():
         raise UsageError(f"{path}: this is not a file; expected a scenario in YAML")
     try:
@@ -220,9 +220,9 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
     try:
         scenario = kind.model_validate(tuples(data), strict=True)
     except ValidationError as error:
-        found = explain.findings(error, data, kind)
+        found = explain.findings_of(error, data, kind)
     else:
-        return scenario, checks.findings(scenario)
+        return scenario, checks.findings_between_keys(scenario)
     if version := [finding for finding in found if finding.path == ("version",)]:
         return None, version  # another version has other keys: nothing else can be said
     rest = {key: value for key, value in data.items() if (key,) not in {finding.path for finding in found}}
@@ -232,7 +232,7 @@ def _checked(data: dict[str, Any], kind: type[Scenario]) -> tuple[Scenario | Non
         rest["expect"] = [NO_DEMAND if i in bad else one for i, one in enumerate(rest["expect"])]
         wrong.discard("expect")
     rest = {key: value for key, value in rest.items() if key not in wrong}
-    return None, found + checks.findings(kind.model_validate(tuples(rest), strict=True), wrong)
+    return None, found + checks.findings_between_keys(kind.model_validate(tuples(rest), strict=True), wrong)
 
 
 def tuples(data: Any) -> Any:

@@ -7,7 +7,7 @@ from typing import Any
 
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.findings import Path, key_path, parse_key_path
-from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, read
+from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, read_document
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.paths import locate, models, tag_of
 
@@ -34,7 +34,7 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
             faults.append(Fault(message, source=place.source))
             continue
         try:
-            value = read(text, place.source).data
+            value = read_document(text, place.source).data
         except ScenarioError as error:
             faults.extend(Fault(fault.message, key_path(path), source=place.source) for fault in error.faults)
             continue

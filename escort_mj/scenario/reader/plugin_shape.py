@@ -16,7 +16,7 @@ from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.robots import RobotKind
-from escort_mj.scenario.findings import listed, nearest
+from escort_mj.scenario.findings import did_you_mean, listed
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
 PARAMETERS: dict[type, list[str]] = {Law: ["self", "robots"], Behavior: ["self", "robots", "i"]}
@@ -74,11 +74,11 @@ def _check_expectation(model: type[Expectation], place: str) -> None:
     if kind not in model.model_fields:
         raise PluginError(
             f"{place}: has no key {kind}: a scenario tells it by the key of its name"
-            f"{nearest(kind, model.model_fields)}"
+            f"{did_you_mean(kind, model.model_fields)}"
         )
     if model.judge is Expectation.judge:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
-        raise PluginError(f"{place}: has no judge(self, trace){nearest('judge', own)}")
+        raise PluginError(f"{place}: has no judge(self, trace){did_you_mean('judge', own)}")
     _check_signature(model.judge, ["self", "trace"], place)
 
 
@@ -109,7 +109,7 @@ def _check_forms(model: type[Component], place: str) -> None:
     if forms.python is None and forms.kernel is None:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
         wanted = ", ".join(_wanted(model))
-        hint = f"; it has {listed(own)}{nearest(method, own)}" if own else ""
+        hint = f"; it has {listed(own)}{did_you_mean(method, own)}" if own else ""
         raise PluginError(f"{place}: has neither {method}({wanted}) nor {method}{COMPILED}({wanted}){hint}")
     for function in forms:
         if function is not None:

@@ -30,7 +30,7 @@ from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
 from escort_mj.robots import RobotKind
-from escort_mj.scenario.findings import listed, nearest
+from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.scenario.reader.plugin_shape import check_metric, check_shape
 from escort_mj.scenario.schema.plugin_source import PluginSource
 
@@ -101,7 +101,8 @@ def source_of(written: Any, folder: Path) -> PluginSource:
     if unknown := [str(key) for key in written if key not in PluginSource.model_fields]:
         names = list(PluginSource.model_fields)
         raise PluginError(
-            f"{unknown[0]} is not a key of a plugin; allowed are {listed(names)}{nearest(unknown[0], names)}"
+            f"{unknown[0]} is not a key of a plugin; allowed are {listed(names)}"
+            f"{did_you_mean(unknown[0], names)}"
         )
     file, digest = written.get("file"), written.get("sha256")
     if not all(each is None or isinstance(each, str) for each in written.values()):
@@ -121,7 +122,7 @@ def source_of(written: Any, folder: Path) -> PluginSource:
         ) from None
 
 
-def load(source: PluginSource) -> Plugin:
+def load_plugin(source: PluginSource) -> Plugin:
     """Loads a plugin, or finds it loaded already.
 
     Raises:
@@ -141,7 +142,7 @@ def _load_file(path: Path, source: PluginSource) -> Plugin:
     if not there:
         folder = path.parent
         names = [each.name for each in folder.glob("*.py")] if folder.is_dir() else []
-        raise PluginError(f"{path}: there is no such file{nearest(path.name, names)}")
+        raise PluginError(f"{path}: there is no such file{did_you_mean(path.name, names)}")
     try:
         content = path.read_bytes()
     except OSError as error:
@@ -178,7 +179,7 @@ def _load_package(name: str, source: PluginSource) -> Plugin:
     if name not in known:
         there = f"installed are {listed(sorted(known))}" if known else f"none is installed (group {GROUP})"
         raise PluginError(
-            f"{name}: there is no installed plugin of that name; {there}{nearest(name, known)}; "
+            f"{name}: there is no installed plugin of that name; {there}{did_you_mean(name, known)}; "
             "a file is named with its suffix, .py"
         )
     entry: EntryPoint = known[name]
@@ -311,6 +312,6 @@ def load_all(written: Sequence[Any], folder: Path) -> Iterator[Plugin | PluginEr
     """Loads plugins one by one; gives the error in the place of one that cannot be loaded."""
     for each in written:
         try:
-            yield load(source_of(each, folder))
+            yield load_plugin(source_of(each, folder))
         except PluginError as error:
             yield error

@@ -15,10 +15,10 @@ from escort_mj.scenario.schema.nodes import (
     Instruction,
     Node,
     constant,
-    evaluate,
     instructions,
     simplified,
     stack_depth,
+    value_and_rate,
 )
 
 __all__ = ["Expression", "ExpressionError"]
@@ -53,7 +53,7 @@ class Expression:
     def evaluate(self, t: float | Array) -> Dual:
         """Value and exact time derivative at t [s], each of t's shape; not finite where undefined."""
         with np.errstate(all="ignore"):
-            return evaluate(self._tree, np.asarray(t, dtype=np.float64))
+            return value_and_rate(self._tree, np.asarray(t, dtype=np.float64))
 
     def instructions(self) -> list[Instruction]:
         """The program that `control.program` evaluates natively: opcode, a, b of each instruction."""

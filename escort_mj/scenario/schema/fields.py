@@ -71,7 +71,7 @@ def named(key: str, default: str | None = None) -> Any:
     return expand
 
 
-def one_of(models: Sequence[type[BaseModel]], key: str, default: str | None = None) -> Any:
+def one_of_kinds(models: Sequence[type[BaseModel]], key: str, default: str | None = None) -> Any:
     """Type of a table that is one of several, told by a key or by its name alone.
 
     Args:
@@ -93,7 +93,7 @@ if TYPE_CHECKING:
     Law: TypeAlias = AnyLaw
     OuterLoop: TypeAlias = OuterLoopParameters
 else:
-    Behavior = one_of(BEHAVIORS, "behavior")
-    Law = one_of(LAWS, "law", "apd_smc")
-    OuterLoop = one_of(OUTER_LOOPS, "loop", "nsb")
+    Behavior = one_of_kinds(BEHAVIORS, "behavior")
+    Law = one_of_kinds(LAWS, "law", "apd_smc")
+    OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "nsb")
 Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]

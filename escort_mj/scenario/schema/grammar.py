@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from escort_mj.errors import EscortError
 from escort_mj.numerics.program import Op
-from escort_mj.scenario.findings import nearest, shown
+from escort_mj.scenario.findings import did_you_mean, shown
 from escort_mj.scenario.schema.nodes import Node, constant, value_of_constant
 
 MAX_LENGTH = 200
@@ -119,7 +119,7 @@ def _checked(source: str) -> str:
             elif text in NAMES:
                 operand = False
             elif kind == "name":
-                allowed = f"allowed are {', '.join(NAMES)}{nearest(text, NAMES)}"
+                allowed = f"allowed are {', '.join(NAMES)}{did_you_mean(text, NAMES)}"
                 raise ExpressionError(f"found the unknown name {shown(text)}; {allowed}", column)
             elif text == "(":
                 levels.append(_Level(arguments=1))

@@ -66,13 +66,13 @@ _BINARY: dict[Op, Callable[[Array, Array, Array, Array], Dual]] = {
 }
 
 
-def evaluate(node: Node, t: Array) -> Dual:
+def value_and_rate(node: Node, t: Array) -> Dual:
     """Value and exact time derivative at times t, each of t's shape; not finite where undefined."""
     if node.op is Op.CONSTANT:
         return np.full_like(t, node.a), np.zeros_like(t)
     if node.op is Op.AFFINE:
         return node.a + node.b * t, np.full_like(t, node.b)
-    args = [evaluate(arg, t) for arg in node.args]
+    args = [value_and_rate(arg, t) for arg in node.args]
     if node.op in _BINARY:
         return _BINARY[node.op](*args[0], *args[1])
     ((x, dx),) = args
@@ -90,7 +90,7 @@ def value_of_constant(node: Node) -> float | None:
     if not _is_constant(node):
         return None
     with np.errstate(all="ignore"):
-        return float(evaluate(node, np.zeros(()))[0])
+        return float(value_and_rate(node, np.zeros(()))[0])
 
 
 def _is_constant(node: Node) -> bool:

@@ -10,7 +10,7 @@ from escort_mj.components.parameters import Force, Mass, Parameters, Radius
 from escort_mj.control.failure import Failure
 from escort_mj.robots import KINDS, PointMass, RobotKind
 from escort_mj.scenario.findings import listed
-from escort_mj.scenario.schema.fields import Vector, one_of
+from escort_mj.scenario.schema.fields import Vector, one_of_kinds
 
 MAX_ROBOTS = 5000
 Share = Annotated[float, Field(ge=0, lt=1)]
@@ -19,7 +19,7 @@ KIND_NAMES = [f"`{kind.model_fields['kind'].default}`" for kind in KINDS]
 if TYPE_CHECKING:
     OneKind: TypeAlias = RobotKind
 else:
-    OneKind = one_of(KINDS, "kind")
+    OneKind = one_of_kinds(KINDS, "kind")
 
 
 class Actuators(Parameters):

@@ -27,7 +27,7 @@ SPEED = ("settling_time", "tracking_time")
 PRECISION = ("radius_error", "e_rms", "e_dot_rms")
 
 
-class Finding(NamedTuple):
+class Conclusion(NamedTuple):
     """What a rule found in one reading.
 
     Attributes:
@@ -54,18 +54,18 @@ class Claim(NamedTuple):
     figures: str
     words: str
     rule: str
-    decide: Callable[[Runs], Finding]
+    decide: Callable[[Runs], Conclusion]
 
-    def __call__(self, runs: Runs) -> Finding:
+    def __call__(self, runs: Runs) -> Conclusion:
         """The finding in one reading; undecided where a run that it takes is missing."""
         try:
             return self.decide(runs)
         except KeyError as missing:
             case, law = missing.args[0]
-            return Finding(None, f"{LAWS[law]} in {CASES[case]} has not run")
+            return Conclusion(None, f"{LAWS[law]} in {CASES[case]} has not run")
 
 
-def number(value: float | None, unit: str = "", digits: int = 3) -> str:
+def value_text(value: float | None, unit: str = "", digits: int = 3) -> str:
     """A value for people; `-` for nothing, `never` for infinite, lengths below 1 m in millimeters."""
     if value is None or math.isnan(value):
         return "-"
@@ -91,107 +91,111 @@ def better(first: Measured, second: Measured, names: tuple[str, ...]) -> bool:
     return any(a < b * (1 - MARGIN) for a, b in pairs) and not any(a * (1 - MARGIN) > b for a, b in pairs)
 
 
-def formation(case: str, tolerance: float) -> Callable[[Runs], Finding]:
+def formation(case: str, tolerance: float) -> Callable[[Runs], Conclusion]:
     """Rule: APD-SMC ends with radius and spacing within a share of what they should be."""
 
-    def decide(runs: Runs) -> Finding:
+    def decide(runs: Runs) -> Conclusion:
         run = runs[case, "apd_smc"]
         if not run.completed:
-            return Finding(False, _ended(run))
+            return Conclusion(False, _ended(run))
         radius, spacing = run.value("radius_error"), run.value("spacing_error")
-        worst = number(run.values["radius_error_max"], "m")
+        worst = value_text(run.values["radius_error_max"], "m")
         words = (
-            f"tail error of radius {number(radius, 'm')} (at most {worst}), of spacing {number(spacing, 'm')}"
+            f"tail error of radius {value_text(radius, 'm')} (at most {worst}), "
+            f"of spacing {value_text(spacing, 'm')}"
         )
-        return Finding(max(radius, spacing) <= tolerance * RADIUS, words)
+        return Conclusion(max(radius, spacing) <= tolerance * RADIUS, words)
 
     return decide
 
 
-def compared(case: str, names: tuple[str, ...], units: tuple[str, ...]) -> Callable[[Runs], Finding]:
+def compared(case: str, names: tuple[str, ...], units: tuple[str, ...]) -> Callable[[Runs], Conclusion]:
     """Rule: APD-SMC is better than ASMC in these values."""
 
-    def decide(runs: Runs) -> Finding:
+    def decide(runs: Runs) -> Conclusion:
         ours, theirs = runs[case, "apd_smc"], runs[case, "asmc"]
-        return Finding(better(ours, theirs, names), _pairs(ours, theirs, names, units))
+        return Conclusion(better(ours, theirs, names), _pairs(ours, theirs, names, units))
 
     return decide
 
 
-def much_worse(case: str) -> Callable[[Runs], Finding]:
+def much_worse(case: str) -> Callable[[Runs], Conclusion]:
     """Rule: ASMC's error of position or velocity is at least `MUCH` times APD-SMC's; it is less precise."""
 
-    def decide(runs: Runs) -> Finding:
+    def decide(runs: Runs) -> Conclusion:
         ours, theirs = runs[case, "apd_smc"], runs[case, "asmc"]
         if not ours.completed or not theirs.completed:
-            return Finding(ours.completed, _pairs(ours, theirs, (), ()))
+            return Conclusion(ours.completed, _pairs(ours, theirs, (), ()))
         names = ("true_e_rms", "e_dot_rms", "chattering")
         times = [theirs.value(name) / max(ours.value(name), 1e-12) for name in names]
         words = "ASMC / APD-SMC: |e| without noise {:.2g}, |e_dot| {:.2g}, chattering {:.2g}".format(*times)
-        return Finding(max(times[:2]) >= MUCH and better(ours, theirs, PRECISION), words)
+        return Conclusion(max(times[:2]) >= MUCH and better(ours, theirs, PRECISION), words)
 
     return decide
 
 
-def everywhere(names: tuple[str, ...], terms: tuple[str, ...], what: str) -> Callable[[Runs], Finding]:
+def better_everywhere(
+    names: tuple[str, ...], terms: tuple[str, ...], what: str
+) -> Callable[[Runs], Conclusion]:
     """Rule: APD-SMC is better than ASMC in every case; the words count each value by itself as well."""
 
-    def decide(runs: Runs) -> Finding:
+    def decide(runs: Runs) -> Conclusion:
         def wins(some: tuple[str, ...]) -> int:
             return sum(better(runs[case, "apd_smc"], runs[case, "asmc"], some) for case in CASES)
 
         each = ", ".join(f"by {words} in {wins((name,))}" for name, words in zip(names, terms, strict=True))
-        return Finding(wins(names) == len(CASES), f"{what} in {wins(names)} of {len(CASES)} cases; {each}")
+        return Conclusion(wins(names) == len(CASES), f"{what} in {wins(names)} of {len(CASES)} cases; {each}")
 
     return decide
 
 
-def avoids(case: str) -> Callable[[Runs], Finding]:
+def avoids(case: str) -> Callable[[Runs], Conclusion]:
     """Rule: no touch, and no robot farther inside the safe distance than noise explains."""
 
-    def decide(runs: Runs) -> Finding:
+    def decide(runs: Runs) -> Conclusion:
         run = runs[case, "apd_smc"]
         if not run.completed:
-            return Finding(False, _ended(run))
+            return Conclusion(False, _ended(run))
         obstacle, robot = run.value("obstacle_distance"), run.value("robot_distance")
         words = (
-            f"least distance to an obstacle {number(obstacle, 'm')}, between robots {number(robot, 'm')};"
-            f" {number(run.value('contacts'), '1')} touches"
+            f"least distance to an obstacle {value_text(obstacle, 'm')}, "
+            f"between robots {value_text(robot, 'm')};"
+            f" {value_text(run.value('contacts'), '1')} touches"
         )
-        return Finding(run.value("contacts") == 0 and min(obstacle, robot) >= SAFE - NOISE, words)
+        return Conclusion(run.value("contacts") == 0 and min(obstacle, robot) >= SAFE - NOISE, words)
 
     return decide
 
 
-def meets(case: str, robots: tuple[int, ...]) -> Callable[[Runs], Finding]:
+def meets(case: str, robots: tuple[int, ...]) -> Callable[[Runs], Conclusion]:
     """Rule: avoidance ruled these robots, one at each obstacle."""
 
-    def decide(runs: Runs) -> Finding:
+    def decide(runs: Runs) -> Conclusion:
         run = runs[case, "apd_smc"]
         if not run.completed:
-            return Finding(False, _ended(run))
+            return Conclusion(False, _ended(run))
         words = [
             f"obstacle {index}: robot {near.robot} came nearest, avoidance ruled"
             f" {'robot ' + ', '.join(map(str, near.avoided)) if near.avoided else 'nobody'}"
             for index, near in enumerate(run.approaches, 1)
         ]
         met = [robot in near.avoided for robot, near in zip(robots, run.approaches, strict=True)]
-        return Finding(all(met), "; ".join(words))
+        return Conclusion(all(met), "; ".join(words))
 
     return decide
 
 
-def saturates(runs: Runs) -> Finding:
+def saturates(runs: Runs) -> Conclusion:
     """Rule: APD-SMC reaches the end of every case; says nothing where there is no limit."""
     every = [runs[case, "apd_smc"] for case in CASES]
     if any(run.simulation.reading == "unlimited" for run in every):
-        return Finding(None, "no limit here")
+        return Conclusion(None, "no limit here")
     lost = [CASES[run.simulation.case] for run in every if not run.completed]
     words = f"reaches the end of {len(every) - len(lost)} of {len(every)} cases"
-    return Finding(not lost, words + (f"; not of {', '.join(lost)}" if lost else ""))
+    return Conclusion(not lost, words + (f"; not of {', '.join(lost)}" if lost else ""))
 
 
-def avoids_better(runs: Runs) -> Finding:
+def avoids_better(runs: Runs) -> Conclusion:
     """Rule: APD-SMC touches nothing and keeps one obstacle farther away than ASMC does, and none nearer."""
     words, ahead, behind = [], False, False
     for case in ("case2_2d_obstacles", "case3_3d_obstacle"):
@@ -203,7 +207,7 @@ def avoids_better(runs: Runs) -> Finding:
             ahead, behind = ahead or gain > NOISE, behind or gain < -NOISE
         elif ours.completed:
             ahead = True
-    return Finding(ahead and not behind, "; ".join(words))
+    return Conclusion(ahead and not behind, "; ".join(words))
 
 
 def _ended(run: Measured) -> str:
@@ -215,18 +219,18 @@ def _pairs(ours: Measured, theirs: Measured, names: tuple[str, ...], units: tupl
     if not ours.completed or not theirs.completed:
         return "; ".join(_ended(run) for run in (ours, theirs) if not run.completed)
     both = [
-        f"{number(ours.values[name], unit)} / {number(theirs.values[name], unit)}"
+        f"{value_text(ours.values[name], unit)} / {value_text(theirs.values[name], unit)}"
         for name, unit in zip(names, units, strict=True)
     ]
     return ", ".join(both)
 
 
-def faster(case: str) -> Callable[[Runs], Finding]:
+def faster(case: str) -> Callable[[Runs], Conclusion]:
     """Rule: APD-SMC settles and tracks no later than ASMC, and one of both sooner."""
     return compared(case, SPEED, ("s", "s"))
 
 
-def more_precise(case: str) -> Callable[[Runs], Finding]:
+def more_precise(case: str) -> Callable[[Runs], Conclusion]:
     """Rule: APD-SMC's tail errors are none larger than ASMC's, and one of them smaller."""
     return compared(case, PRECISION, ("m", "m", "m/s"))
 
@@ -309,14 +313,14 @@ CLAIMS = (
         "5 to 17",
         "In sum, APD-SMC is faster than ASMC",
         _FASTER + ", in every case",
-        everywhere(SPEED, ("settling time", "tracking time"), "faster"),
+        better_everywhere(SPEED, ("settling time", "tracking time"), "faster"),
     ),
     Claim(
         "5.3.2",
         "5 to 17",
         "In sum, APD-SMC performs better than ASMC",
         _PRECISE + ", in every case",
-        everywhere(PRECISION, ("radius", "|e|", "|e_dot|"), "more precise"),
+        better_everywhere(PRECISION, ("radius", "|e|", "|e_dot|"), "more precise"),
     ),
     Claim(
         "5.3.2",
@@ -328,7 +332,7 @@ CLAIMS = (
 )
 
 
-def verdict(findings: Mapping[str, Finding]) -> str:
+def verdict(findings: Mapping[str, Conclusion]) -> str:
     """What a claim's findings come to: `yes`, `no`, `not in` or `only in` some readings, `undecided`."""
     decided = {reading: finding.holds for reading, finding in findings.items() if finding.holds is not None}
     holding = [READINGS[reading].words for reading, holds in decided.items() if holds]

@@ -23,13 +23,20 @@ from escort_mj.study.compare.comparison import (
     TRUE_PEAK,
     Result,
     Trial,
-    chosen,
+    chosen_names,
     trials,
 )
-from escort_mj.study.compare.comparison_table import around_marks, facts, into_page, page, runs_table, summary
+from escort_mj.study.compare.comparison_table import (
+    around_marks,
+    comparison_document,
+    comparison_page,
+    comparison_summary,
+    into_page,
+    runs_table,
+)
 from escort_mj.study.compare.laws import controller_of, outer_of
 from escort_mj.study.compare.measured import true_error_rms
-from escort_mj.study.compare.runs import Findings, Task, lines_of, run_once
+from escort_mj.study.compare.runs import Findings, RunJob, lines_of, run_once
 from escort_mj.study.engine.parallel import cores, side_by_side
 
 if TYPE_CHECKING:
@@ -70,28 +77,28 @@ def compare(
         ScenarioError: If a seed leaves no room for robots that are placed at random.
     """
     known = [model.model_fields["law"].default for model in catalog_of(scenario).laws]
-    names = chosen("--laws", laws, known, known)
+    names = chosen_names("--laws", laws, known, known)
     if docs is not None:
         around_marks(docs, scenario)
-    loops = chosen("--outer", outers, OUTERS, [scenario.mission.outer.loop])
+    loops = chosen_names("--outer", outers, OUTERS, [scenario.mission.outer.loop])
     wanted = trials(names, loops, [scenario.seed + index for index in range(seeds)])
-    tasks = [Task(trial, scenario_of(scenario, trial), out / trial.name, again) for trial in wanted]
+    tasks = [RunJob(trial, trial_scenario(scenario, trial), out / trial.name, again) for trial in wanted]
     workers = cores() if workers is None else workers
-    results = side_by_side(perform, tasks, workers, progress)
+    results = side_by_side(fly_trial, tasks, workers, progress)
 
-    write_json(out / "table.json", facts(scenario, results))
+    write_json(out / "table.json", comparison_document(scenario, results))
     write_text(out / "table.csv", runs_table(results))
-    write_text(out / "table.md", page(scenario, results))
+    write_text(out / "table.md", comparison_page(scenario, results))
     if docs is not None:
         write_text(docs, into_page(docs, scenario, results))
     files = draw(out, scenario, results)
     ended = [(result.trial.name, result.outcome, result.message, result.ran) for result in results]
     lines = lines_of("runs", ended)
     written = ["table.md", "table.csv", "table.json", f"figures/ ({len(files)})"]
-    return Findings(lines + summary(results), written, all(result.stated for result in results))
+    return Findings(lines + comparison_summary(results), written, all(result.stated for result in results))
 
 
-def scenario_of(base: Scenario, trial: Trial) -> Scenario:
+def trial_scenario(base: Scenario, trial: Trial) -> Scenario:
     """The scenario with what a trial changes: law, outer loop, seed; it expects nothing.
 
     Raises:
@@ -110,16 +117,16 @@ def scenario_of(base: Scenario, trial: Trial) -> Scenario:
     return changed
 
 
-def perform(task: Task[Trial]) -> Result:
+def fly_trial(task: RunJob[Trial]) -> Result:
     """Runs a trial, unless its folder holds it already, and measures it."""
     ended = run_once(task)
     values: dict[str, float | None] = dict.fromkeys(QUANTITIES)
     if ended.trace is not None and ended.outcome == Outcome.COMPLETED.value:
-        values = values_of(ended.trace)
+        values = compared_values(ended.trace)
     return Result(task.what, ended.outcome, ended.message, values, ended.ran)
 
 
-def values_of(trace: xarray.Dataset) -> dict[str, float | None]:
+def compared_values(trace: xarray.Dataset) -> dict[str, float | None]:
     """All quantities of a run that reached its end: steady states over its last fifth, the rest over all."""
     tail = window(trace, (1.0 - TAIL) * float(trace["time"][-1]))
 

@@ -10,18 +10,18 @@ from escort_mj.errors import UsageError
 from escort_mj.laws import LAWS as SHIPPED
 from escort_mj.metrics import METRICS
 from escort_mj.record.outcome import FINAL, Outcome
-from escort_mj.scenario.findings import nearest
-from escort_mj.study.compare.measured import Quantity
+from escort_mj.scenario.findings import did_you_mean
+from escort_mj.study.compare.measured import ComparedQuantity
 
 LAWS = {str(law.model_fields["law"].default): law.title_of() for law in SHIPPED}
 """Titles of the laws that come with the package."""
 OUTERS = {"nsb": "NSB", "potential_field": "potential field", "barrier_filter": "barrier filter"}
 
 TRUE_ERROR, TRUE_PEAK = "true_error_rms", "true_error_max"
-_OF_METRICS = {metric.name: Quantity(metric.unit, metric.meaning) for metric in METRICS}
+_OF_METRICS = {metric.name: ComparedQuantity(metric.unit, metric.meaning) for metric in METRICS}
 _OWN = {
-    TRUE_ERROR: Quantity("m", "root mean square of |q_d - q|, without the measurement noise"),
-    TRUE_PEAK: Quantity("m", "largest |q_d - q|"),
+    TRUE_ERROR: ComparedQuantity("m", "root mean square of |q_d - q|, without the measurement noise"),
+    TRUE_PEAK: ComparedQuantity("m", "largest |q_d - q|"),
 }
 QUANTITIES = {
     name: (_OWN | _OF_METRICS)[name]
@@ -92,7 +92,9 @@ def title_of(law: str) -> str:
     return LAWS.get(law, law)
 
 
-def chosen(option: str, words: Sequence[str], known: Iterable[str], default: Sequence[str]) -> list[str]:
+def chosen_names(
+    option: str, words: Sequence[str], known: Iterable[str], default: Sequence[str]
+) -> list[str]:
     """Names that a user picks, such as `apd_smc,pd`, in the order given and each once.
 
     Args:
@@ -108,7 +110,7 @@ def chosen(option: str, words: Sequence[str], known: Iterable[str], default: Seq
     picked = [word.strip() for text in words for word in text.split(",") if word.strip()]
     for word in picked:
         if word not in names:
-            raise UsageError(f"{option} {word}: allowed are {', '.join(names)}{nearest(word, names)}")
+            raise UsageError(f"{option} {word}: allowed are {', '.join(names)}{did_you_mean(word, names)}")
     return list(dict.fromkeys(picked)) or list(default)
 
 
@@ -133,7 +135,7 @@ class Spread(NamedTuple):
     known: int
 
 
-def spread(values: Iterable[float | None]) -> Spread:
+def mean_and_deviation(values: Iterable[float | None]) -> Spread:
     """Mean and standard deviation of what was measured; nothing counts where nothing could be."""
     known = [value for value in values if value is not None]
     finite = [value for value in known if math.isfinite(value)]
@@ -144,7 +146,7 @@ def spread(values: Iterable[float | None]) -> Spread:
     return Spread(mean, math.sqrt(square), len(known) - len(finite), len(known))
 
 
-class Row(NamedTuple):
+class Combination(NamedTuple):
     """One combination of a comparison.
 
     Attributes:
@@ -170,18 +172,23 @@ class Row(NamedTuple):
         return f"{title_of(self.law)} / {OUTERS[self.outer]}"
 
 
-def rows(results: Iterable[Result]) -> list[Row]:
+def rows(results: Iterable[Result]) -> list[Combination]:
     """Results by combination, in the order of the first of each."""
     groups: dict[tuple[str, str], list[Result]] = {}
     for result in results:
         groups.setdefault((result.trial.law, result.trial.outer), []).append(result)
     return [
-        Row(law, outer, group, {name: spread(each.values[name] for each in group) for name in QUANTITIES})
+        Combination(
+            law,
+            outer,
+            group,
+            {name: mean_and_deviation(each.values[name] for each in group) for name in QUANTITIES},
+        )
         for (law, outer), group in groups.items()
     ]
 
 
-def best(table: Sequence[Row], name: str) -> float | None:
+def best(table: Sequence[Combination], name: str) -> float | None:
     """The best mean of a quantity; only combinations count that reached every end and never say never."""
     means = [
         row.spreads[name].mean

@@ -11,13 +11,13 @@ from escort_mj.measuring import TAIL
 from escort_mj.record.tables import aligned, comma_separated
 from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.scenario import Scenario
-from escort_mj.study.compare.claims import number
+from escort_mj.study.compare.claims import value_text
 from escort_mj.study.compare.comparison import (
     IN_TAIL,
     OUTERS,
     QUANTITIES,
+    Combination,
     Result,
-    Row,
     Spread,
     best,
     rows,
@@ -50,7 +50,7 @@ BRIEF = (
 )
 
 
-def outcomes(row: Row) -> str:
+def outcomes(row: Combination) -> str:
     """How a combination's runs ended, in words."""
     ends = [result.outcome for result in row.results]
     counts = {end: ends.count(end) for end in dict.fromkeys(ends)}
@@ -69,7 +69,7 @@ def cell(name: str, spread: Spread) -> str:
     else:
         unit = QUANTITIES[name].unit
         small = unit in ("m", "m/s") and abs(spread.mean) < 1
-        text, deviation = number(spread.mean, unit), spread.deviation * (1000 if small else 1)
+        text, deviation = value_text(spread.mean, unit), spread.deviation * (1000 if small else 1)
     if spread.known - spread.never > 1:
         value, _, unit = text.partition(" ")
         decimals = len(value.partition(".")[2])
@@ -77,7 +77,7 @@ def cell(name: str, spread: Spread) -> str:
     return f"{text}, {never}" if never else text
 
 
-def cells(table: Sequence[Row], name: str, mark: str = "**") -> list[str]:
+def cells(table: Sequence[Combination], name: str, mark: str = "**") -> list[str]:
     """A column of the table; the best is marked, unless all are as good."""
     shown = [cell(name, row.spreads[name]) for row in table]
     first = best(table, name)
@@ -91,7 +91,7 @@ def cells(table: Sequence[Row], name: str, mark: str = "**") -> list[str]:
     ]
 
 
-def markdown(scenario: Scenario, results: Sequence[Result]) -> list[str]:
+def comparison_markdown(scenario: Scenario, results: Sequence[Result]) -> list[str]:
     """The table for people, with what its columns mean."""
     table = rows(results)
     columns = [[title_of(row.law) for row in table], [OUTERS[row.outer] for row in table]]
@@ -125,13 +125,13 @@ def meanings() -> list[str]:
     ]
 
 
-def page(scenario: Scenario, results: Sequence[Result]) -> str:
+def comparison_page(scenario: Scenario, results: Sequence[Result]) -> str:
     """The table as a page of its own."""
     head = [f"# {subject(results)[0].upper()}{subject(results)[1:]} compared: {scenario.name}", ""]
-    return "\n".join([*head, *markdown(scenario, results), "", *meanings()]) + "\n"
+    return "\n".join([*head, *comparison_markdown(scenario, results), "", *meanings()]) + "\n"
 
 
-def summary(results: Sequence[Result]) -> list[str]:
+def comparison_summary(results: Sequence[Result]) -> list[str]:
     """The table for a terminal: the quantities that tell most, one line per combination."""
     table = rows(results)
     columns = [["", *(row.title for row in table)]]
@@ -150,7 +150,7 @@ def runs_table(results: Sequence[Result]) -> str:
     return comma_separated(lines)
 
 
-def facts(scenario: Scenario, results: Sequence[Result]) -> dict[str, Any]:
+def comparison_document(scenario: Scenario, results: Sequence[Result]) -> dict[str, Any]:
     """Everything that was measured, as JSON can hold it."""
     return {
         "scenario": scenario.name,
@@ -181,7 +181,7 @@ def into_page(path: Path, scenario: Scenario, results: Sequence[Result]) -> str:
         UsageError: If there is no such page, or no such marks in it.
     """
     before, after = around_marks(path, scenario)
-    return "\n".join([before, "", *markdown(scenario, results), "", after])
+    return "\n".join([before, "", *comparison_markdown(scenario, results), "", after])
 
 
 def around_marks(path: Path, scenario: Scenario) -> tuple[str, str]:

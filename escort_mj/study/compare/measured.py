@@ -13,7 +13,7 @@ from escort_mj.measuring import measure
 from escort_mj.metrics.reading import mean
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.window import window
-from escort_mj.study.compare.reproduction import Simulation
+from escort_mj.study.compare.reproduction import PaperRun
 
 if TYPE_CHECKING:
     import xarray
@@ -23,7 +23,7 @@ NEAR = 1.02  # safe distances: an obstacle that comes so near is near
 TRACKED = 0.01  # of the radius: a robot tracks its reference once |e| stays below this
 
 
-class Quantity(NamedTuple):
+class ComparedQuantity(NamedTuple):
     """One column of the table: its unit and what it means."""
 
     unit: str
@@ -31,21 +31,21 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {
-    "settling_time": Quantity("s", "time after which every robot stays within 5 % of R"),
-    "tracking_time": Quantity("s", "time after which every |e| stays below 1 % of R"),
-    "error_peak": Quantity("m", "largest |e|"),
-    "radius_error": Quantity("m", "tail mean of | |q - c| - R |"),
-    "radius_error_max": Quantity("m", "tail maximum of | |q - c| - R |"),
-    "spacing_error": Quantity("m", "tail mean deviation of neighbors' distances from even"),
-    "e_rms": Quantity("m", "tail rms of |e|, with the measurement noise in it"),
-    "e_dot_rms": Quantity("m/s", "tail rms of |e_dot|, with the measurement noise in it"),
-    "true_e_rms": Quantity("m", "tail rms of |q_d - q|, without the noise"),
-    "true_e_dot_rms": Quantity("m/s", "tail rms of |v_d - v|, without the noise of v"),
-    "chattering": Quantity("N/s", "tail mean of the force's total variation per second"),
-    "force_rms": Quantity("N", "tail rms of a robot's force"),
-    "obstacle_distance": Quantity("m", "least distance to an obstacle, center to center"),
-    "robot_distance": Quantity("m", "least distance between robots, center to center"),
-    "contacts": Quantity("1", "touches"),
+    "settling_time": ComparedQuantity("s", "time after which every robot stays within 5 % of R"),
+    "tracking_time": ComparedQuantity("s", "time after which every |e| stays below 1 % of R"),
+    "error_peak": ComparedQuantity("m", "largest |e|"),
+    "radius_error": ComparedQuantity("m", "tail mean of | |q - c| - R |"),
+    "radius_error_max": ComparedQuantity("m", "tail maximum of | |q - c| - R |"),
+    "spacing_error": ComparedQuantity("m", "tail mean deviation of neighbors' distances from even"),
+    "e_rms": ComparedQuantity("m", "tail rms of |e|, with the measurement noise in it"),
+    "e_dot_rms": ComparedQuantity("m/s", "tail rms of |e_dot|, with the measurement noise in it"),
+    "true_e_rms": ComparedQuantity("m", "tail rms of |q_d - q|, without the noise"),
+    "true_e_dot_rms": ComparedQuantity("m/s", "tail rms of |v_d - v|, without the noise of v"),
+    "chattering": ComparedQuantity("N/s", "tail mean of the force's total variation per second"),
+    "force_rms": ComparedQuantity("N", "tail rms of a robot's force"),
+    "obstacle_distance": ComparedQuantity("m", "least distance to an obstacle, center to center"),
+    "robot_distance": ComparedQuantity("m", "least distance between robots, center to center"),
+    "contacts": ComparedQuantity("1", "touches"),
 }
 
 
@@ -75,7 +75,7 @@ class Measured:
         approaches: One per obstacle.
     """
 
-    simulation: Simulation
+    simulation: PaperRun
     outcome: str
     message: str
     values: dict[str, float | None]
@@ -92,7 +92,7 @@ class Measured:
         return math.nan if found is None else found
 
 
-def measured(simulation: Simulation, outcome: str, message: str, trace: xarray.Dataset | None) -> Measured:
+def measured(simulation: PaperRun, outcome: str, message: str, trace: xarray.Dataset | None) -> Measured:
     """Measures a run; one that did not reach its end has no steady state, only least distances.
 
     Args:

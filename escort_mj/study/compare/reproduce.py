@@ -13,14 +13,14 @@ from escort_mj.record.outcome import FINAL
 from escort_mj.study.compare.measured import Measured, measured
 from escort_mj.study.compare.reproduction import (
     PaperFigure,
-    Simulation,
-    chosen,
+    PaperRun,
+    chosen_figures,
     needed,
-    scenario_of,
+    paper_scenario,
     simulations,
 )
-from escort_mj.study.compare.runs import Findings, Task, finished, lines_of, run_once
-from escort_mj.study.compare.table import markdown, summary, table
+from escort_mj.study.compare.runs import Findings, RunJob, finished, lines_of, run_once
+from escort_mj.study.compare.table import claims_document, claims_markdown, claims_summary
 from escort_mj.study.engine.parallel import cores, side_by_side
 
 Draw = Callable[[Path, Sequence[Measured], PaperFigure], Path]
@@ -33,7 +33,7 @@ class Done(NamedTuple):
     ran: bool
 
 
-def perform(task: Task[Simulation]) -> Done:
+def fly_simulation(task: RunJob[PaperRun]) -> Done:
     """Runs a simulation, unless its folder holds it already, and measures it.
 
     Raises:
@@ -69,14 +69,14 @@ def reproduce(
     Raises:
         UsageError: If there is no such figure, or a folder holds something else.
     """
-    figures = chosen(only)
+    figures = chosen_figures(only)
     if docs is not None and only:
         raise UsageError("--docs: the docs hold the whole table; leave --only out")
     workers = cores() if workers is None else workers
     wanted = needed(figures) if only else simulations()
 
-    def task(simulation: Simulation) -> Task[Simulation]:
-        return Task(simulation, scenario_of(simulation, scenarios), out / simulation.name, again)
+    def task(simulation: PaperRun) -> RunJob[PaperRun]:
+        return RunJob(simulation, paper_scenario(simulation, scenarios), out / simulation.name, again)
 
     tasks = [task(simulation) for simulation in wanted]
     steps = len(tasks) + len(figures)
@@ -84,29 +84,29 @@ def reproduce(
     def report(offset: int) -> Callable[[float, float], None] | None:
         return None if progress is None else lambda done, total: progress(offset + done, steps)
 
-    done = side_by_side(perform, tasks, workers, report(0))
+    done = side_by_side(fly_simulation, tasks, workers, report(0))
     measured = [each.measured for each in done]
     known = {run.simulation: run for run in measured}
     others = [task(simulation) for simulation in simulations() if simulation not in known]
-    known |= {run.simulation: run for run in map(look, others) if run is not None}
+    known |= {run.simulation: run for run in map(measured_before, others) if run is not None}
     runs = [known[simulation] for simulation in simulations() if simulation in known]
 
     lost = {run.simulation for run in measured if run.outcome not in FINAL}
     drawable = [each for each in figures if each.kind == "laws" or not lost.intersection(needed([each]))]
     files = side_by_side(partial(draw, out, tuple(runs)), drawable, workers, report(len(tasks)))
 
-    write_json(out / "table.json", table(runs))
-    text = markdown(runs)
+    write_json(out / "table.json", claims_document(runs))
+    text = claims_markdown(runs)
     for path in (out / "table.md", docs):
         if path is not None:
             write_text(path, text)
     ended = [(run.simulation.name, run.outcome, run.message, ran) for run, ran in done]
-    lines = lines_of("simulations", ended) + summary(runs)
+    lines = lines_of("simulations", ended) + claims_summary(runs)
     written = ["table.md", "table.json", f"figures/ ({len(files)})"]
     return Findings(lines, written, not lost)
 
 
-def look(task: Task[Simulation]) -> Measured | None:
+def measured_before(task: RunJob[PaperRun]) -> Measured | None:
     """Measures a simulation that has ended before; None if there is no such run."""
     stored = finished(task)
     if stored is None:

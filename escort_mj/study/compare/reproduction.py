@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from escort_mj.errors import UsageError
-from escort_mj.scenario import Scenario, load_scenario
+from escort_mj.scenario import Scenario, load_file
 from escort_mj.study.compare.laws import controller_of
 
 CASES = {
@@ -44,7 +44,7 @@ READINGS = {
 }
 
 
-class Simulation(NamedTuple):
+class PaperRun(NamedTuple):
     """One run of the reproduction; its fields are keys of `CASES`, `LAWS` and `READINGS`."""
 
     case: str
@@ -97,12 +97,12 @@ FIGURES = (
 SHOWN = ("anti_windup", "unlimited")  # readings that a figure of one law shows
 
 
-def simulations() -> list[Simulation]:
+def simulations() -> list[PaperRun]:
     """All of them, in the order of the tables."""
-    return [Simulation(case, law, reading) for case in CASES for law in LAWS for reading in READINGS]
+    return [PaperRun(case, law, reading) for case in CASES for law in LAWS for reading in READINGS]
 
 
-def needed(figures: Iterable[PaperFigure]) -> list[Simulation]:
+def needed(figures: Iterable[PaperFigure]) -> list[PaperRun]:
     """What must have run for these figures."""
     wanted = set()
     for figure in figures:
@@ -113,7 +113,7 @@ def needed(figures: Iterable[PaperFigure]) -> list[Simulation]:
     return [simulation for simulation in simulations() if simulation in wanted]
 
 
-def chosen(only: Sequence[str]) -> list[PaperFigure]:
+def chosen_figures(only: Sequence[str]) -> list[PaperFigure]:
     """The figures that a user names, such as `5`, `fig05` or `5,6`; all of them if none is named.
 
     Raises:
@@ -131,7 +131,7 @@ def chosen(only: Sequence[str]) -> list[PaperFigure]:
     return [figure for figure in FIGURES if not words or figure.key in keys]
 
 
-def scenario_of(simulation: Simulation, scenarios: Path) -> Scenario:
+def paper_scenario(simulation: PaperRun, scenarios: Path) -> Scenario:
     """The scenario of a simulation: the paper's case with what law and reading change.
 
     Args:
@@ -148,10 +148,10 @@ def scenario_of(simulation: Simulation, scenarios: Path) -> Scenario:
     }
     if not reading.limited:
         overrides["robots.force_limit"] = None
-    return load_scenario(path, overrides)
+    return load_file(path, overrides)
 
 
 @cache
 def _as_printed(path: Path, changed: int) -> Scenario:
     """A scenario as it is shipped, read once; `changed` is the file's time."""
-    return load_scenario(path)
+    return load_file(path)

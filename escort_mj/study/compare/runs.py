@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 What = TypeVar("What")
 
 
-class Task(NamedTuple, Generic[What]):
+class RunJob(NamedTuple, Generic[What]):
     """One run to be had.
 
     Attributes:
@@ -85,7 +85,7 @@ def lines_of(kind: str, ended: Sequence[tuple[str, str, str, bool]]) -> list[str
     ]
 
 
-def run_once(task: Task[Any]) -> Ended:
+def run_once(task: RunJob[Any]) -> Ended:
     """Makes a run, unless its folder holds it already.
 
     Raises:
@@ -105,7 +105,7 @@ def run_once(task: Task[Any]) -> Ended:
     return Ended(run.outcome.value, run.message, run.trace, True)
 
 
-def finished(task: Task[Any]) -> StoredRun | None:
+def finished(task: RunJob[Any]) -> StoredRun | None:
     """What a run's folder holds, if it is that run and it ended by itself."""
     try:
         stored = open_run(task.folder)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from escort_mj.record.tables import markdown as markdown_rows
-from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, number, verdict
+from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, value_text, verdict
 from escort_mj.study.compare.measured import QUANTITIES, TAIL, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS
 
@@ -31,7 +31,7 @@ HEADS = {
 }
 
 
-def table(runs: Sequence[Measured]) -> dict[str, Any]:
+def claims_document(runs: Sequence[Measured]) -> dict[str, Any]:
     """Everything that was measured and what it says of each claim, as JSON can hold it."""
     readings = by_reading(runs)
     claims = []
@@ -89,9 +89,9 @@ def _compared(case: str, runs: Runs, reading: str, other: str) -> dict[str, Any]
     return {"case": case, "reading": reading, "than": other, **answers}
 
 
-def markdown(runs: Sequence[Measured]) -> str:
+def claims_markdown(runs: Sequence[Measured]) -> str:
     """The table for people."""
-    facts = table(runs)
+    facts = claims_document(runs)
     readings = list(READINGS)
     words = [READINGS[reading].words for reading in readings]
     lines = [
@@ -140,9 +140,12 @@ def markdown(runs: Sequence[Measured]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def summary(runs: Sequence[Measured]) -> list[str]:
+def claims_summary(runs: Sequence[Measured]) -> list[str]:
     """The claims and whether they hold, one line each, for a terminal."""
-    return [f"  {claim['holds']:9} {claim['section']:6} {claim['claim']}" for claim in table(runs)["claims"]]
+    return [
+        f"  {claim['holds']:9} {claim['section']:6} {claim['claim']}"
+        for claim in claims_document(runs)["claims"]
+    ]
 
 
 def _claim_rows(claims: Iterable[dict[str, Any]]) -> Iterator[list[str]]:
@@ -185,12 +188,12 @@ def _pairs(ours: Measured, theirs: Measured, names: Iterable[str]) -> str:
     lost = [f"{LAWS[run.simulation.law]} {run.outcome}" for run in (ours, theirs) if not run.completed]
     if lost:
         return ", ".join(lost)
-    both = [[number(run.values[name], QUANTITIES[name].unit) for run in (ours, theirs)] for name in names]
+    both = [[value_text(run.values[name], QUANTITIES[name].unit) for run in (ours, theirs)] for name in names]
     return "; ".join(" / ".join(pair) for pair in both)
 
 
 def _run_rows(runs: Runs) -> Iterator[list[str]]:
     for run in runs.values():
-        values = [number(run.values[name], quantity.unit) for name, quantity in QUANTITIES.items()]
+        values = [value_text(run.values[name], quantity.unit) for name, quantity in QUANTITIES.items()]
         outcome = run.outcome if run.completed else f"{run.outcome}: {run.message}"
         yield [CASES[run.simulation.case], LAWS[run.simulation.law], outcome, *values]

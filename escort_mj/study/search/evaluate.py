@@ -181,7 +181,7 @@ def _is_about(fault: Fault, key: str) -> bool:
     return fault.source.startswith(f"--set {key}=") or parse_key_path(fault.key) == parse_key_path(key)
 
 
-def mean(rows: Sequence[Row], metric: str) -> float:
+def mean_of(rows: Sequence[Row], metric: str) -> float:
     """Mean of a metric over runs; not a number where a run has none."""
     values = [row.metrics.get(metric) for row in rows]
     return (

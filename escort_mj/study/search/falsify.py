@@ -17,7 +17,7 @@ from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
 from escort_mj.study.search.asking import Asker
 from escort_mj.study.search.evaluate import Evaluator, Point, base_of, check_search
-from escort_mj.study.search.robustness import BEST, broken, robustness
+from escort_mj.study.search.robustness import BEST, broken_by, robustness
 from escort_mj.study.search.shrink import shrink
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.searches import Falsify
@@ -165,7 +165,7 @@ def _write(evaluator: Evaluator, number: int, words: str, point: Point, folder: 
     def failing(candidate: Point) -> Row | None:
         rows = evaluator([candidate])[0] or ()
         duration = evaluator.scenario(candidate).duration if rows else 0.0
-        return next((row for row in rows if words in broken([row], duration)), None)
+        return next((row for row in rows if words in broken_by([row], duration)), None)
 
     base = {key: base_of(evaluator.design, key) for key in point}
     small = shrink(point, base, lambda candidate: failing(candidate) is not None)
@@ -187,7 +187,7 @@ def _written(value: float | None) -> str:
     return "no number" if value is None else f"{value:g}"
 
 
-def lines(found: Falsified) -> list[str]:
+def falsification_lines(found: Falsified) -> list[str]:
     """What is to be said of a search, for a terminal."""
     said = []
     for one in found.counterexamples:
@@ -214,4 +214,4 @@ def _moves(one: Counterexample) -> list[str]:
     ]
 
 
-__all__ = ["Counterexample", "Falsified", "falsify", "lines"]
+__all__ = ["Counterexample", "Falsified", "falsify", "falsification_lines"]

@@ -41,7 +41,7 @@ def robustness(row: Row, duration: float) -> Robustness:
     return least if row.passed or least.value < 0.0 else Robustness(-1.0, f"outcome completed: {row.outcome}")
 
 
-def broken(rows: Iterable[Row], duration: float) -> set[str]:
+def broken_by(rows: Iterable[Row], duration: float) -> set[str]:
     """What several runs break, in the words of `robustness`."""
     words = {_words(verdict) for row in rows for verdict in row.verdicts if not verdict["passed"]}
     return words | {weakest.verdict for row in rows if (weakest := robustness(row, duration)).value < 0.0}

@@ -18,11 +18,11 @@ from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
 from escort_mj.study.search.asking import Asker
-from escort_mj.study.search.evaluate import Evaluator, base_of, check_search, mean
+from escort_mj.study.search.evaluate import Evaluator, base_of, check_search, mean_of
 from escort_mj.study.search.robustness import robustness
-from escort_mj.study.search.tune_table import table
+from escort_mj.study.search.tune_table import trials_csv
 from escort_mj.study.sweeps.design import Design
-from escort_mj.study.sweeps.searches import Bound, Tune
+from escort_mj.study.sweeps.searches import MetricBound, Tune
 from escort_mj.study.sweeps.statistics import Array, bootstrap, pareto
 
 Progress = Callable[[float, float], None]
@@ -30,7 +30,7 @@ BEST, TRIALS, SUMMARY = "best.yaml", "trials.csv", "tune.json"
 
 
 @dataclass(frozen=True)
-class Trial:
+class TunedPoint:
     """What came of one point.
 
     Attributes:
@@ -87,8 +87,8 @@ class Tuned:
         made: How many of them were made now.
     """
 
-    own: Trial
-    trials: tuple[Trial, ...]
+    own: TunedPoint
+    trials: tuple[TunedPoint, ...]
     front: tuple[int, ...]
     gains: dict[str, Gain]
     failed: tuple[int, int]
@@ -96,7 +96,7 @@ class Tuned:
     made: int
 
     @property
-    def best(self) -> Trial:
+    def best(self) -> TunedPoint:
         """The feasible trial that is best in the first objective."""
         return self.trials[self.front[0]]
 
@@ -120,7 +120,7 @@ def tune(design: Design, out: Path, backend: Backend[Job, Row], progress: Progre
     check_search(design, "tune", search, search.held_out)
     with Evaluator(design, out, backend) as evaluator, stopping.keeping(evaluator.kept):
         own, trials = _tried(evaluator, search, progress)
-        write_text(out / TRIALS, table(search, own, trials, front := _front(search, trials)))
+        write_text(out / TRIALS, trials_csv(search, own, trials, front := _front(search, trials)))
         if not front:
             raise UsageError(
                 f"{design.file.path}: none of {len(trials)} trials keeps every constraint; "
@@ -147,7 +147,7 @@ def _aim(search: Tune) -> str:
     return aims + "".join(f", {_bound(bound)}" for bound in search.bounds)
 
 
-def _bound(bound: Bound) -> str:
+def _bound(bound: MetricBound) -> str:
     words = [f"{key.replace('_', ' ')} {value:g}" for key in ("at_most", "at_least")
              if (value := getattr(bound, key)) is not None]  # fmt: skip
     if bound.at_most_own is not None:
@@ -155,7 +155,9 @@ def _bound(bound: Bound) -> str:
     return f"{bound.metric} {' and '.join(words)}"
 
 
-def _tried(evaluator: Evaluator, search: Tune, progress: Progress | None) -> tuple[Trial, list[Trial]]:
+def _tried(
+    evaluator: Evaluator, search: Tune, progress: Progress | None
+) -> tuple[TunedPoint, list[TunedPoint]]:
     """Tries as many points as wanted, the scenario's own values first."""
     own_rows = evaluator([{}])[0]
     own = _trial(evaluator, search, {}, own_rows, own_rows or [])
@@ -166,7 +168,7 @@ def _tried(evaluator: Evaluator, search: Tune, progress: Progress | None) -> tup
         for key, value in base.items()
     ):
         asker.suggest({key: value for key, value in base.items() if value is not None})
-    trials: list[Trial] = []
+    trials: list[TunedPoint] = []
     while len(trials) < search.trials:
         points = asker.ask(min(search.batch, search.trials - len(trials)))
         some = [
@@ -182,27 +184,27 @@ def _tried(evaluator: Evaluator, search: Tune, progress: Progress | None) -> tup
 
 def _trial(
     evaluator: Evaluator, search: Tune, point: Mapping[str, float], rows: list[Row] | None, own: list[Row]
-) -> Trial:
+) -> TunedPoint:
     """Sums up the runs of a point."""
     if rows is None:
-        return Trial(dict(point), None, {}, {})
+        return TunedPoint(dict(point), None, {}, {})
     violations = {}
     if search.verdicts:
         duration = evaluator.scenario(point).duration
         violations["verdicts"] = -min(robustness(row, duration).value for row in rows)
-    bounded = {bound.metric: mean(rows, bound.metric) for bound in search.bounds}
+    bounded = {bound.metric: mean_of(rows, bound.metric) for bound in search.bounds}
     for bound in search.bounds:
         value, name = bounded[bound.metric], _bound(bound)
         most = [bound.at_most] if bound.at_most is not None else []
         if bound.at_most_own is not None:
-            most.append(bound.at_most_own * mean(own, bound.metric))
+            most.append(bound.at_most_own * mean_of(own, bound.metric))
         excesses = [_excess(value, limit) for limit in most]
         if bound.at_least is not None:
             excesses.append(-_excess(value, bound.at_least))
         violations[name] = max(excesses)
-    values = tuple(mean(rows, objective.metric) for objective in search.objectives)
+    values = tuple(mean_of(rows, objective.metric) for objective in search.objectives)
     numbers = all(map(math.isfinite, (*values, *violations.values())))
-    return Trial(dict(point), values if numbers else None, bounded, violations)
+    return TunedPoint(dict(point), values if numbers else None, bounded, violations)
 
 
 def _excess(value: float, limit: float) -> float:
@@ -210,7 +212,7 @@ def _excess(value: float, limit: float) -> float:
     return (value - limit) / (abs(value) + abs(limit) or 1.0)
 
 
-def _front(search: Tune, trials: Sequence[Trial]) -> list[int]:
+def _front(search: Tune, trials: Sequence[TunedPoint]) -> list[int]:
     """Places of the feasible trials that no other betters in all objectives, by the first objective."""
     signs = [1.0 if objective.goal == "minimize" else -1.0 for objective in search.objectives]
     costs = {
@@ -226,7 +228,9 @@ def _front(search: Tune, trials: Sequence[Trial]) -> list[int]:
     return [place for _, place in sorted(best.items())]
 
 
-def _compared(evaluator: Evaluator, search: Tune, best: Trial) -> tuple[dict[str, Gain], tuple[int, int]]:
+def _compared(
+    evaluator: Evaluator, search: Tune, best: TunedPoint
+) -> tuple[dict[str, Gain], tuple[int, int]]:
     """The best values against the scenario's own, on seeds that tuning has not seen."""
     first = evaluator.design.seeds[-1] + 1
     seeds = range(first, first + search.held_out)

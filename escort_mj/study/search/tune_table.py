@@ -10,12 +10,12 @@ from escort_mj.record.tables import comma_separated
 from escort_mj.study.sweeps.searches import Tune
 
 if TYPE_CHECKING:
-    from escort_mj.study.search.tune import Trial, Tuned
+    from escort_mj.study.search.tune import Tuned, TunedPoint
 
 UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric in METRICS}
 
 
-def table(search: Tune, own: Trial, trials: Sequence[Trial], front: Sequence[int]) -> str:
+def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], front: Sequence[int]) -> str:
     """All trials as comma-separated values; number 0 is the scenario's own."""
     objectives = [objective.metric for objective in search.objectives]
     bounded = [m for m in dict.fromkeys(bound.metric for bound in search.bounds) if m not in objectives]
@@ -49,7 +49,7 @@ def rows_of_gains(found: Tuned) -> Iterator[list[str]]:
         ]
 
 
-def lines(found: Tuned, search: Tune, base: Mapping[str, float | None]) -> list[str]:
+def tuning_lines(found: Tuned, search: Tune, base: Mapping[str, float | None]) -> list[str]:
     """What is to be said of tuning, for a terminal."""
     feasible = sum(trial.feasible for trial in found.trials)
     said = [f"{len(found.trials)} trials, {found.runs} runs; {feasible} trials keep every constraint"]

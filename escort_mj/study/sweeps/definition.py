@@ -12,13 +12,13 @@ from pydantic import Field, PositiveFloat, PositiveInt, ValidationError
 
 from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.scenario.findings import Finding, Path, key_path, listed, nearest, parse_key_path
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, key_path, listed, parse_key_path
 from escort_mj.scenario.reader import explain
-from escort_mj.scenario.reader.document import Document, read
+from escort_mj.scenario.reader.document import Document, read_document
 from escort_mj.scenario.reader.load import read_text, tuples
 from escort_mj.scenario.schema.fields import RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.study.sweeps.parameters import NAME, named
+from escort_mj.study.sweeps.parameters import NAME, names_in_braces
 from escort_mj.study.sweeps.ranges import Box, Levels, Range, Steps
 from escort_mj.study.sweeps.searches import Falsify, Tune
 
@@ -115,14 +115,14 @@ def load_study(path: str | os.PathLike[str]) -> StudyFile:
         ScenarioError: With every fault found.
     """
     source = os.fspath(path)
-    document = read(read_text(FilePath(source)), source)
+    document = read_document(read_text(FilePath(source)), source)
     if not is_study(document):
         message = "is no study: a study names itself with the key study, and its scenario with scenario"
         raise ScenarioError([Fault(message, source=source)])
     try:
         study = Study.model_validate(tuples(document.data), strict=True)
     except ValidationError as error:
-        findings = explain.findings(error, document.data, Study)
+        findings = explain.findings_of(error, document.data, Study)
     else:
         findings = list(_findings(study))
         if not findings:
@@ -205,10 +205,10 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
     values: list[tuple[Path, Any]] = [(("set", key), value) for key, value in study.set.items()]
     values += [(("cases", name, key), v) for name, case in study.cases.items() for key, v in case.items()]
     for path, value in values if study.parameters else ():
-        for name in named(value):
+        for name in names_in_braces(value):
             if name not in study.parameters:
                 message = f"found {{{name}}}; the parameters are {listed([*study.parameters])}"
-                yield Finding(path, message + nearest(name, study.parameters))
+                yield Finding(path, message + did_you_mean(name, study.parameters))
 
 
 __all__ = ["Limit", "Range", "Sample", "Scenario", "Steps", "Study", "StudyFile", "is_study", "load_study"]

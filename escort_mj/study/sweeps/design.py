@@ -19,8 +19,8 @@ import numpy as np
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.native.shipped import numba_version
 from escort_mj.recognize import scenario_names
-from escort_mj.scenario.findings import nearest, parse_key_path, shortened
-from escort_mj.scenario.reader.catalog import catalog_of, resolve
+from escort_mj.scenario.findings import did_you_mean, parse_key_path, shortened
+from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.definition import Sample, Study, StudyFile, values_of
@@ -159,9 +159,9 @@ def _digest(data: Mapping[str, Any], folder: Path) -> hashlib._Hash:
     """Digest of a run's scenario, but for its seed, and of the versions that take part."""
     data = {key: value for key, value in data.items() if key != "seed"}
     if data.get("plugins"):  # their content counts, not where they are
-        kind, _ = resolve(data, folder)
+        kind, _ = resolve_plugins(data, folder)
         data["plugins"] = [plugin.source.sha256 for plugin in catalog_of(kind).plugins]
-    text = json.dumps([_versions(), source_digest(), data], sort_keys=True, default=str)
+    text = json.dumps([_versions(), sources_digest(), data], sort_keys=True, default=str)
     return hashlib.sha256(text.encode())
 
 
@@ -178,7 +178,7 @@ def _versions() -> dict[str, str]:
 
 
 @cache
-def source_digest() -> str:
+def sources_digest() -> str:
     """Digest of the code and models that runs come from: in a checkout they change without a new version."""
     package = Path(__file__).parents[2]
     files = [file for file in package.rglob("*.py") if AROUND.isdisjoint(file.relative_to(package).parts)]
@@ -207,7 +207,7 @@ def _scenario_path(file: StudyFile, shipped: Path) -> Path:
     if name in names:
         return shipped / f"{name}.yaml"
     message = f"found {shortened(name)}; there is no such file beside the study and no such shipped scenario"
-    raise ScenarioError([file.fault(message + nearest(name, names), "scenario")])
+    raise ScenarioError([file.fault(message + did_you_mean(name, names), "scenario")])
 
 
 def _place_of(key: str, cell: Cell, file: StudyFile) -> tuple[str | int, ...]:

@@ -28,13 +28,13 @@ def filled(value: Any, numbers: Mapping[str, float]) -> Any:
     return _PLACE.sub(lambda found: _written(numbers[found[1]]) if found[1] in numbers else found[0], value)
 
 
-def named(value: Any) -> Iterator[str]:
+def names_in_braces(value: Any) -> Iterator[str]:
     """Names that a value has in braces."""
     if isinstance(value, dict):
         value = list(value.values())
     if isinstance(value, list | tuple):
         for inner in value:
-            yield from named(inner)
+            yield from names_in_braces(inner)
     elif isinstance(value, str):
         yield from _PLACE.findall(value)
 

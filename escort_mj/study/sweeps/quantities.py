@@ -39,7 +39,7 @@ VALUES = {
 QUANTITIES = RATES | VALUES
 
 
-def value_of(row: Row, quantity: str) -> float:
+def quantity_of(row: Row, quantity: str) -> float:
     """A quantity of one run, infinite for never, NaN for missing."""
     if quantity == PASSED:
         return float(row.passed)

@@ -17,7 +17,7 @@ from escort_mj.mission import Progress, Run, fly
 from escort_mj.record.folder import RunFolder, StoredRun, open_run
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.stored import PLUGINS
-from escort_mj.scenario.reader.document import read
+from escort_mj.scenario.reader.document import read_document
 from escort_mj.scenario.reader.load import stored_scenario
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Agreement:
         return self.same_bits or alike
 
 
-def rerun(
+def rerun_folder(
     path: Path, out: Path | None = None, tolerance: float = TOLERANCE, progress: Progress | None = None
 ) -> Agreement:
     """Makes the run of a run folder again.
@@ -101,12 +101,12 @@ def rerun(
     else:
         with RunFolder.create(out) as folder:
             run = fly(scenario, folder, progress)
-    return replace(compare(stored, run, tolerance), plugins=_changed_plugins(stored))
+    return replace(compare_runs(stored, run, tolerance), plugins=_changed_plugins(stored))
 
 
 def _changed_plugins(stored: StoredRun) -> tuple[str, ...]:
     """What became of the plugin files that a run was made with, where they are not what they were."""
-    data = read(stored.scenario_yaml, str(stored.path)).data
+    data = read_document(stored.scenario_yaml, str(stored.path)).data
     said = []
     for each in data.get("plugins") or ():
         if not each.get("file"):
@@ -120,7 +120,7 @@ def _changed_plugins(stored: StoredRun) -> tuple[str, ...]:
     return tuple(said)
 
 
-def compare(stored: StoredRun, run: Run, tolerance: float = TOLERANCE) -> Agreement:
+def compare_runs(stored: StoredRun, run: Run, tolerance: float = TOLERANCE) -> Agreement:
     """Compares a stored run with one made of the same scenario."""
     then, now = stored.trace, run.trace
     ended = stored.outcome["outcome"] in FINAL
@@ -190,7 +190,7 @@ def _gaps(then: xarray.Dataset, now: xarray.Dataset) -> dict[str, float]:
     return gaps
 
 
-def lines(found: Agreement) -> list[str]:
+def rerun_lines(found: Agreement) -> list[str]:
     """What is to be said of the comparison, for a terminal."""
     said = [f"  other version  {name}: {a or 'none'} then, {b or 'none'} now"
             for name, (a, b) in found.versions.items()]  # fmt: skip

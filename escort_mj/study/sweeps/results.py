@@ -21,8 +21,8 @@ from escort_mj.scenario.reader.paths import locate
 from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import Steps
 from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Design, Planned
-from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, QUANTITIES, SAFETY, VALUES, value_of
-from escort_mj.study.sweeps.statistics import Paired, Rate, Summary, holm, paired, pareto, rate, summary
+from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, QUANTITIES, SAFETY, VALUES, quantity_of
+from escort_mj.study.sweeps.statistics import Paired, Rate, Summary, holm, paired, pareto, rate_of, summary
 
 Array = NDArray[np.float64]
 
@@ -130,7 +130,7 @@ class Results:
         """A quantity of each run, infinite for never, NaN for missing; shape (runs,)."""
         if quantity not in self._values:
             rows = [self.rows.get(run.key) for run in self.runs]
-            found = [math.nan if row is None else value_of(row, quantity) for row in rows]
+            found = [math.nan if row is None else quantity_of(row, quantity) for row in rows]
             self._values[quantity] = np.array(found, dtype=np.float64)
         return self._values[quantity]
 
@@ -155,7 +155,7 @@ class Results:
 
     def rate(self, quantity: str, index: int) -> Rate:
         """How often something happened in a cell: `passed`, `completed` or `collided`."""
-        return rate(self.of_cell(quantity, index))
+        return rate_of(self.of_cell(quantity, index))
 
     def summary(self, quantity: str, index: int) -> Summary:
         """What the runs of a cell say of a quantity."""

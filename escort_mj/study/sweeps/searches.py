@@ -47,7 +47,7 @@ class Objective(Parameters):
     """Which way."""
 
 
-class Bound(Parameters):
+class MetricBound(Parameters):
     """A bound on the mean of a metric over cells and seeds."""
 
     metric: MetricName
@@ -65,7 +65,7 @@ class Tune(Search):
 
     objectives: Annotated[tuple[Objective, ...], Field(min_length=1, max_length=4)]
     """What is to be reached; with several, the front of what cannot be bettered in all of them is sought."""
-    bounds: tuple[Bound, ...] = ()
+    bounds: tuple[MetricBound, ...] = ()
     """What must hold beside the scenario's own expectations."""
     verdicts: bool = True
     """Whether every verdict of every run must hold."""

@@ -103,7 +103,7 @@ class Paired(NamedTuple):
 NOTHING = Interval(math.nan, math.nan)
 
 
-def rate(happened: ArrayLike) -> Rate:
+def rate_of(happened: ArrayLike) -> Rate:
     """How often something happened.
 
     Args:

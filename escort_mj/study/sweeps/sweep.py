@@ -90,7 +90,7 @@ def sweep(
         jobs = [_job(design, run, out) for run in missing]
         made += make(jobs, store, backend, len(planned), progress)
         rows = store.get(run.key for run in planned)
-    table(design, planned, rows, out)
+    write_csv(design, planned, rows, out)
     failed = sum(not row.passed for row in rows.values())
     broken = sum(row.outcome != Outcome.COMPLETED.value for row in rows.values())
     return Swept(len(planned), made, failed, broken)
@@ -176,7 +176,7 @@ def make(
         beaten = time.monotonic()
         with closing(backend(perform, _claimed(missing, store))) as results:
             for job, row in results:
-                stopping.check()
+                stopping.raise_if_interrupted()
                 store.put(row if row is not None else killed(job))
                 made, done = made + 1, done + 1
                 if progress is not None:
@@ -214,7 +214,7 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
     )
 
 
-def table(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
+def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
     """Writes the runs as comma-separated values: what was varied, how it ended, every metric."""
     facts = ("seed", "outcome", "passed", "simulated_time", "message", "key")
     lines: list[list[object]] = [

@@ -75,7 +75,7 @@ def write_scenario(results: Results, run: Planned, folder: Path) -> Path | None:
     return path
 
 
-def broken(results: Results) -> list[Planned]:
+def failed_runs(results: Results) -> list[Planned]:
     """Runs that did not complete, then those that failed a verdict."""
     failed = [run for run in results.runs if run.key in results.rows and not results.rows[run.key].passed]
     return sorted(failed, key=lambda run: results.rows[run.key].outcome == "completed")

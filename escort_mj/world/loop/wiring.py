@@ -14,8 +14,8 @@ from escort_mj.native.kernels import DOUBLE, inlined
 from escort_mj.native.memory import Layout, viewer
 from escort_mj.robots.attitude import ROTORS, Craft
 from escort_mj.scenario.geometry.obstacle_body import Body
-from escort_mj.scenario.geometry.placement import Team
-from escort_mj.scenario.geometry.shapes import hull, rotation
+from escort_mj.scenario.geometry.placement import Placement
+from escort_mj.scenario.geometry.shapes import hull, rotation_matrix
 from escort_mj.world.stages import Stage
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ class Wiring(NamedTuple):
 LAYOUT = Layout(MAGIC, Wiring)
 
 
-def wiring_size(team: Team, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int) -> int:
+def wiring_size(team: Placement, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int) -> int:
     """Length of a wiring.
 
     Args:
@@ -66,7 +66,7 @@ def wiring_size(team: Team, axes: int, names: Sequence[str], movers: int, geoms:
 
 
 def _sizes(
-    team: Team, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
+    team: Placement, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
 ) -> dict[str, int]:
     robots = len(team.mass)
     return {
@@ -83,7 +83,7 @@ def _sizes(
 
 def wire(
     model: mujoco.MjModel,
-    team: Team,
+    team: Placement,
     gravity: Sequence[float],
     stages: Sequence[Stage],
     names: Sequence[str],
@@ -164,7 +164,7 @@ def faces_of(bodies: Sequence[Body]) -> Array:
     for number, body in enumerate(bodies):
         if body.shape == "mesh":
             planes = hull(tuple(map(tuple, body.vertices)))[1]
-            normals = planes[:, :3] @ rotation(body.orientation).T
+            normals = planes[:, :3] @ rotation_matrix(body.orientation).T
             found.append(np.column_stack([np.full(len(planes), number), normals, planes[:, 3]]))
     return np.vstack(found)
 

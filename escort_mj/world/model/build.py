@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from escort_mj.components.plan import state_size
 from escort_mj.control.packing import pack
 from escort_mj.control.setup import Setup
-from escort_mj.mjcf import named, section, write
+from escort_mj.mjcf import child_named, section, set_attributes
 from escort_mj.scenario.geometry.bodies import Bodies, bodies_of
 from escort_mj.scenario.geometry.crowd import CROWD, contact_physics
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
-from escort_mj.scenario.geometry.placement import Team, gravity_of, team
+from escort_mj.scenario.geometry.placement import Placement, gravity_of, team
 from escort_mj.scenario.geometry.shapes import extent
 from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
@@ -62,7 +62,7 @@ class World:
     model: mujoco.MjModel
     tree: Element = field(repr=False)
     setup: Setup
-    team: Team
+    team: Placement
     bodies: Bodies
     thickness: Array
     schedule: Schedule
@@ -95,7 +95,7 @@ class Draft(NamedTuple):
     """
 
     scenario: Scenario
-    robots: Team
+    robots: Placement
     setup: Setup
     obstacles: Sequence[Body]
     stages: list[Stage]
@@ -178,19 +178,19 @@ def _add_cameras(tree: Element, draft: Draft) -> None:
     if scenario.axes == 2:
         tops = [draft.robots.radius.max(), scenario.target.radius, *map(_above, draft.obstacles)]
         low[2], high[2] = 0.0, high[2] + max(tops)
-    target = named(section(tree, "worldbody"), "body", "target")
+    target = child_named(section(tree, "worldbody"), "body", "target")
     add_cameras(tree, target, scenario, low, high)
 
 
 def _add_state(tree: Element, plan: Array) -> None:
     """Make room for the controller's state."""
-    write(section(tree, "size"), nuserdata=state_size(plan))
+    set_attributes(section(tree, "size"), nuserdata=state_size(plan))
 
 
 def _add_watch(tree: Element) -> None:
     """Add the sensor by which MuJoCo calls what looks at every step after the solver."""
     watch = ElementTree.SubElement(section(tree, "sensor"), "user", name="watch")
-    write(watch, dim=1, needstage="acc", datatype="real")
+    set_attributes(watch, dim=1, needstage="acc", datatype="real")
 
 
 def _compile(tree: Element, draft: Draft) -> mujoco.MjModel:
@@ -203,14 +203,14 @@ def _compile(tree: Element, draft: Draft) -> mujoco.MjModel:
 def _set_physics(tree: Element, scenario: Scenario) -> None:
     """Writes MuJoCo's options; a state that turns NaN stays visible instead of being reset."""
     physics, option = scenario.physics, section(tree, "option")
-    write(
+    set_attributes(
         option,
         timestep=physics.timestep,
         integrator=INTEGRATORS[physics.integrator],
         solver=SOLVERS[contact_physics(scenario).solver],
         gravity=gravity_of(scenario),
     )
-    write(section(option, "flag"), autoreset="disable")
+    set_attributes(section(option, "flag"), autoreset="disable")
 
 
 def _set_contacts(tree: Element, scenario: Scenario, count: int) -> None:
@@ -220,15 +220,15 @@ def _set_contacts(tree: Element, scenario: Scenario, count: int) -> None:
     """
     if scenario.axes > IN_SPACE:  # a body's parts may lie on another's while the two are far apart
         for geom in tree.iter("geom"):
-            write(geom, contype=0, conaffinity=0)
+            set_attributes(geom, contype=0, conaffinity=0)
         return
     contacts = contact_physics(scenario)
     if not contacts.friction:
         for geom in tree.iter("geom"):
             if geom.get("name") != "floor":
-                write(geom, condim=FRICTIONLESS)
+                set_attributes(geom, condim=FRICTIONLESS)
     if contacts.solver == "cg" and count >= CROWD:
-        write(section(tree, "size"), memory=f"{ARENA + ARENA_PER_ROBOT * count}K")
+        set_attributes(section(tree, "size"), memory=f"{ARENA + ARENA_PER_ROBOT * count}K")
 
 
 def _above(body: Body) -> float:
@@ -236,7 +236,7 @@ def _above(body: Body) -> float:
     return float(extent(body.solid)[1][2])
 
 
-def _stages(scenario: Scenario, setup: Setup, robots: Team, bodies: Sequence[Body]) -> list[Stage]:
+def _stages(scenario: Scenario, setup: Setup, robots: Placement, bodies: Sequence[Body]) -> list[Stage]:
     """Where the axes of the mission are in the world; planar missions happen at one height."""
     path = setup.target.position(np.linspace(0.0, scenario.duration, PATH_SAMPLES))
     reach = max(scenario.mission.radius + robots.radius.max(), scenario.target.radius)

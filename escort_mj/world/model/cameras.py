@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.mjcf import named, section, write
+from escort_mj.mjcf import child_named, section, set_attributes
 from escort_mj.scenario.schema.scenario import Scenario
 
 FIELD_OF_VIEW = math.radians(45.0)
@@ -31,17 +31,17 @@ def add_cameras(
     """
     center, half = (low + high) / 2, (high - low) / 2 * MARGIN
     aspect = scenario.video.width / scenario.video.height
-    write(section(tree, "statistic"), center=center, extent=np.linalg.norm(half))
+    set_attributes(section(tree, "statistic"), center=center, extent=np.linalg.norm(half))
     world = section(tree, "worldbody")
     overview = _distance(half, ELEVATION, aspect)
     camera = SubElement(world, "camera", name="overview")
-    write(camera, pos=center + overview * _back(ELEVATION), xyaxes=_axes(ELEVATION))
+    set_attributes(camera, pos=center + overview * _back(ELEVATION), xyaxes=_axes(ELEVATION))
     top = _distance(half, math.pi / 2, aspect)
     camera = SubElement(world, "camera", name="top")
-    write(camera, pos=center + [0.0, 0.0, top], xyaxes=_axes(math.pi / 2))
+    set_attributes(camera, pos=center + [0.0, 0.0, top], xyaxes=_axes(math.pi / 2))
     around = np.full(3, 1.6 * scenario.mission.radius)
     place = _distance(around, ELEVATION, aspect) * _back(ELEVATION)
-    write(named(target, "camera", "target_follow"), pos=place, xyaxes=_axes(ELEVATION))
+    set_attributes(child_named(target, "camera", "target_follow"), pos=place, xyaxes=_axes(ELEVATION))
 
 
 def _distance(half: NDArray[Any], elevation: float, aspect: float) -> float:

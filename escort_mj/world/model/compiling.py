@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, PluginError, ScenarioError
-from escort_mj.mjcf import section, write
-from escort_mj.scenario.geometry.placement import Team
+from escort_mj.mjcf import section, set_attributes
+from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.world.loop.wiring import wire, wiring_size
 from escort_mj.world.model.robots import add_start
 from escort_mj.world.stages import Stage
@@ -23,7 +23,7 @@ MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 def compile_wired(
     tree: Element,
-    robots: Team,
+    robots: Placement,
     gravity: Sequence[float],
     stages: Sequence[Stage],
     names: Sequence[str],
@@ -89,7 +89,7 @@ def _compiled(tree: Element) -> mujoco.MjModel:
         tree[place] = assets
 
 
-def _first_compiled(tree: Element, robots: Team) -> mujoco.MjModel:
+def _first_compiled(tree: Element, robots: Placement) -> mujoco.MjModel:
     """The same, the first time.
 
     Raises:
@@ -113,7 +113,7 @@ def _add_memory(tree: Element, model: mujoco.MjModel) -> bool:
     pairs = PAIR * model.nbody * (model.nbody - 1) // 2
     if 4 * pairs <= model.narena:
         return False
-    write(section(tree, "size"), memory=f"{(model.narena + pairs) // 1024 + 1}K")
+    set_attributes(section(tree, "size"), memory=f"{(model.narena + pairs) // 1024 + 1}K")
     return True
 
 
@@ -131,7 +131,7 @@ def add_numbers(tree: Element, name: str, numbers: NDArray[np.float64]) -> list[
     numbers, elements = _normal(numbers), []
     for part, first in enumerate(range(0, len(numbers), MOST_NUMBERS), 1):
         elements.append(ElementTree.SubElement(section(tree, "custom"), "numeric", name=f"{name}_{part}"))
-        write(elements[-1], data=numbers[first : first + MOST_NUMBERS])
+        set_attributes(elements[-1], data=numbers[first : first + MOST_NUMBERS])
     return elements
 
 

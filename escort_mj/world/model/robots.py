@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import PluginError
-from escort_mj.mjcf import copied, named, section, write
+from escort_mj.mjcf import child_named, copied, section, set_attributes
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
-from escort_mj.scenario.geometry.placement import Team
+from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.signals import axis_names
 from escort_mj.world.model.parts import part_of
 from escort_mj.world.stages import IN_SPACE, THIN, Stage, robot_steps
@@ -28,7 +28,7 @@ COORDINATES = {"freejoint": FREE_COORDINATES, "free": FREE_COORDINATES, "ball": 
 
 
 def add_robots(
-    tree: Element, robots: Team, gravity: Sequence[float], stages: list[Stage], radius: float
+    tree: Element, robots: Placement, gravity: Sequence[float], stages: list[Stage], radius: float
 ) -> None:
     """The bodies of each robot, one for each stage, and its motors.
 
@@ -47,7 +47,7 @@ def add_robots(
                 _add_rail(world, f"robot_{i + 1}_rail", stage, steps, radius)
 
 
-def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Sequence[float]) -> bool:
+def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: Sequence[float]) -> bool:
     """A keyframe with what does not start at rest: robots that move, and rotors that lag and already turn.
 
     Args:
@@ -72,80 +72,86 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Team, gravity: Seque
     moving = bool(speeds.any() or activations.any())
     if moving:
         key = SubElement(section(tree, "keyframe"), "key", name="start")
-        write(key, qpos=model.qpos0, qvel=speeds, act=activations)
+        set_attributes(key, qpos=model.qpos0, qvel=speeds, act=activations)
     return moving
 
 
 def _add_body(
-    tree: Element, robots: Team, i: int, stage: Stage, place: Array, gravity: Sequence[float]
+    tree: Element, robots: Placement, i: int, stage: Stage, place: Array, gravity: Sequence[float]
 ) -> None:
     """One body of a robot with its motors; every body has all of the robot's mass."""
     kind, radius = robots.kind[i], float(robots.radius[i])
     name = f"robot_{i + 1}{stage.suffix}"
     unused = tuple(set("xyz") - set(stage.directions))
-    body = copied(named(part_of(kind), "body", "robot"), name, skip=unused)
+    body = copied(child_named(part_of(kind), "body", "robot"), name, skip=unused)
     section(tree, "worldbody").append(body)
-    write(body, pos=[*place[:2], radius] if kind.rolls else place)
+    set_attributes(body, pos=[*place[:2], radius] if kind.rolls else place)
     color = palette.robot_color(i, len(robots.mass))
-    write(named(body, "geom", f"{name}_body"), size=radius, rgba=[*color, kind.opacity])
+    set_attributes(child_named(body, "geom", f"{name}_body"), size=radius, rgba=[*color, kind.opacity])
     for painted in kind.painted:
-        write(named(body, "geom", f"{name}_{painted}"), rgba=[*color, 1.0])
+        set_attributes(child_named(body, "geom", f"{name}_{painted}"), rgba=[*color, 1.0])
     _shape(body, name, kind, float(robots.mass[i]), radius, len(robots.position[i]))
     for geom in body.iter("geom"):
-        write(geom, group=stage.number)
+        set_attributes(geom, group=stage.number)
     if motors := _free_motors(robots, i, gravity):
         _add_free_motors(tree, motors, robots, i)
     else:
         _add_motors(tree, body, stage, robots, i)
 
 
-def _add_motors(tree: Element, body: Element, stage: Stage, robots: Team, i: int) -> None:
+def _add_motors(tree: Element, body: Element, stage: Stage, robots: Placement, i: int) -> None:
     """One motor for each axis of a stage; the joints of these measure positions in the mission."""
     part = part_of(robots.kind[i])
     axes, position = np.arange(robots.position.shape[1])[stage.axes], robots.position[i][stage.axes]
     names = axis_names(robots.position.shape[1])[stage.axes]
     joints = {joint.get("name"): joint for joint in body if joint.tag in ("joint", "freejoint")}
     for direction, name, axis, start in zip(stage.directions, names, axes, position, strict=True):
-        motor = named(part, "motor", direction)
+        motor = child_named(part, "motor", direction)
         joint = joints[f"{body.get('name')}_{motor.get('joint')}"]
         if joint.tag == "joint":
-            write(joint, name=f"robot_{i + 1}_{name}", ref=start)
+            set_attributes(joint, name=f"robot_{i + 1}_{name}", ref=start)
         limit = float(robots.force_limit[i])
         where = {"joint": joint.get("name"), "gear": motor.get("gear", "1")}
         _add_motor(tree, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), **where)
 
 
-def _free_motors(robots: Team, i: int, gravity: Sequence[float]) -> tuple[Motor, ...]:
+def _free_motors(robots: Placement, i: int, gravity: Sequence[float]) -> tuple[Motor, ...]:
     """The motors of a robot on its free joint; none where there is one for each axis."""
     return robots.kind[i].free_motors(float(robots.mass[i]), float(robots.radius[i]), gravity)
 
 
-def _add_free_motors(tree: Element, motors: Sequence[Motor], robots: Team, i: int) -> None:
+def _add_free_motors(tree: Element, motors: Sequence[Motor], robots: Placement, i: int) -> None:
     """Motors on a robot's free joint, in their order."""
     part, name = part_of(robots.kind[i]), f"robot_{i + 1}"
     for number, motor in enumerate(motors):
-        gear = named(part, "motor", motor.name).get("gear") if motor.gear is None else motor.gear
+        gear = child_named(part, "motor", motor.name).get("gear") if motor.gear is None else motor.gear
         where = {"joint": f"{name}_free", "gear": gear}
         if motor.limits is None:
             plain = SubElement(section(tree, "actuator"), "motor", name=f"{name}_{motor.name}")
-            write(plain, **where)
+            set_attributes(plain, **where)
         else:
             _add_motor(tree, f"{name}_{motor.name}", robots, i, number, motor.limits, **where)
 
 
 def _add_motor(
-    tree: Element, name: str, robots: Team, i: int, number: int, limits: tuple[float, float], **where: Any
+    tree: Element,
+    name: str,
+    robots: Placement,
+    i: int,
+    number: int,
+    limits: tuple[float, float],
+    **where: Any,
 ) -> None:
     """A motor with its lag and gain; what lags is told no more than the limit, or it would wind up."""
     lag = robots.actuators[i].lag
     motor = SubElement(section(tree, "actuator"), "general", name=name)
-    write(motor, gainprm=robots.gains[i][number], **where)
+    set_attributes(motor, gainprm=robots.gains[i][number], **where)
     if lag > 0.0:
-        write(motor, dyntype="filterexact", dynprm=lag)
+        set_attributes(motor, dyntype="filterexact", dynprm=lag)
     if np.isfinite(limits).all():
-        write(motor, forcerange=limits)
+        set_attributes(motor, forcerange=limits)
         if lag > 0.0:
-            write(motor, ctrlrange=limits)
+            set_attributes(motor, ctrlrange=limits)
 
 
 def _shape(body: Element, name: str, kind: RobotKind, mass: float, radius: float, axes: int) -> None:
@@ -175,4 +181,4 @@ def _add_rail(world: Element, name: str, stage: Stage, robot: float, radius: flo
     """The column of an abacus along which a robot's body slides, only to be seen."""
     foot, top = stage.place_at(stage.low[2], robot), stage.place_at(stage.high[2], robot)
     rail = SubElement(world, "geom", name=name, type="capsule")
-    write(rail, fromto=[*foot, *top], size=THIN * radius, rgba=RAIL, group=stage.number)
+    set_attributes(rail, fromto=[*foot, *top], size=THIN * radius, rgba=RAIL, group=stage.number)

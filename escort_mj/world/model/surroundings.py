@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.mjcf import copied, named, section, write
+from escort_mj.mjcf import child_named, copied, section, set_attributes
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.schema.environment import Environment
 from escort_mj.scenario.schema.obstacle_tables import Drive
@@ -34,26 +34,26 @@ def add_obstacles(
         count: Number of robots.
         radius: Distance to keep from the target [m].
     """
-    part, world = named(load_part("obstacle"), "body", "obstacle"), section(tree, "worldbody")
+    part, world = child_named(load_part("obstacle"), "body", "obstacle"), section(tree, "worldbody")
     for body in bodies:
         rgba = [*(palette.NAMED[body.color] if body.color else palette.OBSTACLE), 1.0]
         for stage in stages:
             name = body.name + stage.suffix
             copy = copied(part, name)
             world.append(copy)
-            write(copy, pos=stage.place(body.position) + [0.0, 0.0, body.lift])
-            geom = named(copy, "geom", f"{name}_body")
-            write(geom, rgba=rgba, group=stage.number)
+            set_attributes(copy, pos=stage.place(body.position) + [0.0, 0.0, body.lift])
+            geom = child_named(copy, "geom", f"{name}_body")
+            set_attributes(geom, rgba=rgba, group=stage.number)
             if stage.is_abacus:  # a band across all columns: this far the obstacle reaches along the axis
                 size = [stage.width(count) / 2, THIN * radius, body.bounding_radius]
-                write(geom, type="box", size=size, rgba=[*rgba[:3], 0.3])
+                set_attributes(geom, type="box", size=size, rgba=[*rgba[:3], 0.3])
             elif body.shape == "mesh":
                 mesh = SubElement(section(tree, "asset"), "mesh", name=name, inertia="exact")
-                write(mesh, vertex=body.vertices.ravel())
+                set_attributes(mesh, vertex=body.vertices.ravel())
                 del geom.attrib["size"]
-                write(geom, type="mesh", mesh=name, quat=body.orientation)
+                set_attributes(geom, type="mesh", mesh=name, quat=body.orientation)
             else:
-                write(geom, type=body.shape, size=body.size, quat=body.orientation)
+                set_attributes(geom, type=body.shape, size=body.size, quat=body.orientation)
             if body.drive is not None:
                 _set_free(copy, geom, name, body.drive, stage, body.position)
 
@@ -68,48 +68,52 @@ def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence
         stages: Where the axes of the mission are.
         count: Number of robots.
     """
-    part, world = named(load_part("target"), "body", "target"), section(tree, "worldbody")
+    part, world = child_named(load_part("target"), "body", "target"), section(tree, "worldbody")
     radius = scenario.mission.radius
     for stage in stages:
         name = f"target{stage.suffix}"
         body = copied(part, name, skip=("follow",) if stage.suffix else ())
         world.append(body)
-        write(body, pos=stage.place(start))
-        geom = named(body, "geom", f"{name}_body")
-        write(geom, size=scenario.target.radius, rgba=[*palette.TARGET, 1.0], group=stage.number)
+        set_attributes(body, pos=stage.place(start))
+        geom = child_named(body, "geom", f"{name}_body")
+        set_attributes(geom, size=scenario.target.radius, rgba=[*palette.TARGET, 1.0], group=stage.number)
         if scenario.target.body is not None:
             del body.attrib["mocap"]
             _set_free(body, geom, name, scenario.target.body, stage, start)
         if stage.is_abacus:  # bars across all columns: at the target, and as far from it as robots can be
             half = stage.width(count) / 2
-            write(geom, type="box", size=[half, THIN * radius, THIN * radius])
+            set_attributes(geom, type="box", size=[half, THIN * radius, THIN * radius])
             for side in (-1.0, 1.0):
-                write(
+                set_attributes(
                     SubElement(body, "geom"), type="box", pos=[0.0, 0.0, side * radius],
                     rgba=[*palette.LIMIT, 0.6], size=[half, THIN * radius / 2, THIN * radius / 2],
                     group=stage.number,
                 )  # fmt: skip
         elif stage.suffix:
             rgba = [*palette.LIMIT, 0.08]
-            write(SubElement(body, "geom"), type="sphere", size=radius, rgba=rgba, group=stage.number)
+            set_attributes(
+                SubElement(body, "geom"), type="sphere", size=radius, rgba=rgba, group=stage.number
+            )
 
 
 def _set_free(body: Element, geom: Element, name: str, drive: Drive, stage: Stage, start: Array) -> None:
     """Lets a body slide along the mission's axes, with its mass; its weight is borne."""
-    write(geom, mass=drive.mass)
-    write(body, gravcomp=1.0)
+    set_attributes(geom, mass=drive.mass)
+    set_attributes(body, gravcomp=1.0)
     for axis, value in zip(stage.directions, start[stage.axes], strict=True):
-        write(SubElement(body, "joint", name=f"{name}_{axis}"), type="slide", axis=AXIS[axis], ref=value)
+        set_attributes(
+            SubElement(body, "joint", name=f"{name}_{axis}"), type="slide", axis=AXIS[axis], ref=value
+        )
 
 
 def set_floor(tree: Element, environment: Environment) -> None:
     """The floor and its friction, which rules whatever touches it."""
     floor = environment.floor
-    geom = copied(named(load_part("floor"), "geom", "floor"), "floor")
+    geom = copied(child_named(load_part("floor"), "geom", "floor"), "floor")
     section(tree, "worldbody").append(geom)
-    write(geom, friction=[floor.friction, 0.005, floor.rolling_friction], priority=1)
+    set_attributes(geom, friction=[floor.friction, 0.005, floor.rolling_friction], priority=1)
     if floor.rolling_friction > 0.0:
-        write(geom, condim=6)
+        set_attributes(geom, condim=6)
 
 
 def set_medium(tree: Element, environment: Environment) -> None:
@@ -119,7 +123,7 @@ def set_medium(tree: Element, environment: Environment) -> None:
         return
     wind = np.zeros(3)
     wind[: len(medium.wind or ())] = medium.wind or ()
-    write(section(tree, "option"), density=medium.density, viscosity=medium.viscosity, wind=wind)
+    set_attributes(section(tree, "option"), density=medium.density, viscosity=medium.viscosity, wind=wind)
     for body in tree.iter("body"):
         for geom in body.findall("geom"):
             geom.set("fluidshape", "ellipsoid")

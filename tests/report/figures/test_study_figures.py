@@ -124,7 +124,7 @@ def test_scales() -> None:
     assert scales.scale_of(PASSED, np.array([0.5]))[:2] == (100.0, "%")
     nothing = scales.scale_of(EFFORT, np.array([math.nan]))
     assert nothing.low < nothing.high
-    assert [scales.number(x) for x in (math.nan, math.inf, 1234.5, 0.01234)] == [
+    assert [scales.readable(x) for x in (math.nan, math.inf, 1234.5, 0.01234)] == [
         "-",
         "never",
         "1234",

@@ -14,7 +14,7 @@ from escort_mj.record.folder import open_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.pages.html import Table, asset, page
 from escort_mj.report.pages.replay_data import GONE, replay_data
-from escort_mj.report.pages.run_page import SCRIPTS, report
+from escort_mj.report.pages.run_page import SCRIPTS, write_run_page
 from escort_mj.report.pages.signals_data import signals_data
 from escort_mj.report.video.replay import replay_of
 from tests.report.browser import Page, look, needs_browser
@@ -30,7 +30,7 @@ def whole(data: str, kind: str) -> np.ndarray:
 def folder(make_run) -> Path:
     path = make_run(title="a <b> & c", count=5, samples=60)
     (path / "verdicts.json").write_text(json.dumps([verdict(), verdict(False, "none", 2.5)]))
-    report(path)
+    write_run_page(path)
     return path
 
 
@@ -146,7 +146,7 @@ def test_signals_keep_the_worst_of_each_bin(make_run, monkeypatch) -> None:
 
 def test_a_run_without_samples_has_no_page(make_run) -> None:
     with pytest.raises(RenderError, match="no sample"):
-        report(make_run(samples=0, outcome=Outcome.DIVERGED))
+        write_run_page(make_run(samples=0, outcome=Outcome.DIVERGED))
 
 
 PROBE = """

@@ -9,11 +9,11 @@ import pytest
 
 from escort_mj.errors import UsageError
 from escort_mj.report.pages.html import Table, Text, templates
-from escort_mj.report.pages.study_page import report
+from escort_mj.report.pages.study_page import write_study_page
 from escort_mj.scenario import parse_scenario
 from escort_mj.study.engine.store import Store
 from escort_mj.study.sweeps.results import open_results, write_design
-from escort_mj.study.sweeps.worst import broken, write_scenario
+from escort_mj.study.sweeps.worst import failed_runs, write_scenario
 from tests.report.browser import Page, look, needs_browser
 from tests.study.planted import design, study_folder
 
@@ -28,7 +28,7 @@ tell({
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = study_folder(tmp_path_factory.mktemp("page"))
-    report(out)
+    write_study_page(out)
     return out
 
 
@@ -60,7 +60,7 @@ def test_every_link_leads_somewhere(folder: Path, text: str) -> None:
 
 
 def test_a_page_elsewhere_links_back(few: Path, tmp_path: Path) -> None:
-    path = report(few, tmp_path / "pages" / "study.html")
+    path = write_study_page(few, tmp_path / "pages" / "study.html")
     targets = [unquote(a["href"]) for a in Page(path.read_text()).all("a")]
     assert targets and all((path.parent / target).exists() for target in targets)
 
@@ -94,7 +94,7 @@ def test_the_worst_runs_have_a_command_each(folder: Path, text: str) -> None:
 def test_a_broken_run_that_left_no_scenario_gets_it_back(tmp_path: Path) -> None:
     out = study_folder(tmp_path, planter=lambda cell, seed: "broke" if seed == 2 else {"energy": 1.0})
     results = open_results(out)
-    run = broken(results)[0]
+    run = failed_runs(results)[0]
     path = write_scenario(results, run, out)
     assert path is not None and run.seed == 2
     scenario = parse_scenario(path.read_text())
@@ -114,21 +114,21 @@ def test_cells_as_numbers_for_other_programs(folder: Path) -> None:
 
 
 def test_the_same_results_give_the_same_page(few: Path) -> None:
-    assert report(few).read_text() == report(few).read_text()
+    assert write_study_page(few).read_text() == write_study_page(few).read_text()
 
 
 def test_a_study_without_runs_has_a_page(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with Store(out):
         write_design(design(tmp_path), out)
-    assert "108 of 108 runs have not been made yet" in report(out).read_text()
+    assert "108 of 108 runs have not been made yet" in write_study_page(out).read_text()
 
 
 def test_folders_and_factors_that_are_none(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no results"):
-        report(tmp_path)
+        write_study_page(tmp_path)
     with pytest.raises(UsageError, match="found law; this study compares levels of controller"):
-        report(folder, compare="law")
+        write_study_page(folder, compare="law")
 
 
 def test_cells_of_tables_are_escaped_and_sorted_by_value() -> None:

@@ -4,7 +4,14 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.scenario.geometry.shapes import Solid, bounding_radius, extent, nearest, quaternion, rotation
+from escort_mj.scenario.geometry.shapes import (
+    Solid,
+    bounding_radius,
+    extent,
+    nearest,
+    quaternion,
+    rotation_matrix,
+)
 
 TETRAHEDRON = np.array([[0.9, 0.0, -0.3], [-0.4, 0.8, -0.3], [-0.4, -0.7, -0.4], [0.1, 0.2, 1.1]])
 SHAPES = {
@@ -19,7 +26,7 @@ SHAPES = {
 
 def solid(shape: str) -> Solid:
     vertices = TETRAHEDRON if shape == "mesh" else np.zeros((0, 3))
-    turned = rotation(quaternion((0.3, -0.7, 1.1)))
+    turned = rotation_matrix(quaternion((0.3, -0.7, 1.1)))
     return Solid(shape, SHAPES[shape], np.array([0.4, -0.2, 0.1]), turned, vertices)
 
 
@@ -87,9 +94,11 @@ def test_extents_hold_the_shape_and_touch_it(shape: str):
 
 
 def test_orientations():
-    np.testing.assert_allclose(rotation(quaternion(np.pi / 2)) @ [1, 0, 0], [0, 1, 0], atol=1e-12)
-    np.testing.assert_allclose(rotation(quaternion((0.0, np.pi / 2, 0.0))) @ [0, 0, 1], [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(rotation_matrix(quaternion(np.pi / 2)) @ [1, 0, 0], [0, 1, 0], atol=1e-12)
     np.testing.assert_allclose(
-        rotation(quaternion((np.pi / 2, 0.0, np.pi))) @ [0, 1, 0], [0, 0, 1], atol=1e-12
+        rotation_matrix(quaternion((0.0, np.pi / 2, 0.0))) @ [0, 0, 1], [1, 0, 0], atol=1e-12
+    )
+    np.testing.assert_allclose(
+        rotation_matrix(quaternion((np.pi / 2, 0.0, np.pi))) @ [0, 1, 0], [0, 0, 1], atol=1e-12
     )
     np.testing.assert_allclose(quaternion((2.0, 0.0, 0.0, 2.0)), quaternion(np.pi / 2), atol=1e-12)

@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError
-from escort_mj.scenario.reader.document import SMALLEST, plain_scalar, read
+from escort_mj.scenario.reader.document import SMALLEST, plain_scalar, read_document
 
 
 def faults(text: str) -> list[str]:
     with pytest.raises(ScenarioError) as caught:
-        read(text, "s.yaml")
+        read_document(text, "s.yaml")
     return [str(fault) for fault in caught.value.faults]
 
 
@@ -72,11 +72,11 @@ json_values = st.recursive(
 
 @given(st.dictionaries(st.text("abcxyz_", max_size=8), json_values, max_size=4))
 def test_json_reads_as_itself(data: dict):
-    assert read(json.dumps(data), "json").data == data
+    assert read_document(json.dumps(data), "json").data == data
 
 
 def test_a_pair_of_surrogates_is_the_character_that_json_means():
-    assert read('{"\\ud83d\\ude00": "\\ud83d\\ude00"}', "json").data == {"\U0001f600": "\U0001f600"}
+    assert read_document('{"\\ud83d\\ude00": "\\ud83d\\ude00"}', "json").data == {"\U0001f600": "\U0001f600"}
     (alone,) = faults('["\\ud83d"]')
     assert "found the character U+D83D" in alone
 
@@ -89,7 +89,7 @@ def test_a_number_too_small_for_mujocos_reader_is_refused(number: str):
 
 
 def test_places():
-    document = read("a: 1\nb:\n  - {c: x}\n  - 2\n", "s.yaml")
+    document = read_document("a: 1\nb:\n  - {c: x}\n  - 2\n", "s.yaml")
     assert document.data == {"a": 1, "b": [{"c": "x"}, 2]}
     assert document.place(("a",)) == ("s.yaml", 1, 4)
     assert document.place(("a",), at_key=True) == ("s.yaml", 1, 1)
@@ -121,7 +121,7 @@ def test_deep_nesting_is_refused(text: str):
 @given(st.text(max_size=120))
 def test_any_text_is_data_or_an_error(text: str):
     try:
-        read(text, "text")
+        read_document(text, "text")
     except ScenarioError:
         pass
 
@@ -129,7 +129,7 @@ def test_any_text_is_data_or_an_error(text: str):
 @given(st.text("ab01:-[]{},&*!|>'\"#%@`?\n \t", max_size=60))
 def test_any_punctuation_is_data_or_an_error(text: str):
     try:
-        read(text, "text")
+        read_document(text, "text")
     except ScenarioError:
         pass
 
@@ -145,4 +145,4 @@ def test_control_characters_are_refused_where_they_stand(code: int):
 
 def test_line_breaks_tabs_and_any_script_are_text():
     text = "a\n\tb \u0645\u200c\u5b57 \U0001f600 $x^$ \\\\"
-    assert read(json.dumps(text, ensure_ascii=False), "s.yaml").data == text
+    assert read_document(json.dumps(text, ensure_ascii=False), "s.yaml").data == text

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError
 from escort_mj.recognize import scenarios_in
-from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_scenario, parse_scenario
-from escort_mj.scenario.reader.document import SMALLEST, read
+from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
+from escort_mj.scenario.reader.document import SMALLEST, read_document
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.paths import TAGS
 
@@ -53,7 +53,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
 @given(scenarios())
 def test_what_is_written_reads_back_the_same(scenario: Scenario):
     """Equal to the last bit; what the checks between keys say of such wild scenarios does not matter here."""
-    data = read(dump_scenario(scenario), "dump").data
+    data = read_document(dump_scenario(scenario), "dump").data
     assert Scenario.model_validate_json(json.dumps(data), strict=True) == scenario
 
 
@@ -83,7 +83,7 @@ def test_it_is_complete_and_easy_to_read():
 )
 def test_values_in_one_line(value: object, text: str):
     assert flow(value) == text
-    assert read(text, "text").data == value
+    assert read_document(text, "text").data == value
 
 
 def test_the_schema_in_the_repository_is_current():
@@ -108,7 +108,7 @@ def validator() -> jsonschema.Draft202012Validator:
 @pytest.mark.parametrize("path", SHIPPED, ids=[str(path.relative_to(SCENARIOS)) for path in SHIPPED])
 class TestShipped:
     def test_it_loads_and_dumps(self, path: Path):
-        scenario = load_scenario(path)
+        scenario = load_file(path)
         assert parse_scenario(dump_scenario(scenario)) == scenario
         assert scenario.name == path.stem
         assert scenario.description
@@ -118,12 +118,12 @@ class TestShipped:
         first = text.partition("\n")[0]
         assert first.startswith("# yaml-language-server: $schema=")
         assert (path.parent / first.partition("=")[2]).resolve() == SCENARIOS / "schema.json"
-        validator.validate(read(text, str(path)).data)
+        validator.validate(read_document(text, str(path)).data)
 
 
 def test_the_schema_refuses_what_the_loader_refuses(validator: jsonschema.Draft202012Validator):
     for text in ("durration: 3", "robots: {mass: -1}", "controller: lqr", "mission: {behaviors: [chord]}"):
         with pytest.raises(jsonschema.ValidationError):
-            validator.validate(read(text, "text").data)
+            validator.validate(read_document(text, "text").data)
         with pytest.raises(ScenarioError):
             parse_scenario(text)

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError, UsageError
-from escort_mj.scenario import Scenario, load_scenario, parse_scenario
+from escort_mj.scenario import Scenario, load_file, parse_scenario
 
 GOOD = """\
 name: good
@@ -89,33 +89,33 @@ class TestFiles:
     def test_file(self, tmp_path: Path):
         path = tmp_path / "good.yaml"
         path.write_text("\ufeff" + GOOD)
-        assert load_scenario(path) == load_scenario(str(path)) == parse_scenario(GOOD)
+        assert load_file(path) == load_file(str(path)) == parse_scenario(GOOD)
 
     def test_faults_name_the_file(self, tmp_path: Path):
         path = tmp_path / "bad.yaml"
         path.write_text("name: x\nduration: -1\n")
         with pytest.raises(ScenarioError) as caught:
-            load_scenario(path)
+            load_file(path)
         assert str(caught.value) == f"{path}:2:11: duration: found -1; expected more than 0"
 
     def test_missing_file(self, tmp_path: Path):
         (tmp_path / "main.yaml").write_text(GOOD)
         with pytest.raises(UsageError, match='no such file; did you mean "main.yaml"'):
-            load_scenario(tmp_path / "mian.yaml")
+            load_file(tmp_path / "mian.yaml")
         with pytest.raises(UsageError, match="no such file"):
-            load_scenario(tmp_path / "no" / "folder.yaml")
+            load_file(tmp_path / "no" / "folder.yaml")
 
     @pytest.mark.parametrize("name", ["a" * 100_000, "a\0b.yaml"])
     def test_a_name_that_no_file_can_have(self, name: str):
         with pytest.raises(UsageError, match="there is no such file") as caught:
-            load_scenario(name)
+            load_file(name)
         assert len(str(caught.value)) < 300
 
     def test_folder_and_device(self, tmp_path: Path):
         with pytest.raises(UsageError, match="not a file"):
-            load_scenario(tmp_path)
+            load_file(tmp_path)
         with pytest.raises(UsageError, match="not a file"):
-            load_scenario("/dev/zero")
+            load_file("/dev/zero")
 
     @pytest.mark.parametrize(
         ("content", "words"),
@@ -132,7 +132,7 @@ class TestFiles:
         path = tmp_path / "binary.yaml"
         path.write_bytes(content)
         with pytest.raises(ScenarioError, match=words) as caught:
-            load_scenario(path)
+            load_file(path)
         assert len(caught.value.faults) == 1
 
 

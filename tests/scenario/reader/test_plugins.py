@@ -6,7 +6,7 @@ import pytest
 
 from escort_mj.errors import PluginError, ScenarioError
 from escort_mj.laws.law import Law
-from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_scenario, parse_scenario
+from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
 from escort_mj.scenario.reader.catalog import catalog_of, scenario_type_with
 from escort_mj.scenario.reader.handbook import handbook
 from escort_mj.scenario.reader.plugins import GROUP
@@ -32,13 +32,13 @@ def fault(folder, text=SCENARIO, law=None, plugins=()):
 
 class TestLoading:
     def test_a_law_of_a_file_beside_the_scenario_has_its_parameters_as_keys(self, folder):
-        scenario = load_scenario(folder / "own.yaml", {"controller.proportional_gain": 7})
+        scenario = load_file(folder / "own.yaml", {"controller.proportional_gain": 7})
         assert isinstance(scenario, Scenario)
         assert (scenario.controller.law, scenario.controller.proportional_gain) == ("pid", 7.0)
         assert [plugin.name for plugin in catalog_of(scenario).plugins] == ["own_law.py"]
 
     def test_its_name_alone_stands_for_its_defaults(self, folder):
-        scenario = load_scenario(folder / "own.yaml", {"controller": "pid"})
+        scenario = load_file(folder / "own.yaml", {"controller": "pid"})
         assert scenario.controller.integral_gain == 20.0
 
     def test_a_scenario_without_plugins_has_the_plain_type(self):
@@ -54,16 +54,16 @@ class TestLoading:
             parse_scenario("duration: 1", "<text>", (), [str(folder / "own_lav.py")])
 
     def test_the_same_content_is_loaded_once_and_changed_content_anew(self, folder):
-        first, again = (type(load_scenario(folder / "own.yaml").controller) for _ in range(2))
+        first, again = (type(load_file(folder / "own.yaml").controller) for _ in range(2))
         (folder / "own_law.py").write_text(LAW.replace("= 30.0", "= 31.0"))
-        changed = load_scenario(folder / "own.yaml")
+        changed = load_file(folder / "own.yaml")
         assert first is again
         assert changed.controller.proportional_gain == 31.0
         field = type(changed.controller).model_fields["integral_gain"]
         assert field.description == "Rate at which the estimate follows s [N/m]."
 
     def test_what_is_dumped_reads_back_and_knows_the_content(self, folder):
-        scenario = load_scenario(folder / "own.yaml")
+        scenario = load_file(folder / "own.yaml")
         text = dump_scenario(scenario)
         assert parse_scenario(text) == scenario
         (folder / "own_law.py").write_text(LAW + "\n")
@@ -71,7 +71,7 @@ class TestLoading:
             parse_scenario(text)
 
     def test_pickled_it_comes_back_where_the_plugin_can_be_loaded(self, folder):
-        scenario = load_scenario(folder / "own.yaml")
+        scenario = load_file(folder / "own.yaml")
         assert pickle.loads(pickle.dumps(scenario)) == scenario
 
     def test_an_installed_plugin_is_found_by_its_entry_point(self, folder, monkeypatch):
@@ -174,7 +174,7 @@ class TestWrongPlugins:
     def test_numba_says_where_it_cannot_compile(self, folder):
         broken = LAW + KERNEL.replace("robots.s[i, k]", "robots.sigma[i, k]")
         (folder / "own_law.py").write_text(broken)
-        law = load_scenario(folder / "own.yaml").controller
+        law = load_file(folder / "own.yaml").controller
         from escort_mj.control.custom.native import ready
 
         assert isinstance(law, Law)
@@ -187,7 +187,7 @@ class TestWrongPlugins:
     def test_an_import_in_a_kernel(self, folder):
         importing = LAW + KERNEL.replace("        for i", "        import math\n        for i")
         (folder / "own_law.py").write_text(importing)
-        law = load_scenario(folder / "own.yaml").controller
+        law = load_file(folder / "own.yaml").controller
         from escort_mj.control.custom.native import ready
 
         line = 1 + importing[: importing.index("import math")].count("\n")

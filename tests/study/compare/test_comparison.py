@@ -10,7 +10,7 @@ from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.laws import LAWS as MODELS
 from escort_mj.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
 from escort_mj.scenario import parse_scenario
-from escort_mj.study.compare.compare import perform, scenario_of
+from escort_mj.study.compare.compare import fly_trial, trial_scenario
 from escort_mj.study.compare.comparison import (
     LAWS,
     OUTERS,
@@ -18,24 +18,24 @@ from escort_mj.study.compare.comparison import (
     Result,
     Trial,
     best,
-    chosen,
+    chosen_names,
+    mean_and_deviation,
     rows,
-    spread,
     trials,
 )
 from escort_mj.study.compare.comparison_table import (
     HEADS,
     cell,
     cells,
-    facts,
+    comparison_document,
+    comparison_markdown,
+    comparison_page,
+    comparison_summary,
     into_page,
-    markdown,
-    page,
     runs_table,
-    summary,
 )
 from escort_mj.study.compare.laws import controller_of, outer_of
-from escort_mj.study.compare.runs import Task
+from escort_mj.study.compare.runs import RunJob
 
 
 def test_every_law_has_a_name_for_people():
@@ -69,10 +69,10 @@ def test_gains_go_to_laws_that_mean_the_same_by_them():
 
 
 def test_names_are_chosen_in_the_order_given_and_once():
-    assert chosen("--laws", [], LAWS, ["pd"]) == ["pd"]
-    assert chosen("--laws", ["asmc,pd", "asmc"], LAWS, []) == ["asmc", "pd"]
+    assert chosen_names("--laws", [], LAWS, ["pd"]) == ["pd"]
+    assert chosen_names("--laws", ["asmc,pd", "asmc"], LAWS, []) == ["asmc", "pd"]
     with pytest.raises(UsageError, match=r'--laws asmk: allowed are apd_smc, .*did you mean "asmc"\?'):
-        chosen("--laws", ["pd,asmk"], LAWS, [])
+        chosen_names("--laws", ["pd,asmk"], LAWS, [])
 
 
 def test_every_combination_differs_only_in_what_it_is_named_for():
@@ -80,7 +80,7 @@ def test_every_combination_differs_only_in_what_it_is_named_for():
     wanted = trials(["pd", "asmc"], ["nsb"], [1, 2, 3])
     assert len(set(wanted)) == 6
     for trial in wanted:
-        ours = scenario_of(base, trial)
+        ours = trial_scenario(base, trial)
         assert (ours.controller.law, ours.seed, ours.name) == (trial.law, trial.seed, trial.name)
         changed = {"name", "seed", "controller", "expect"}
         assert ours.model_dump(exclude=changed) == base.model_dump(exclude=changed)
@@ -91,7 +91,7 @@ def test_a_seed_without_room_is_said():
     placement = base.robots.placement.model_copy(update={"within": 1.0})
     tight = base.model_copy(update={"robots": base.robots.model_copy(update={"placement": placement})})
     with pytest.raises(ScenarioError, match="placement"):
-        scenario_of(tight, Trial("pd", "nsb", 3))
+        trial_scenario(tight, Trial("pd", "nsb", 3))
 
 
 def result(law="pd", outer="nsb", seed=0, outcome="completed", **values):
@@ -101,21 +101,21 @@ def result(law="pd", outer="nsb", seed=0, outcome="completed", **values):
 
 
 def test_mean_and_spread_are_of_finite_values():
-    assert spread([1.0, 3.0]) == (2.0, math.sqrt(2.0), 0, 2)
-    assert spread([5.0]) == (5.0, 0.0, 0, 1)
-    assert spread([math.inf, 4.0, None]) == (4.0, 0.0, 1, 2)
-    assert spread([math.inf]) == (None, 0.0, 1, 1)
-    assert spread([None]) == (None, 0.0, 0, 0)
+    assert mean_and_deviation([1.0, 3.0]) == (2.0, math.sqrt(2.0), 0, 2)
+    assert mean_and_deviation([5.0]) == (5.0, 0.0, 0, 1)
+    assert mean_and_deviation([math.inf, 4.0, None]) == (4.0, 0.0, 1, 2)
+    assert mean_and_deviation([math.inf]) == (None, 0.0, 1, 1)
+    assert mean_and_deviation([None]) == (None, 0.0, 0, 0)
 
 
 def test_cells_are_written_for_people():
-    assert cell("settling_time", spread([1.05, 3.05])) == "2.05 ± 1.41 s"
-    assert cell("settling_time", spread([math.inf, 4.0])) == "4 s, never in 1 of 2"
-    assert cell("settling_time", spread([math.inf])) == "never"
-    assert cell("settling_time", spread([None])) == "-"
-    assert cell("radius_error_mean", spread([0.001, 0.003])) == "2 ± 1 mm"
-    assert cell("saturated_share", spread([0.25])) == "25 %"
-    assert cell("contacts", spread([2.0])) == "2"
+    assert cell("settling_time", mean_and_deviation([1.05, 3.05])) == "2.05 ± 1.41 s"
+    assert cell("settling_time", mean_and_deviation([math.inf, 4.0])) == "4 s, never in 1 of 2"
+    assert cell("settling_time", mean_and_deviation([math.inf])) == "never"
+    assert cell("settling_time", mean_and_deviation([None])) == "-"
+    assert cell("radius_error_mean", mean_and_deviation([0.001, 0.003])) == "2 ± 1 mm"
+    assert cell("saturated_share", mean_and_deviation([0.25])) == "25 %"
+    assert cell("contacts", mean_and_deviation([2.0])) == "2"
 
 
 def test_the_best_is_marked_but_not_where_all_are_as_good():
@@ -148,15 +148,15 @@ def test_the_table_is_complete_in_every_form(tmp_path):
     scenario = parse_scenario("name: demo")
     results = [result("pd", seed=0), result("pd", seed=1), result("asmc", seed=0, outcome="diverged")]
     results.append(result("asmc", seed=1, settling_time=math.inf))
-    text = "\n".join(markdown(scenario, results))
+    text = "\n".join(comparison_markdown(scenario, results))
     lines = [line.replace("\\|", "") for line in text.splitlines() if line.startswith("|")]
     assert len(lines) == 4 and {line.count("|") for line in lines} == {4 + len(QUANTITIES)}
     assert "diverged 1 of 2" in text and "asmc-nsb-seed0: diverged: at 5 s" in text
-    assert page(scenario, results).startswith("# Laws compared: demo\n")
-    assert len(summary(results)) == 3
+    assert comparison_page(scenario, results).startswith("# Laws compared: demo\n")
+    assert len(comparison_summary(results)) == 3
     table = list(csv.DictReader(runs_table(results).splitlines()))
     assert len(table) == 4 and table[3]["settling_time [s]"] == "inf" and table[2]["energy [J]"] == ""
-    assert len(json.loads(json.dumps(facts(scenario, results)))["runs"]) == 4
+    assert len(json.loads(json.dumps(comparison_document(scenario, results)))["runs"]) == 4
 
     docs = tmp_path / "page.md"
     docs.write_text("before\n<!-- compare demo -->\nformer\n<!-- /compare -->\nafter\n<!-- /compare -->\n")
@@ -176,16 +176,16 @@ def test_the_table_is_complete_in_every_form(tmp_path):
 def test_a_trial_is_measured_and_not_run_again(tmp_path, compiled):
     base = load_scenario("paper/case1_2d", {"duration": 2.0, "expect": []})
     trial = Trial("computed_torque", "nsb", 5)
-    assignment = Task(trial, scenario_of(base, trial), tmp_path / trial.name)
-    first = perform(assignment)
+    assignment = RunJob(trial, trial_scenario(base, trial), tmp_path / trial.name)
+    first = fly_trial(assignment)
     assert first.ran and first.completed and first.stated
     assert first.values["settling_time"] == math.inf
     assert first.values["obstacle_clearance_min"] is None
     assert 0.0 < first.values["true_error_rms"] < first.values["tracking_error_rms"]
     assert first.values["true_error_max"] > first.values["true_error_rms"]
-    second = perform(assignment)
+    second = fly_trial(assignment)
     assert not second.ran and second.values == first.values
-    assert perform(assignment._replace(again=True)).ran
+    assert fly_trial(assignment._replace(again=True)).ran
 
 
 def test_every_outer_loop_has_a_name_for_people():
@@ -197,4 +197,4 @@ def test_an_outer_loop_keeps_its_own_gains_and_others_have_their_defaults():
     assert outer_of(base, "barrier_filter") == BarrierFilter(rate=3)
     assert outer_of(base, "nsb") == Nsb()
     assert outer_of(base, "potential_field") == PotentialField()
-    assert scenario_of(base, Trial("pd", "nsb", 0)).mission.outer == Nsb()
+    assert trial_scenario(base, Trial("pd", "nsb", 0)).mission.outer == Nsb()

@@ -9,24 +9,24 @@ import pytest
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.record.outcome import Outcome
-from escort_mj.scenario import dump_scenario, load_scenario
+from escort_mj.scenario import dump_scenario, load_file
 from escort_mj.study.compare import runs as study_runs
-from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Finding, better, number, verdict
+from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Conclusion, better, value_text, verdict
 from escort_mj.study.compare.measured import QUANTITIES, Approach, Measured, measured
-from escort_mj.study.compare.reproduce import look, perform
+from escort_mj.study.compare.reproduce import fly_simulation, measured_before
 from escort_mj.study.compare.reproduction import (
     CASES,
     FIGURES,
     LAWS,
     READINGS,
-    Simulation,
-    chosen,
+    PaperRun,
+    chosen_figures,
     needed,
-    scenario_of,
+    paper_scenario,
     simulations,
 )
-from escort_mj.study.compare.runs import Task
-from escort_mj.study.compare.table import markdown, table
+from escort_mj.study.compare.runs import RunJob
+from escort_mj.study.compare.table import claims_document, claims_markdown
 from escort_mj.study.engine.parallel import side_by_side
 
 
@@ -40,8 +40,8 @@ def test_every_case_law_and_reading_is_there_once():
 
 @pytest.mark.parametrize("simulation", simulations(), ids=lambda simulation: simulation.name)
 def test_only_law_reading_and_name_differ_from_the_papers_scenario(simulation):
-    ours = scenario_of(simulation, scenarios_folder())
-    paper = load_scenario(scenarios_folder() / "paper" / f"{simulation.case}.yaml")
+    ours = paper_scenario(simulation, scenarios_folder())
+    paper = load_file(scenarios_folder() / "paper" / f"{simulation.case}.yaml")
     assert ours.controller.law == simulation.law
     assert ours.controller.anti_windup is (simulation.reading == "anti_windup")
     assert ours.robots.force_limit == (None if simulation.reading == "unlimited" else 10.0)
@@ -60,45 +60,45 @@ def test_only_law_reading_and_name_differ_from_the_papers_scenario(simulation):
 
 
 def test_figures_are_chosen_by_number_and_say_what_they_need():
-    assert [figure.key for figure in chosen(["6,fig05", "17"])] == ["5", "6", "17"]
-    assert len(chosen([])) == len(FIGURES)
-    assert needed(chosen(["6"])) == [
-        Simulation("case1_2d", "asmc", "unlimited"),
-        Simulation("case1_2d", "asmc", "anti_windup"),
+    assert [figure.key for figure in chosen_figures(["6,fig05", "17"])] == ["5", "6", "17"]
+    assert len(chosen_figures([])) == len(FIGURES)
+    assert needed(chosen_figures(["6"])) == [
+        PaperRun("case1_2d", "asmc", "unlimited"),
+        PaperRun("case1_2d", "asmc", "anti_windup"),
     ]
-    assert needed(chosen(["laws"])) == simulations()
+    assert needed(chosen_figures(["laws"])) == simulations()
     with pytest.raises(UsageError, match=r"--only 4, x: .* 5 to 17"):
-        chosen(["4", "5", "x"])
+        chosen_figures(["4", "5", "x"])
 
 
 @pytest.fixture
 def task(tmp_path, compiled):
-    simulation = Simulation("case1_2d", "apd_smc", "anti_windup")
+    simulation = PaperRun("case1_2d", "apd_smc", "anti_windup")
     path = scenarios_folder() / "paper" / "case1_2d.yaml"
-    return Task(simulation, load_scenario(path, {"duration": 2.0, "expect": []}), tmp_path / "run")
+    return RunJob(simulation, load_file(path, {"duration": 2.0, "expect": []}), tmp_path / "run")
 
 
 def test_what_has_run_is_not_run_again_unless_it_changed(task):
-    first = perform(task)
+    first = fly_simulation(task)
     assert first.ran and first.measured.completed
     written = (task.folder / "trace.nc").stat().st_mtime_ns
-    second = perform(task)
+    second = fly_simulation(task)
     assert not second.ran
     assert second.measured == first.measured
     assert (task.folder / "trace.nc").stat().st_mtime_ns == written
     changed = task._replace(scenario=task.scenario.model_copy(update={"seed": 1}))
-    assert look(changed) is None
-    assert perform(changed).ran
+    assert measured_before(changed) is None
+    assert fly_simulation(changed).ran
     assert (task.folder / "scenario.yaml").read_text() == dump_scenario(changed.scenario)
-    assert perform(changed._replace(again=True)).ran
+    assert fly_simulation(changed._replace(again=True)).ran
 
 
 def test_a_run_that_was_interrupted_is_run_again_and_one_that_diverged_is_not(task):
-    perform(task)
+    fly_simulation(task)
     outcome = json.loads((task.folder / "outcome.json").read_text())
     for value, ran in ((Outcome.INTERRUPTED, True), (Outcome.DIVERGED, False)):
         (task.folder / "outcome.json").write_text(json.dumps(outcome | {"outcome": value.value}))
-        assert perform(task).ran is ran
+        assert fly_simulation(task).ran is ran
 
 
 def test_a_program_that_breaks_is_an_outcome_that_is_not_final(task, monkeypatch):
@@ -106,10 +106,10 @@ def test_a_program_that_breaks_is_an_outcome_that_is_not_final(task, monkeypatch
         raise ZeroDivisionError("by zero")
 
     monkeypatch.setattr(study_runs, "fly", broken)
-    done = perform(task)
+    done = fly_simulation(task)
     assert done.measured.outcome == "failed"
     assert "by zero" in done.measured.message
-    assert look(task) is None
+    assert measured_before(task) is None
 
 
 def double(number):
@@ -170,7 +170,7 @@ VALUES = {
 
 def run(case="case1_2d", law="apd_smc", reading="unlimited", outcome="completed", approaches=(), **values):
     found = VALUES | values if outcome == "completed" else dict.fromkeys(QUANTITIES)
-    return Measured(Simulation(case, law, reading), outcome, "at 5 s", found, list(approaches))
+    return Measured(PaperRun(case, law, reading), outcome, "at 5 s", found, list(approaches))
 
 
 def reading(reading="unlimited", ours=None, theirs=None, lost=()):
@@ -243,37 +243,37 @@ def test_equal_laws_are_no_better():
     ],
 )
 def test_a_verdict_sums_up_the_readings(holds, expected):
-    assert verdict({name: Finding(one, "") for name, one in zip(READINGS, holds, strict=True)}) == expected
+    assert verdict({name: Conclusion(one, "") for name, one in zip(READINGS, holds, strict=True)}) == expected
 
 
 def test_numbers_are_written_for_people():
-    assert number(None) == number(math.nan, "m") == "-"
-    assert number(math.inf, "s") == "never"
-    assert number(0.00123, "m") == "1.23 mm"
-    assert number(0.0869, "m/s") == "86.9 mm/s"
-    assert number(19946.3, "N/s") == "19946 N/s"
-    assert number(0.0, "1") == "0"
+    assert value_text(None) == value_text(math.nan, "m") == "-"
+    assert value_text(math.inf, "s") == "never"
+    assert value_text(0.00123, "m") == "1.23 mm"
+    assert value_text(0.0869, "m/s") == "86.9 mm/s"
+    assert value_text(19946.3, "N/s") == "19946 N/s"
+    assert value_text(0.0, "1") == "0"
 
 
 def test_the_table_is_complete_and_one_cell_stays_one_cell():
     runs = [found for name in READINGS for found in reading(name, theirs=WORSE).values()]
-    facts = json.loads(json.dumps(table(runs)))
+    facts = json.loads(json.dumps(claims_document(runs)))
     assert len(facts["claims"]) == len(CLAIMS)
     assert len(facts["runs"]) == 63
     assert all(row["faster"] and row["more_precise"] for row in facts["comparison"] if row["than"] == "asmc")
-    text = markdown(runs)
+    text = claims_markdown(runs)
     rows = [line.replace("\\|", "") for line in text.splitlines() if line.startswith("|")]
     assert len(rows) == (2 + len(CLAIMS)) + 2 * (2 + 21) + 3 * (2 + 21)
     assert {line.count("|") for line in rows} == {9, 7, 19}
-    assert "not run" in markdown(runs[:3])
+    assert "not run" in claims_markdown(runs[:3])
 
 
 def test_a_run_is_measured_before_its_first_obstacle(tmp_path, compiled):
     path = Path(scenarios_folder() / "paper" / "case2_2d_obstacles.yaml")
     changes = {"duration": 20.0, "target.position": ["3+0.5*t", "0"], "obstacles[0].position": [10, 5.0]}
-    simulation = Simulation("case2_2d_obstacles", "apd_smc", "anti_windup")
-    found = perform(
-        Task(simulation, load_scenario(path, changes | {"expect": []}), tmp_path / "run")
+    simulation = PaperRun("case2_2d_obstacles", "apd_smc", "anti_windup")
+    found = fly_simulation(
+        RunJob(simulation, load_file(path, changes | {"expect": []}), tmp_path / "run")
     ).measured
     assert found.completed
     assert found.approaches[0].robot == 1

@@ -7,9 +7,9 @@ import pytest
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError
 from escort_mj.mission import fly
-from escort_mj.scenario import load_scenario
+from escort_mj.scenario import load_file
 from escort_mj.study.engine.backends import here
-from escort_mj.study.search.falsify import falsify, lines
+from escort_mj.study.search.falsify import falsification_lines, falsify
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 
@@ -49,13 +49,13 @@ def test_a_planted_failure_is_found_and_shrunk(tmp_path, compiled, method):
     (one,) = found.counterexamples
     assert list(one.point) == ["push"] and 10.0 < one.point["push"] < 14.0
     assert one.base == {"push": 0.5} and set(one.found) == set(laid_out.study.falsify.over)
-    run = fly(load_scenario(one.scenario))
+    run = fly(load_file(one.scenario))
     assert not run.passed and run.scenario.name == "planted_1"
     assert one.scenario.read_text().splitlines()[1] == (
         f"# push: {one.point['push']:g}; without the search 0.5"
     )
     assert (one.folder / "verdicts.json").is_file()
-    assert "radius_error_max at most 1 m" in lines(found)[0]
+    assert "radius_error_max at most 1 m" in falsification_lines(found)[0]
     again = falsify(laid_out, tmp_path / "out", here)
     assert again.made == 0 and again.counterexamples == found.counterexamples
     assert (again.runs, again.until_first) == (found.runs, found.until_first)
@@ -66,14 +66,16 @@ def test_nothing_to_be_found_is_said_with_the_nearest_point(tmp_path, compiled):
     found = falsify(design(tmp_path, text), tmp_path / "out", here)
     assert found.counterexamples == () and found.until_first is None and found.runs >= 16
     assert 0.0 < found.least[0] < 1.0
-    assert lines(found)[0].startswith(f"nothing found in {found.points} points, {found.runs} runs; least")
+    assert falsification_lines(found)[0].startswith(
+        f"nothing found in {found.points} points, {found.runs} runs; least"
+    )
 
 
 def test_a_scenario_that_fails_as_it_stands_needs_no_search(tmp_path, compiled):
     found = falsify(design(tmp_path, STUDY.replace("push: 0.5", "push: 30")), tmp_path / "out", here)
     assert found.until_first == 1 and found.points == 1
     assert found.counterexamples[0].point == {}
-    assert lines(found)[1] == "  as the study stands, without anything moved"
+    assert falsification_lines(found)[1] == "  as the study stands, without anything moved"
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,12 @@ from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.mission import fly
 from escort_mj.report.figures.tuning import draw_tuning
-from escort_mj.scenario import load_scenario
+from escort_mj.scenario import load_file
 from escort_mj.study.engine.backends import here
 from escort_mj.study.engine.store import Row
 from escort_mj.study.search.evaluate import base_of
 from escort_mj.study.search.tune import tune
-from escort_mj.study.search.tune_table import lines
+from escort_mj.study.search.tune_table import tuning_lines
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 
@@ -61,14 +61,14 @@ def test_one_objective(tmp_path, compiled):
     gain = found.gains["tracking_error_rms"]
     assert gain.pairs == gain.better == 6 and gain.change < -0.3
     assert gain.low <= gain.change <= gain.high < 0.0
-    run = fly(load_scenario(out / "best.yaml"))
+    run = fly(load_file(out / "best.yaml"))
     assert run.scenario.controller.proportional_gain == found.best.point["controller.proportional_gain"]
     assert run.passed and run.scenario.name == "best"
     table = trials(out)
     assert len(table) == 33 and table[0]["controller.proportional_gain"] == ""
     assert [row["trial"] for row in table if row["front"] == "True"] == [str(found.front[0] + 1)]
     said = "\n".join(
-        lines(found, laid_out.study.tune, {key: base_of(laid_out, key) for key in found.best.point})
+        tuning_lines(found, laid_out.study.tune, {key: base_of(laid_out, key) for key in found.best.point})
     )
     assert (
         "32 trials, 78 runs; " in said and "(the scenario's own: 2)" in said and "smaller in 6 of 6" in said

@@ -86,5 +86,5 @@ def test_keys_depend_on_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     laid_out = design(tmp_path, "")
     before = next(laid_out.runs()).key
     assert next(laid_out.runs()).key == before
-    monkeypatch.setattr("escort_mj.study.sweeps.design.source_digest", lambda: "another")
+    monkeypatch.setattr("escort_mj.study.sweeps.design.sources_digest", lambda: "another")
     assert next(laid_out.runs()).key != before

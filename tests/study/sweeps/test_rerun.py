@@ -10,7 +10,7 @@ from escort_mj.mission import fly
 from escort_mj.record.folder import RunFolder, open_run
 from escort_mj.record.trace import save_trace
 from escort_mj.scenario import parse_scenario
-from escort_mj.study.sweeps.rerun import lines, rerun
+from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
 
 TEXT = """
 name: five
@@ -36,30 +36,32 @@ def change(folder, **factors) -> None:
 
 
 def test_the_same_program_gives_the_same_bits(stored, tmp_path):
-    found = rerun(stored, tmp_path / "again")
+    found = rerun_folder(stored, tmp_path / "again")
     assert found.same_bits and found.good
     assert found.versions == {} and found.until == pytest.approx(3.0)
     assert len(found.metrics) > 10 and set(found.metrics.values()) == {0.0}
-    assert lines(found) == [f"same bits: {found.signals} signals up to 3 s"]
+    assert rerun_lines(found) == [f"same bits: {found.signals} signals up to 3 s"]
     assert open_run(tmp_path / "again").scenario_yaml == open_run(stored).scenario_yaml
 
 
 def test_one_changed_bit_is_found_at_its_place_and_time(stored):
     change(stored, tau=1.0 + 2.0**-52)
-    found = rerun(stored)
+    found = rerun_folder(stored)
     assert found.differing == {"tau": pytest.approx(1.5)}
     assert not found.same_bits and found.good and not found.apart
-    assert lines(found)[0] == f"  other bits in 1 of {found.signals} signals, first in tau at 1.5 s"
-    assert lines(found)[-1] == f"other bits, same metrics: all {len(found.metrics)} within 0 %"
+    assert rerun_lines(found)[0] == f"  other bits in 1 of {found.signals} signals, first in tau at 1.5 s"
+    assert rerun_lines(found)[-1] == f"other bits, same metrics: all {len(found.metrics)} within 0 %"
 
 
 def test_metrics_agree_within_the_tolerance_and_no_further(stored):
     change(stored, e=1.001)
-    near, far = rerun(stored, tolerance=1e-2), rerun(stored, tolerance=1e-5)
+    near, far = rerun_folder(stored, tolerance=1e-2), rerun_folder(stored, tolerance=1e-5)
     assert near.good and not near.apart
     assert 1e-5 < near.metrics["tracking_error_rms"] <= 1.001e-3
     assert not far.good and list(far.apart) == ["tracking_error_rms"]
-    assert lines(far)[-1].startswith(f"other metrics: 1 of {len(far.metrics)} differ, the others within 0 %")
+    assert rerun_lines(far)[-1].startswith(
+        f"other metrics: 1 of {len(far.metrics)} differ, the others within 0 %"
+    )
 
 
 def test_another_scenario_has_other_metrics_and_verdicts(stored):
@@ -68,12 +70,12 @@ def test_another_scenario_has_other_metrics_and_verdicts(stored):
     (stored / "scenario.yaml").write_text(
         text.replace("at_most: 9.0", "at_most: 0.001").replace("mass: 1.0", "mass: 4.0")
     )
-    found = rerun(stored)
+    found = rerun_folder(stored)
     assert not found.good and found.apart and "q" in found.differing
     (stored / "verdicts.json").write_text(
         (stored / "verdicts.json").read_text().replace("at most 9 m after 1 s", "at most 0.001 m after 1 s")
     )
-    assert any("at most 0.001 m" in message for message in rerun(stored).verdicts)
+    assert any("at most 0.001 m" in message for message in rerun_folder(stored).verdicts)
 
 
 def test_versions_are_named(stored):
@@ -81,10 +83,10 @@ def test_versions_are_named(stored):
     trace.attrs["version_mujoco"] = "3.0.0"
     del trace.attrs["version_numba"]
     save_trace(trace, stored / "trace.nc")
-    found = rerun(stored)
+    found = rerun_folder(stored)
     assert found.same_bits and set(found.versions) == {"mujoco", "numba"}
     assert found.versions["mujoco"][0] == "3.0.0" and found.versions["numba"][0] == ""
-    assert lines(found)[0].startswith("  other version  mujoco: 3.0.0 then, ")
+    assert rerun_lines(found)[0].startswith("  other version  mujoco: 3.0.0 then, ")
 
 
 def test_a_stopped_run_is_compared_as_far_as_it_came(tmp_path, compiled, monkeypatch):
@@ -99,22 +101,22 @@ def test_a_stopped_run_is_compared_as_far_as_it_came(tmp_path, compiled, monkeyp
     with pytest.raises(KeyboardInterrupt), RunFolder.create(tmp_path / "run") as folder:
         fly(parse_scenario(TEXT), folder, stop)
     assert open_run(tmp_path / "run").outcome["outcome"] == "interrupted"
-    found = rerun(tmp_path / "run")
+    found = rerun_folder(tmp_path / "run")
     assert found.same_bits and 1.0 < found.until < 2.0
 
 
 class TestNothingToRepeat:
     def test_no_run_folder(self, tmp_path):
         with pytest.raises(RunFolderError, match=r"outcome\.json"):
-            rerun(tmp_path)
+            rerun_folder(tmp_path)
 
     def test_no_scenario(self, stored):
         (stored / "scenario.yaml").unlink()
         with pytest.raises(UsageError, match="recorded nothing, so there is nothing to repeat"):
-            rerun(stored)
+            rerun_folder(stored)
 
     def test_onto_itself(self, stored, tmp_path):
         before = json.loads((stored / "outcome.json").read_text())
         with pytest.raises(UsageError, match="is the run folder that is compared"):
-            rerun(stored, tmp_path / "run" / ".." / "run")
+            rerun_folder(stored, tmp_path / "run" / ".." / "run")
         assert json.loads((stored / "outcome.json").read_text()) == before
