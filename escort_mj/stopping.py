@@ -168,7 +168,7 @@ def command(run: Callable[[], None]) -> None:
     sys.unraisablehook = _command.unraisable
     try:
         run()
-    except (KeyboardInterrupt, SystemExit) as end:
+    except BaseException as end:
         interrupt = _interrupt_in(end)
         if interrupt is None:
             raise
@@ -186,9 +186,11 @@ def command(run: Callable[[], None]) -> None:
 
 
 def _interrupt_in(end: BaseException) -> KeyboardInterrupt | None:
-    """The interrupt that a process ends with, which the command line's library makes an exit of its own."""
+    """The interrupt that a process ends with, which libraries turn into an exit or an error of their own."""
     cause: BaseException | None = end
     if isinstance(end, SystemExit) and end.code != EXIT_CODE:
+        return None
+    if isinstance(end, Exception) and _command.first is None:
         return None
     while cause is not None and not isinstance(cause, KeyboardInterrupt):
         cause = cause.__cause__ or cause.__context__

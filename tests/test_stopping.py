@@ -98,6 +98,16 @@ def run():
             signal.raise_signal(signal.SIGTERM)
         except KeyboardInterrupt as stop:  # as the command line's library does
             raise SystemExit(130) from stop
+    elif sys.argv[1] == "class":  # before Python 3.12, an error of __set_name__ becomes a RuntimeError
+        class Named:
+            def __set_name__(self, owner, name):
+                signal.raise_signal(signal.SIGINT)
+        type("Owner", (), {"named": Named()})
+    elif sys.argv[1] == "error":
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt as stop:
+            raise OSError("a library's own words") from stop
     elif sys.argv[1] == "text":
         exec("signal.raise_signal(signal.SIGTERM)")
     elif sys.argv[1] == "swallowed":
@@ -105,7 +115,7 @@ def run():
             signal.raise_signal(signal.SIGTERM)
         except BaseException:
             pass
-        stopping.check()
+        stopping.raise_if_interrupted()
     elif sys.argv[1] == "twice":
         stopping.PATIENCE = 0.0
         try:
@@ -122,7 +132,7 @@ stopping.command(run)
 """
 
 
-@pytest.mark.parametrize("how", ["fragile", "library", "text", "swallowed", "plain"])
+@pytest.mark.parametrize("how", ["fragile", "library", "class", "error", "text", "swallowed", "plain"])
 def test_a_command_says_one_line_and_ends(how: str) -> None:
     done = subprocess.run([sys.executable, "-c", COMMAND, how], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (stopping.EXIT_CODE, "")

@@ -22,14 +22,14 @@ SHOWN = ["5", "10", "16"]  # one of each kind, the plane and space
 def shortened():
     """Makes every simulation short, and only those of some figures exist."""
     patch = pytest.MonkeyPatch()
-    original = reproduction.scenario_of
+    original = reproduction.paper_scenario
 
     def short(simulation, scenarios):
         return original(simulation, scenarios).model_copy(update={"duration": 1.0})
 
-    patch.setattr(reproduction, "scenario_of", short)
+    patch.setattr(reproduction, "paper_scenario", short)
     patch.setattr(reproduction, "simulations", lambda: needed(chosen_figures(SHOWN)))
-    patch.setattr(reproduction, "chosen", lambda only: chosen_figures(only or SHOWN))
+    patch.setattr(reproduction, "chosen_figures", lambda only: chosen_figures(only or SHOWN))
     yield
     patch.undo()
 
