@@ -1,22 +1,24 @@
 """escort_mj: multi-robot escort missions on real physics.
 
-import escort_mj
-
-run = escort_mj.run(escort_mj.load_scenario("main", ["duration=20"]))
-print(run.outcome, run.metrics["radius_error_mean"], run.trace.q)
+>>> import escort_mj
+>>> run = escort_mj.run(escort_mj.load_scenario("main", {"duration": 20}))
+>>> print(run.outcome.value, run.metrics["radius_error_mean"]["unit"], run.trace.q.dims)
+completed m ('time', 'robot', 'axis')
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import typing as _typing
 
-if TYPE_CHECKING:
+if _typing.TYPE_CHECKING:
     from escort_mj.api import load_scenario, run, run_many
     from escort_mj.errors import EscortError, ScenarioError
     from escort_mj.mission import Run
     from escort_mj.record.folder import open_run
     from escort_mj.record.outcome import Outcome
     from escort_mj.scenario.schema.scenario import Scenario
+
+    __version__: str
 
 _HOMES = {
     "load_scenario": "api",
@@ -43,10 +45,19 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> _typing.Any:
     """Loads a public name at its first use, so that importing the package stays light."""
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("escort-mj")
     if name not in _HOMES:
         raise AttributeError(f"module 'escort_mj' has no attribute {name!r}")
     from importlib import import_module
 
     return getattr(import_module(f"escort_mj.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """The public names, for completion."""
+    return ["__version__", *__all__]

@@ -5,8 +5,9 @@ from __future__ import annotations
 import difflib
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from pathlib import Path
+from typing import Any
 
 from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
@@ -15,6 +16,7 @@ from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scen
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import Scenario, load_file
 from escort_mj.scenario.findings import shortened
+from escort_mj.scenario.reader.load import scenario_of
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.study.checked import Case
 from escort_mj.study.engine.parallel import cores
@@ -28,20 +30,25 @@ def shipped_scenarios() -> list[str]:
 
 
 def load_scenario(
-    path: str | os.PathLike[str], overrides: Overrides = (), plugins: Sequence[str] = ()
+    source: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), plugins: Sequence[str] = ()
 ) -> Scenario:
     """Reads and checks a scenario.
 
+    Where an override makes the run shorter, expectations whose windows it does not reach are not judged.
+
     Args:
-        path: A YAML file, or the name of a shipped scenario such as `main` or `paper/case1_2d`.
-        overrides: Texts `key.path=value`, or a mapping of key paths, that replace values of the file.
+        source: A YAML file, the name of a shipped scenario such as `main` or `paper/case1_2d`, or a mapping
+            with keys and values as in a file.
+        overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
         plugins: Plugins beside those that it names (docs/plugins.md): Python files, names of installed ones.
 
     Raises:
         ScenarioError: With every fault of the file at once.
         UsageError: If there is neither such a file nor such a shipped scenario.
     """
-    return load_file(scenario_path(path), overrides, plugins)
+    if isinstance(source, Mapping):
+        return scenario_of(source, overrides, plugins)
+    return load_file(scenario_path(source), overrides, plugins)
 
 
 def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
@@ -114,7 +121,7 @@ def _label(path: Path) -> str:
 
 
 def run(
-    scenario: Scenario | str | os.PathLike[str],
+    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
     out: str | os.PathLike[str] | None = None,
     *,
     figures: bool = True,
@@ -165,7 +172,7 @@ def run(
 
 
 def run_many(
-    scenarios: Iterable[Scenario | str | os.PathLike[str]],
+    scenarios: Iterable[Scenario | str | os.PathLike[str] | Mapping[str, Any]],
     threads: int | None = None,
     *,
     traces: bool = False,

@@ -53,7 +53,7 @@ class Fault:
         key: Key path such as `robots.overrides[1].mass`; empty for the file as a whole.
         line: 1-based line, or 0 where there is none (a command-line override).
         column: 1-based column, or 0.
-        source: File name, or `--set key=value` for an override.
+        source: File name, or what set it beside the file: `--set key=value`, or a key given in Python.
     """
 
     message: str
@@ -66,6 +66,8 @@ class Fault:
         place = self.source
         if self.line:
             place += f":{self.line}:{self.column}"
+        if place and self.key.startswith(place):  # a key that was set is its own place
+            place = ""
         return one_line(": ".join(part for part in (place, self.key, self.message) if part))
 
 

@@ -87,20 +87,23 @@ class ScenarioFile(pytest.File):
         try:
             expected = load_file(self.path).expect
         except EscortError:
-            yield self._test("scenario", None, 1, None)
+            yield self._test("scenario", None, 1)
             return
         if not any(isinstance(one, OutcomeExpectation) for one in expected):
-            yield self._test("outcome", None, 1, None)
+            yield self._test("outcome", None, 1)
         names: dict[str, int] = {}
         for place, (one, line) in enumerate(zip(expected, expectation_lines(self.path), strict=True)):
             number = names[one.subject] = names.get(one.subject, 0) + 1
             name = one.subject if number == 1 else f"{one.subject} {number}"
-            yield self._test(name, place, line, one.xfail)
+            test = self._test(name, place, line)
+            if one.skip is not None:
+                test.add_marker(pytest.mark.skip(reason=one.skip))
+            elif one.xfail is not None:
+                test.add_marker(pytest.mark.xfail(reason=one.xfail, strict=True))
+            yield test
 
-    def _test(self, name: str, place: int | None, line: int, xfail: str | None) -> ScenarioTest:
+    def _test(self, name: str, place: int | None, line: int) -> ScenarioTest:
         test: ScenarioTest = ScenarioTest.from_parent(self, name=name, place=place, line=line)
-        if xfail is not None:
-            test.add_marker(pytest.mark.xfail(reason=xfail, strict=True))
         return test
 
     @cached_property

@@ -1,8 +1,10 @@
 """What is not needed to simulate is not imported before it is."""
 
+import doctest
 import json
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 
@@ -46,6 +48,16 @@ except SystemExit:
 """
     found = subprocess.run([sys.executable, "-c", program, "--help"], check=True, stdout=subprocess.PIPE)
     assert found.stdout.splitlines()[-1] == b"1"
+
+
+def test_completion_lists_the_public_names() -> None:
+    assert sorted(dir(escort_mj)) == sorted([*escort_mj.__all__, "__version__"])
+    assert escort_mj.__version__ == version("escort-mj")
+
+
+def test_the_example_of_the_package_works_as_printed(compiled: None) -> None:
+    found = doctest.testmod(escort_mj)
+    assert found.attempted >= 3 and not found.failed
 
 
 @pytest.mark.parametrize("name", escort_mj.__all__)

@@ -115,7 +115,7 @@ class Simulation:
             command: For the first physics step, shape (n, p), each number in [-1, 1]; None for rest.
         """
         if seed is not None:
-            self.scenario = self.scenario.model_copy(update={"seed": seed})
+            self.scenario = self.scenario.replace(seed=seed)
         self._begin()
         self._advance(np.zeros((self.count, self.axes)) if command is None else command)
 

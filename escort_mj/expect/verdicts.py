@@ -41,6 +41,7 @@ class Verdict:
         xfail: Why it is known to fail; empty where it is not.
         expectation: Its place in the scenario's list, from 0; None for the outcome that was not written down.
         broken: A plugin raised an error instead of judging.
+        skip: Why it was not judged; empty where it was.
     """
 
     metric: str
@@ -58,6 +59,7 @@ class Verdict:
     xfail: str = ""
     expectation: int | None = None
     broken: bool = False
+    skip: str = ""
 
     @property
     def found(self) -> str:
@@ -92,9 +94,13 @@ def judge_one(
         outcome: How the run ended.
         place: Its place in the scenario's list.
     """
-    demanded, found, broken = _judged(expectation, trace, outcome)
-    found = _unless_unseen(expectation, found, trace, outcome)
-    known = expectation.xfail or ""
+    skip = expectation.skip or ""
+    if skip:
+        demanded, found, broken = _demanded(expectation), Judgment(True, f"not judged: {skip}"), False
+    else:
+        demanded, found, broken = _judged(expectation, trace, outcome)
+        found = _unless_unseen(expectation, found, trace, outcome)
+    known = "" if skip else expectation.xfail or ""
     message = f"{expectation.subject} {demanded}: {found.words}"
     if known:
         message += f"; known to fail: {known}" if not found.held else f"; but it was to fail: {known}"
@@ -114,7 +120,16 @@ def judge_one(
         held=found.held,
         xfail=known,
         expectation=place,
+        skip=skip,
     )
+
+
+def _demanded(expectation: Expectation) -> str:
+    """What an expectation demands, with its window; its kind where a plugin cannot say."""
+    try:
+        return expectation.demanded + expectation.when
+    except Exception:
+        return expectation.kind
 
 
 def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tuple[str, Judgment, bool]:
@@ -171,6 +186,8 @@ def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
 
 def mark(verdict: Verdict) -> str:
     """How a verdict counts, in a word."""
+    if verdict.skip:
+        return "skip"
     if verdict.xfail:
         return "xfail" if verdict.passed else "XPASS"
     return "pass" if verdict.passed else "FAIL"

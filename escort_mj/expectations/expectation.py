@@ -64,6 +64,8 @@ class Expectation(Parameters):
 
     xfail: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
     """Why it is known to fail: it passes as long as it does not hold, and fails as soon as it does."""
+    skip: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
+    """Why it is not judged, and counts as passed; null: it is judged."""
 
     def judge(self, trace: Any) -> Judgment:
         """Whether it holds.
@@ -91,7 +93,7 @@ class Expectation(Parameters):
     @property
     def demanded(self) -> str:
         """What it demands, in words, without its window."""
-        given = self.model_dump(exclude={"xfail", "after", "before"}, exclude_none=True)
+        given = self.model_dump(exclude={"xfail", "skip", "after", "before"}, exclude_none=True)
         bound = str(given.pop(self.kind))
         return ", ".join([bound, *(f"{key} {value}" for key, value in given.items())])
 

@@ -60,6 +60,7 @@ VERDICT: dict[str, Kinds] = {
 }
 VERDICT_MORE: dict[str, Kinds] = {
     "bodies": (list,), "held": FLAG, "xfail": WORDS, "expectation": (int, NOTHING), "broken": FLAG,
+    "skip": WORDS,
 }  # fmt: skip
 METRIC: dict[str, Kinds] = {
     **dict.fromkeys(("value", "time"), MAYBE),

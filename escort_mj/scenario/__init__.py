@@ -1,6 +1,5 @@
 """Scenarios: the YAML format and its checks, and what it says about motion and the team."""
 
-from escort_mj.scenario.checks.whole import check_scenario
 from escort_mj.scenario.geometry.placement import Placement, robot_count, team
 from escort_mj.scenario.geometry.trajectory import Trajectory, disturbance_trajectory, target_trajectory
 from escort_mj.scenario.reader.dump import dump_scenario, json_schema
@@ -14,7 +13,6 @@ __all__ = [
     "Scenario",
     "Placement",
     "Trajectory",
-    "check_scenario",
     "disturbance_trajectory",
     "dump_scenario",
     "json_schema",

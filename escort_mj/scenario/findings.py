@@ -18,12 +18,15 @@ class Finding(NamedTuple):
         message: What was found and what is allowed.
         at_key: Whether the key itself is wrong, not its value.
         related: Other paths to point at where the file does not hold `path`.
+        late: What begins or ends only after the end of the run, such as "its window begins at 5 s"; empty
+            where the finding is another.
     """
 
     path: Path
     message: str
     at_key: bool = False
     related: tuple[Path, ...] = ()
+    late: str = ""
 
 
 def key_path(path: Path) -> str:

@@ -44,8 +44,9 @@ def _summary(result: Checked) -> str:
     if result.error:
         return "the program broke"
     known = sum(verdict.passed and bool(verdict.xfail) for verdict in result.verdicts)
+    skipped = sum(bool(verdict.skip) for verdict in result.verdicts)
     words = f"{sum(verdict.passed for verdict in result.verdicts)} of {len(result.verdicts)} verdicts"
-    return words + (f", {known} xfail" if known else "")
+    return words + (f", {known} xfail" if known else "") + (f", {skipped} skipped" if skipped else "")
 
 
 def _details(result: Checked) -> Iterator[str]:
@@ -54,7 +55,7 @@ def _details(result: Checked) -> Iterator[str]:
     if result.error:
         yield result.error.splitlines()[-1]
     for verdict in result.verdicts:
-        if not verdict.passed or verdict.near_miss or verdict.xfail:
+        if not verdict.passed or verdict.near_miss or verdict.xfail or verdict.skip:
             word = mark(verdict) if not verdict.near_miss or not verdict.passed else "near"
             ending = f" ({result.message})" if verdict is result.verdicts[0] else ""
             yield f"{word}: {verdict.message}{ending}"
@@ -95,7 +96,9 @@ def _case(suite: ElementTree.Element, result: Checked, verdict: Verdict, seconds
     """A verdict as a test case; a run that broke is an error, all else that fails a failure."""
     name = f"{verdict.metric} {verdict.demanded}"
     case = _new_case(suite, result, name, result.line(verdict), seconds)
-    if verdict.passed and verdict.xfail:
+    if verdict.skip:
+        _add(case, "skipped", verdict.message, "", "escort_mj.skip")
+    elif verdict.passed and verdict.xfail:
         _add(case, "skipped", verdict.message, "", "escort_mj.xfail")
     elif not verdict.passed:
         kind = "error" if verdict is result.verdicts[0] else "failure"

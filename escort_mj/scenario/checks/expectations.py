@@ -29,6 +29,8 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
     """Each expectation's window holds a physics step, and the run reaches it."""
     timestep = scenario.physics.timestep
     for index, expectation in enumerate(scenario.expect):
+        if expectation.skip is not None:
+            continue
         path: Path = ("expect", index)
         start, stop = expectation.window
         key = expectation.window_key
@@ -36,10 +38,12 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
         if stop is not None and stop <= start:
             yield Finding(path, f"its window is empty: {key} {start:g} s and before {stop:g} s")
         elif end > scenario.duration or start >= scenario.duration:
+            begins = start >= scenario.duration
             yield Finding(
                 (*path, "before" if end > scenario.duration else key),
                 f"found {max(end, start):g} s; the run ends at {scenario.duration:g} s",
                 related=(("duration",),) if start else (),
+                late=f"its window {f'begins at {start:g}' if begins else f'ends at {end:g}'} s",
             )
         elif first_step(start, timestep) > last_step(end, timestep):
             yield Finding(

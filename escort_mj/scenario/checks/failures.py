@@ -29,7 +29,8 @@ def check_failures(scenario: Scenario) -> Iterator[Finding]:
             )
         first.setdefault(failure.robot, index)
         if failure.at >= scenario.duration:
-            yield Finding((*path, "at"), f"found {failure.at:g} s; the run ends at {scenario.duration:g} s")
+            words = f"found {failure.at:g} s; the run ends at {scenario.duration:g} s"
+            yield Finding((*path, "at"), words, late=f"it comes at {failure.at:g} s")
         if failure.kind != "mad" and failure.force is not None:
             yield Finding((*path, "force"), f"found {failure.force:g} N; only a mad robot has a force")
         unlimited = limits.get(failure.robot, robots.force_limit) is None

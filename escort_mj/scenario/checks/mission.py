@@ -55,9 +55,8 @@ def check_supervisor(scenario: Scenario) -> Iterator[Finding]:
         if phase.after == 0.0 and phase.before is None and phase.when is None:
             yield Finding(path, "would rule all the time; give after, before or when")
         if phase.after >= scenario.duration:
-            yield Finding(
-                (*path, "after"), f"found {phase.after:g} s; the run ends at {scenario.duration:g} s"
-            )
+            words = f"found {phase.after:g} s; the run ends at {scenario.duration:g} s"
+            yield Finding((*path, "after"), words, late=f"it begins at {phase.after:g} s")
         if phase.before is not None and phase.before <= phase.after:
             yield Finding(path, f"never rules: after {phase.after:g} s and before {phase.before:g} s")
         if phase.when is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 
-from escort_mj.errors import Fault, ScenarioError
 from escort_mj.numerics.steps import last_step
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.checks.failures import check_failures
@@ -32,7 +31,7 @@ from escort_mj.scenario.checks.robots import (
 )
 from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_sight
 from escort_mj.scenario.checks.space import check_body, check_clearance, check_dimensions
-from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
@@ -140,13 +139,3 @@ def findings_between_keys(scenario: Scenario, wrong: Collection[str] = ()) -> li
             if parts.isdisjoint(needs) and not (around and parts.intersection(CLUTTERED)):
                 found += check(scenario)
     return found
-
-
-def check_scenario(scenario: Scenario) -> None:
-    """Checks a scenario that was built in Python; one that was loaded has been checked.
-
-    Raises:
-        ScenarioError: With everything wrong between its keys.
-    """
-    if found := findings_between_keys(scenario):
-        raise ScenarioError([Fault(finding.message, key_path(finding.path)) for finding in found])

@@ -51,11 +51,13 @@ class Document:
         data: Dicts, lists, text, numbers, booleans and None.
         values: Place of the value at each path.
         keys: Place of the key at each path that ends in a key.
+        overridden: Paths whose values were set beside the text.
     """
 
     data: Any = None
     values: dict[Path, Place] = field(default_factory=dict)
     keys: dict[Path, Place] = field(default_factory=dict)
+    overridden: set[Path] = field(default_factory=set)
 
     def place(self, path: Path, at_key: bool = False) -> Place:
         """Place of what stands at a path, or of the nearest thing around it."""
@@ -64,6 +66,12 @@ class Document:
         while path and path not in self.values:
             path = path[:-1]
         return self.values.get(path, Place(""))
+
+    def is_overridden(self, path: Path) -> bool:
+        """Whether what stands at a path, or the nearest thing around it, was set beside the text."""
+        while path and path not in self.values:
+            path = path[:-1]
+        return path in self.overridden
 
 
 def plain_scalar(text: str) -> Any:
@@ -129,6 +137,21 @@ def is_control(letter: str) -> bool:
     return (unicodedata.category(letter) in ("Cc", "Cs") and letter not in "\n\t") or letter in "\ufffe\uffff"
 
 
+def unprintable(text: str) -> str:
+    """What is wrong with the first character that no text can have; empty without one."""
+    found = next((letter for letter in text if is_control(letter)), None)
+    if found is None:
+        return ""
+    return f"found the character U+{ord(found):04X}; allowed are line breaks, tabs and letters"
+
+
+def too_small(value: Any) -> str:
+    """What is wrong with a number that is neither 0 nor large enough; empty if nothing is."""
+    if not isinstance(value, float) or not 0.0 < abs(value) < SMALLEST:
+        return ""
+    return f"found {value!r}; expected 0 or a number of at least {SMALLEST:g} in size"
+
+
 def line_and_column(text: str, position: int) -> tuple[int, int]:
     """Line and column, from 1, of a position in a text."""
     before = text[:position]
@@ -178,10 +201,8 @@ class _Reader:
         if not event.implicit[0]:
             return text
         value = plain_scalar(event.value)
-        if isinstance(value, float) and 0.0 < abs(value) < SMALLEST:
-            self.fault(
-                event, path, f"found {value!r}; expected 0 or a number of at least {SMALLEST:g} in size"
-            )
+        if wrong := too_small(value):
+            self.fault(event, path, wrong)
         return value
 
     def mapping(self, events: Iterator[Any], path: Path) -> dict[str, Any]:
@@ -222,10 +243,8 @@ class _Reader:
 
     def refuse_control(self, text: str, event: Any, path: Path) -> None:
         """Note a character that files, pictures and terminals cannot hold or show."""
-        found = next((letter for letter in text if is_control(letter)), None)
-        if found is not None:
-            code = f"U+{ord(found):04X}"
-            self.fault(event, path, f"found the character {code}; allowed are line breaks, tabs and letters")
+        if wrong := unprintable(text):
+            self.fault(event, path, wrong)
 
     def fault_once(self, kind: str, event: Any, path: Path, message: str) -> None:
         if kind not in self.refused:

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.scenario.reader.document import plain_scalar
-from escort_mj.scenario.reader.paths import TAGS
+from escort_mj.scenario.reader.paths import TAGS, tag_of
 from escort_mj.scenario.schema.scenario import Scenario
 
 _FIRST = {*TAGS, *(kind.kind for kind in EXPECTATIONS)}  # keys that say what a table is
@@ -22,6 +22,35 @@ _PLAIN_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 def dump_scenario(scenario: Scenario) -> str:
     """The whole scenario as YAML, defaults written out; `parse_scenario` reads the same scenario from it."""
     return "\n".join(_table(scenario.model_dump(), "")) + "\n"
+
+
+def short_dump(scenario: Scenario) -> str:
+    """The scenario as YAML, what is at its default left out; `parse_scenario` reads the same from it."""
+    return "\n".join(_table(differing(scenario), "")) + "\n"
+
+
+def differing(table: BaseModel) -> dict[str, Any]:
+    """What a table has beside its defaults, as plain data: the same table can be read from it.
+
+    Names that tell which of several tables it is stay, and so do the scenario's version, name and seed.
+    """
+    tag = tag_of(type(table))
+    kept = {"version", "name", "seed"} if isinstance(table, Scenario) else {tag[0]} if tag else set()
+    fields = type(table).model_fields
+    return {
+        name: _differing(value)
+        for name, value in table
+        if name in kept
+        or fields[name].is_required()
+        or value != fields[name].get_default(call_default_factory=True)
+    }
+
+
+def _differing(value: Any) -> Any:
+    """The same for whatever a table holds."""
+    if isinstance(value, BaseModel):
+        return differing(value)
+    return [_differing(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def json_schema(kind: type[Scenario] = Scenario) -> dict[str, Any]:

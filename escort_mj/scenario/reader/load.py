@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -16,7 +16,10 @@ from escort_mj.scenario.findings import Finding, did_you_mean, key_path, shorten
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.catalog import resolve_plugins
 from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
+from escort_mj.scenario.reader.dump import differing
+from escort_mj.scenario.reader.late import judged_again, late, left_out
 from escort_mj.scenario.reader.overrides import Overrides, apply
+from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -59,6 +62,45 @@ def parse_scenario(
         ScenarioError: With every fault found.
     """
     return Template(text, source).scenario(overrides, plugins)
+
+
+def scenario_of(
+    data: Mapping[str, Any] | Scenario,
+    overrides: Overrides = (),
+    plugins: Sequence[str] = (),
+    kind: type[Scenario] | None = None,
+) -> Scenario:
+    """Checks a scenario given as Python's own data; NumPy's arrays and scalars do for lists and numbers.
+
+    Args:
+        data: Keys and values as in a file, or a scenario to be changed; plugin files that it names are looked
+            for from here.
+        overrides: As for `load_scenario`.
+        plugins: As for `load_scenario`.
+        kind: The type of scenario where its plugins are loaded already; None to load those that it names.
+
+    Raises:
+        ScenarioError: With every fault found.
+        PluginError: If one of the plugins given here cannot be loaded.
+    """
+    written = differing(data) if isinstance(data, Scenario) else data
+    return _laid_over(document_of(written), overrides, plugins, "", kind)
+
+
+def _laid_over(
+    document: Document,
+    overrides: Overrides,
+    plugins: Sequence[str],
+    source: str,
+    kind: type[Scenario] | None = None,
+) -> Scenario:
+    """The checked scenario of a document, which is changed, with overrides and plugins."""
+    unset = apply(document, overrides)
+    data = dict(document.data)
+    if plugins:
+        told = [load_plugin(source_of(each, FilePath())).source.model_dump() for each in plugins]
+        data["plugins"] = [*(data.get("plugins") or ()), *told]
+    return _scenario(document, data, unset, source, None if plugins or unset else kind)
 
 
 def stored_scenario(text: str, folder: FilePath) -> Scenario:
@@ -135,20 +177,29 @@ class Template:
             PluginError: If one of the plugins given here cannot be loaded.
         """
         document = copy.deepcopy(self._document) if overrides else self._document
-        unset = apply(document, overrides)
-        data = dict(document.data)
-        if plugins:
-            told = [load_plugin(source_of(each, FilePath())).source.model_dump() for each in plugins]
-            data["plugins"] = [*(data.get("plugins") or ()), *told]
-        return _scenario(document, data, unset, self.source)
+        return _laid_over(document, overrides, plugins, self.source)
 
 
-def _scenario(document: Document, data: dict[str, Any], unset: list[Fault], source: str) -> Scenario:
-    """Checks what a document and the command line say together."""
-    kind, findings = resolve_plugins(data, FilePath(source).parent)
+def _scenario(
+    document: Document,
+    data: dict[str, Any],
+    unset: list[Fault],
+    source: str,
+    kind: type[Scenario] | None = None,
+) -> Scenario:
+    """Checks what a document and overrides say together."""
+    findings: list[Finding] = []
+    if kind is None:
+        kind, findings = resolve_plugins(data, FilePath(source).parent)
     scenario = None
     if not findings:
+        judged_again(document, data)
         scenario, findings = _checked(data, kind)
+        if beyond := late(document, findings):
+            findings = [finding for finding in findings if finding not in beyond]
+            left_out(data, beyond)
+            scenario, again = _checked(data, kind)
+            findings = findings or again
     faults = [
         _fault(finding.message, key_path(finding.path), _place(document, finding))
         for finding in sorted(findings, key=lambda finding: _order(document, finding, source))
@@ -255,3 +306,6 @@ def _order(document: Document, finding: Finding, source: str) -> tuple[bool, int
 
 def _fault(message: str, key: str, place: Place) -> Fault:
     return Fault(message, key, place.line, place.column, place.source)
+
+
+Scenario.checked = scenario_of

@@ -1,4 +1,4 @@
-"""Command-line overrides: `key.path=value`, laid over a document before it is checked."""
+"""Overrides: `key.path=value` as text, or key paths with Python's values, laid over a document unchecked."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.scenario.findings import Path, key_path, parse_key_path
+from escort_mj.scenario.findings import Path, key_path, parse_key_path, shortened
 from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, read_document
-from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.paths import locate, models, tag_of
+from escort_mj.scenario.reader.plain import document_of
 
 Overrides = Sequence[str] | Mapping[str, Any]
 
@@ -22,22 +22,7 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
         overrides: Texts `key.path=value` with values as YAML, or a mapping from key paths to values.
     """
     faults: list[Fault] = []
-    for override in _texts(overrides):
-        key, equals, text = override.partition("=")
-        place = Place("--set " + (override if len(override) <= 80 else override[:77] + "..."))
-        path = parse_key_path(key.strip())
-        if path is None or not equals:
-            faults.append(Fault("expected key.path=value, such as robots.count=7", source=place.source))
-            continue
-        if len(path) > MAX_DEPTH:
-            message = f"found a key path of {len(path)} levels; expected at most {MAX_DEPTH}"
-            faults.append(Fault(message, source=place.source))
-            continue
-        try:
-            value = read_document(text, place.source).data
-        except ScenarioError as error:
-            faults.extend(Fault(fault.message, key_path(path), source=place.source) for fault in error.faults)
-            continue
+    for place, path, value in _read(overrides, faults):
         try:
             _set(document, path, value, place)
         except ScenarioError as error:
@@ -45,13 +30,49 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
     return faults
 
 
-def _texts(overrides: Overrides) -> Iterator[str]:
+def _read(overrides: Overrides, faults: list[Fault]) -> Iterator[tuple[Place, Path, Any]]:
+    """What to call each override, its key path and its value; what is wrong with one goes to the faults."""
     if isinstance(overrides, Mapping):
-        yield from (f"{key}={flow(value)}" for key, value in overrides.items())
-    elif isinstance(overrides, str):
-        yield overrides
-    else:
-        yield from overrides
+        for key, value in overrides.items():
+            place = Place(shortened(key, 80))
+            path = parse_key_path(key)
+            if path is None:
+                faults.append(
+                    Fault("is no key path of a scenario, such as robots.count", source=place.source)
+                )
+            elif not (deep := _too_deep(path, place)):
+                try:
+                    yield place, path, document_of({"": value}).data[""]
+                except ScenarioError as error:
+                    faults += [
+                        Fault(fault.message, key_path(path), source=place.source) for fault in error.faults
+                    ]
+            else:
+                faults.append(deep)
+        return
+    for override in [overrides] if isinstance(overrides, str) else overrides:
+        key, equals, text = override.partition("=")
+        place = Place("--set " + (override if len(override) <= 80 else override[:77] + "..."))
+        path = parse_key_path(key.strip())
+        if path is None or not equals:
+            faults.append(Fault("expected key.path=value, such as robots.count=7", source=place.source))
+        elif deep := _too_deep(path, place):
+            faults.append(deep)
+        else:
+            try:
+                yield place, path, read_document(text, place.source).data
+            except ScenarioError as error:
+                faults += [
+                    Fault(fault.message, key_path(path), source=place.source) for fault in error.faults
+                ]
+
+
+def _too_deep(path: Path, place: Place) -> Fault | None:
+    """What is wrong with a path of too many levels."""
+    if len(path) <= MAX_DEPTH:
+        return None
+    message = f"found a key path of {len(path)} levels; expected at most {MAX_DEPTH}"
+    return Fault(message, source=place.source)
 
 
 def _set(document: Document, path: Path, value: Any, place: Place) -> None:
@@ -63,6 +84,7 @@ def _set(document: Document, path: Path, value: Any, place: Place) -> None:
             raise _fault(place, path, f"{key_path(here)} is a single value and holds no keys")
         if here not in document.values:
             document.values[here] = document.keys[here] = place
+            document.overridden.add(here)
         _put(holder, here, inner, place)
         holder = inner
     _put(holder, path, value, place)
@@ -70,6 +92,7 @@ def _set(document: Document, path: Path, value: Any, place: Place) -> None:
         for stale in [known for known in places if known[: len(path)] == path]:
             del places[stale]
         places[path] = place
+    document.overridden.add(path)
 
 
 def _opened(value: Any, path: Path, wants_list: bool) -> dict[str, Any] | list[Any] | None:

@@ -5,9 +5,10 @@ Cross-checks that need more than one key stand in `checks.py`; reading files in 
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Surface, Vertices
 from escort_mj.components.parameters import TEXT, Parameters, Radius
@@ -30,6 +31,13 @@ from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Ob
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import Robots
 from escort_mj.scenario.schema.sensing import Sensing
+
+if TYPE_CHECKING:
+    from typing import Self
+
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
 
 MAX_AXES = 9
 MAX_OBSTACLES = 5000
@@ -130,8 +138,31 @@ class Video(Parameters):
     """`overview` frames the whole mission, `follow` goes with the target, `top` looks down."""
 
 
-class Scenario(Parameters):
-    """One mission: everything that a run depends on."""
+class _Checked(ModelMetaclass):
+    """Makes what is constructed pass all checks that a file has to pass."""
+
+    if not TYPE_CHECKING:
+
+        def __call__(cls, /, **data):  # noqa: N805
+            return cls.checked(data, kind=cls)
+
+
+class Scenario(Parameters, metaclass=_Checked):
+    """One mission: everything that a run depends on.
+
+    Args:
+        data: Keys and values as in a file; tables may be mappings, and lists and numbers NumPy's.
+
+    Raises:
+        ScenarioError: With everything that is wrong, as for a file.
+    """
+
+    checked: ClassVar[Callable[..., Any]]
+    """Checks plain data and makes a scenario of it: `reader.load.scenario_of`, which is above this floor."""
+
+    if TYPE_CHECKING:
+
+        def __init__(self, **data: Any) -> None: ...
 
     version: Literal[1] = 1
     """Version of this format."""
@@ -176,3 +207,23 @@ class Scenario(Parameters):
     """How a run is shown."""
     expect: tuple[AnyExpectation, ...] = ()
     """What must hold for the run to pass."""
+
+    def replace(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> Self:
+        """Return a checked copy in which some values are others.
+
+        `scenario.replace({"robots.mass": 2})`, `scenario.replace(duration=20, seed=3)`.
+
+        Args:
+            changes: Values by their key paths, or texts `key.path=value`.
+            more: More values by their key paths.
+
+        Raises:
+            ScenarioError: With everything that is wrong with the copy.
+        """
+        again = type(self).checked
+        changed: Self = again(self, changes, kind=type(self)) if changes or not more else self
+        return again(changed, more, kind=type(self)) if more else changed
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy; with values to update, what `replace` returns."""
+        return self.replace(update) if update else super().model_copy(deep=deep)

@@ -93,7 +93,7 @@ class Evaluator:
             f"# {key}: {value:g}; without the search {_number(base_of(self.design, key))}"
             for key, value in point.items()
         ]
-        named = scenario.model_copy(update={"name": path.stem[:80], "description": title[:2000]})
+        named = scenario.replace(name=path.stem[:80], description=title[:2000])
         path.parent.mkdir(parents=True, exist_ok=True)
         write_text(path, "\n".join([f"# {title}", *moved, dump_scenario(named)]))
         return named
@@ -178,7 +178,7 @@ def _number(value: float | None) -> str:
 
 def _is_about(fault: Fault, key: str) -> bool:
     """Whether a fault is one of this key by itself."""
-    return fault.source.startswith(f"--set {key}=") or parse_key_path(fault.key) == parse_key_path(key)
+    return fault.source == key or parse_key_path(fault.key) == parse_key_path(key)
 
 
 def mean_of(rows: Sequence[Row], metric: str) -> float:

@@ -144,9 +144,7 @@ class Design:
         at = parse_key_path(fault.key) or ()
         for key in reversed(cell.settings):
             path = parse_key_path(key) or ()
-            if fault.source.startswith(f"--set {key}=") or (
-                at and (at[: len(path)] == path or path[: len(at)] == at)
-            ):
+            if fault.source == key or (at and (at[: len(path)] == path or path[: len(at)] == at)):
                 where = _place_of(key, cell, self.file)
                 value = cell.settings[key]
                 return self.file.fault(f"with {key} = {_short(value)}: {fault.key}: {fault.message}", *where)

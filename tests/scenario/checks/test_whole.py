@@ -1,36 +1,25 @@
-"""Checks of scenarios built in Python; those of files are tested through them in test_load."""
+"""What is wrong between the keys of a scenario, each of which is right by itself."""
+
+from typing import Any
 
 import pytest
 
-from escort_mj.errors import ScenarioError
-from escort_mj.scenario import Scenario, check_scenario
+from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks.whole import RELATIONS, SHAPES, findings_between_keys
 
 
+def keys_of(**data: Any) -> Scenario:
+    """A scenario whose keys are right one by one."""
+    return Scenario.model_validate(data)
+
+
 def test_default_scenario_passes():
-    assert findings_between_keys(Scenario()) == []
-    check_scenario(Scenario(axes=3))
-
-
-def test_all_faults_with_their_keys_and_without_lines():
-    scenario = Scenario(
-        recording={"rate": 60.0},
-        expect=({"metric": "contacts"},),
-        robots={"count": 1},
-        mission={"behaviors": ("chords",)},
-    )
-    with pytest.raises(ScenarioError) as caught:
-        check_scenario(scenario)
-    assert [fault.key for fault in caught.value.faults] == [
-        "recording.rate",
-        "expect[0]",
-        "mission.behaviors[0]",
-    ]
-    assert {fault.line for fault in caught.value.faults} == {0}
+    assert findings_between_keys(keys_of()) == []
+    assert findings_between_keys(keys_of(axes=3)) == []
 
 
 def test_checks_of_wrong_parts_wait():
-    scenario = Scenario(recording={"rate": 60.0}, expect=({"metric": "contacts"},))
+    scenario = keys_of(recording={"rate": 60.0}, expect=({"metric": "contacts"},))
     assert [finding.path[0] for finding in findings_between_keys(scenario, wrong={"recording"})] == ["expect"]
     assert [finding.path[0] for finding in findings_between_keys(scenario, wrong={"expect"})] == ["recording"]
 
@@ -44,30 +33,30 @@ def test_every_check_names_parts_that_exist():
     ("timestep", "rate"), [(0.002, 50), (0.002, 500), (0.001, 1000), (0.004, 25), (0.005, 40), (1 / 600, 60)]
 )
 def test_rates_that_divide(timestep: float, rate: float):
-    assert findings_between_keys(Scenario(physics={"timestep": timestep}, recording={"rate": rate})) == []
+    assert findings_between_keys(keys_of(physics={"timestep": timestep}, recording={"rate": rate})) == []
 
 
 def test_rate_faster_than_the_physics():
-    (finding,) = findings_between_keys(Scenario(recording={"rate": 700.0}))
+    (finding,) = findings_between_keys(keys_of(recording={"rate": 700.0}))
     assert finding.message.endswith("as with 500")
 
 
 def test_overlap_counts_the_radii_of_overrides():
     robots = {"positions": ((5.0, 0.0), (5.0, 1.0)), "overrides": ({"robot": 1, "radius": 0.9},)}
-    (finding,) = findings_between_keys(Scenario(robots=robots))
+    (finding,) = findings_between_keys(keys_of(robots=robots))
     assert finding.path == ("robots", "positions", 1)
     assert "robot 2 overlaps robot 1 by 0.1 m" in finding.message
 
 
 def test_many_overlaps_are_cut_short():
     robots = {"positions": tuple((5.0, 0.001 * k) for k in range(100))}
-    assert len(findings_between_keys(Scenario(robots=robots, mission={"behaviors": ("surface",)}))) == 20
+    assert len(findings_between_keys(keys_of(robots=robots, mission={"behaviors": ("surface",)}))) == 20
 
 
 def test_teammate_distance_between_centers_counts_no_radius():
     def distance(measure: str) -> list:
         avoid = {"behavior": "avoid_obstacles", "teammate_distance": 5.6, "measure": measure}
-        return findings_between_keys(Scenario(mission={"behaviors": (avoid, "chords")}))
+        return findings_between_keys(keys_of(mission={"behaviors": (avoid, "chords")}))
 
     assert distance("center") == []
     assert len(distance("surface")) == 1

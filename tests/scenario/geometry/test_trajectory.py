@@ -29,7 +29,7 @@ def _compiled() -> None:
 def through(points: list[tuple[float, list[float]]], interpolation: str) -> Trajectory:
     waypoints = [{"time": time, "position": position} for time, position in points]
     target = {"waypoints": waypoints, "interpolation": interpolation}
-    return target_trajectory(Scenario(axes=len(points[0][1]), target=target))
+    return target_trajectory(Scenario.model_validate({"axes": len(points[0][1]), "target": target}))
 
 
 POINTS = [(1.0, [0.0, 1.0]), (3.0, [4.0, 1.0]), (4.0, [4.0, -2.0]), (9.0, [-1.0, 0.5])]

@@ -7,10 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.errors import ScenarioError
-from escort_mj.recognize import scenarios_in
+from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
 from escort_mj.scenario.reader.document import SMALLEST, read_document
-from escort_mj.scenario.reader.dump import flow
+from escort_mj.scenario.reader.dump import flow, short_dump
+from escort_mj.scenario.reader.load import tuples
 from escort_mj.scenario.reader.paths import TAGS
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
@@ -34,7 +35,7 @@ TEXT = st.characters(
 def scenarios(draw: st.DrawFn) -> Scenario:
     axes = draw(st.sampled_from([2, 3]))
     vector = st.tuples(*[numbers] * axes)
-    return Scenario(
+    data = dict(
         name="n" + draw(names),
         description=draw(st.text(TEXT, max_size=80)),
         seed=draw(st.integers(0, 2**53 - 1)),
@@ -47,6 +48,7 @@ def scenarios(draw: st.DrawFn) -> Scenario:
         controller={"law": draw(st.sampled_from(["apd_smc", "asmc"])), "slope": draw(st.floats(1e-3, 1e3))},
         expect=[{"metric": "contacts", "at_most": draw(bounds)}],
     )
+    return Scenario.model_validate(data)
 
 
 @settings(max_examples=60, deadline=None)
@@ -55,6 +57,28 @@ def test_what_is_written_reads_back_the_same(scenario: Scenario):
     """Equal to the last bit; what the checks between keys say of such wild scenarios does not matter here."""
     data = read_document(dump_scenario(scenario), "dump").data
     assert Scenario.model_validate_json(json.dumps(data), strict=True) == scenario
+    short = read_document(short_dump(scenario), "short").data
+    assert Scenario.model_validate_json(json.dumps(short), strict=True) == scenario
+
+
+def test_the_short_form_has_only_what_differs():
+    text = "{name: x, robots: {count: 3, mass: 1.0}, controller: {law: pd}, mission: {behaviors: [surface]}}"
+    scenario = parse_scenario(text)
+    assert read_document(short_dump(scenario), "short").data == {
+        "version": 1,
+        "name": "x",
+        "seed": 0,
+        "robots": {"count": 3},
+        "controller": {"law": "pd"},
+        "mission": {"behaviors": [{"behavior": "surface"}]},
+    }
+
+
+def test_the_short_form_of_what_ships_reads_back_the_same():
+    for path in scenarios_in(scenarios_folder()):
+        scenario = load_file(path)
+        data = read_document(short_dump(scenario), str(path)).data
+        assert type(scenario).model_validate(tuples(data), strict=True) == scenario
 
 
 def test_it_is_complete_and_easy_to_read():

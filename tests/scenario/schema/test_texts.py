@@ -21,7 +21,7 @@ from escort_mj.scenario.reader.document import is_control
 )
 def test_control_characters_are_refused(table: dict) -> None:
     with pytest.raises(ValidationError, match="String should match pattern"):
-        Scenario(duration=1.0, robots={"count": 2}, **table)
+        Scenario.model_validate({"duration": 1.0, "robots": {"count": 2}, **table})
 
 
 def test_tables_and_files_allow_the_same_characters() -> None:
