@@ -131,8 +131,8 @@ def main(arguments: Any = None) -> None:
     """Trains, compares on held-out seeds, and writes the tables into the docs if asked."""
     write = wants_docs(__doc__, PAGE, arguments)
     gains = trained()
-    units = ("radius error [m]", "spacing error [m]", "robots apart [m]", "obstacles apart [m]", "force [N]")
-    head = ["commands by", "verdicts hold", "missions with a touch", *units]
+    units = ("radius error [m]", "spacing error [m]", "to robots [m]", "to obstacles [m]", "force [N]")
+    head = ["controller", "verdicts held", "missions with a touch", *units]
     found = [
         [f"`{name}`", f"{hand:g}", f"{value:.3g}"]
         for (name, hand), value in zip(BY_HAND.items(), gains, strict=True)

@@ -25,7 +25,7 @@ SEEDS = 5
 TAIL = 5.0  # s: robots have passed the last obstacle before
 PLAIN = {"robots.kind": "point_mass"}
 
-# One thing after another that is untold, on the mission of slung robots; gains are the paper's.
+# One hidden effect at a time, on the mission of slung robots with the paper's gains.
 TROUBLES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("none: point masses", PLAIN),
     *((f"payload {m:g} times the mass", {"robots.kind.payload": m}) for m in (0.2, 0.5, 1.0, 2.0, 5.0)),
@@ -91,7 +91,7 @@ def missions() -> dict[tuple[str, str, str], list[Trial]]:
 
 
 def troubles() -> dict[tuple[str], list[Trial]]:
-    """What is untold, and the missions of each."""
+    """Return the hidden effects and the missions of each."""
     return {
         (name,): [Trial("slung", tuple(keys.items()), seed) for seed in range(1, SEEDS + 1)]
         for name, keys in TROUBLES
@@ -143,7 +143,7 @@ def main(arguments: Any = None) -> None:
     ]
     tables = {
         "kinds": table(["robots", "law", "gains", *measured], rows(cases, found)),
-        "troubles": table(["untold", *measured], rows(more, found)),
+        "troubles": table(["hidden effect", *measured], rows(more, found)),
     }
     publish(PAGE, tables, write)
 

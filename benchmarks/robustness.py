@@ -83,10 +83,10 @@ def measured(factor: Factor) -> Map:
 
 
 REASONS = {
-    "contacts": "touches",
+    "contacts": "contact",
     "settling_time": "does not settle in 25 s",
-    "radius_error_mean": "stays more than 5 cm off",
-    "obstacle_clearance_min": "comes nearer than 0.2 m",
+    "radius_error_mean": "radius error above 5 cm",
+    "obstacle_clearance_min": "clearance below 0.2 m",
 }
 
 
@@ -134,21 +134,19 @@ def sentences(maps: list[Map]) -> Iterator[str]:
             if ends is None:
                 at = int(np.argmin([abs(np.log((v or 1e-9) / factor.nominal)) for v in found.values]))
                 parts.append(
-                    f"{factor.words} of {found.values[at]:.3g}{unit} already ({found.failures[law, at]})"
+                    f"{factor.words} {found.values[at]:.3g}{unit}, nominal ({found.failures[law, at]})"
                 )
                 continue
             for at in (ends[0] - 1, ends[1] + 1):
                 if 0 <= at < len(found.values):
-                    parts.append(
-                        f"{factor.words} of {found.values[at]:.3g}{unit} ({found.failures[law, at]})"
-                    )
-        yield f"- **{name}** breaks at " + (", at ".join(parts) if parts else "nothing that was tried") + "."
+                    parts.append(f"{factor.words} {found.values[at]:.3g}{unit} ({found.failures[law, at]})")
+        yield f"- **{name}** fails at: {'; '.join(parts)}." if parts else f"- **{name}** never fails."
 
 
 def draw(path: Path, maps: list[Map]) -> None:
     """The map: for each factor, law against value, colored by the share of runs that pass."""
     rows = -(-len(maps) // 2)
-    with figure(path, 0.5 + 1.75 * rows, "Where each law holds: runs that pass all verdicts") as canvas:
+    with figure(path, 0.5 + 1.75 * rows, "Where each law works: runs that pass all verdicts") as canvas:
         panels = canvas.subplots(rows, 2).ravel()
         for axes, found in zip(panels, maps, strict=False):
             share = found.passed / found.runs
@@ -174,9 +172,9 @@ def main(arguments: Any = None) -> None:
     low = binomtest(runs, runs).proportion_ci(0.95, "exact").low
     high = binomtest(0, runs).proportion_ci(0.95, "exact").high
     note = (
-        f"Numbers are runs that pass, of {runs} with different noise. By exact binomial intervals (95 %), "
-        f"{runs} of {runs} says that more than {100 * low:.0f} % of such runs pass, and none of {runs} that "
-        f"fewer than {100 * high:.0f} % do."
+        f"The numbers in the figure count the passing runs, out of {runs} with different noise. By exact "
+        f"binomial intervals (95 %), {runs} of {runs} means that more than {100 * low:.0f} % of such runs "
+        f"pass, and 0 of {runs} means that fewer than {100 * high:.0f} % pass."
     )
     head = ["law", *(f"{f.words}{f' [{f.unit}]' if f.unit else ''}" for f in FACTORS)]
     tables = {

@@ -3,9 +3,9 @@
 from escort_mj.testing import assert_no_contacts, assert_settled
 
 def test_the_team_gathers(escort_run):
-    run = escort_run("main", {"duration": 50})
+    run = escort_run("main", {"robots.mass": 2})
     assert_no_contacts(run, between=("robots", "obstacles"))
-    assert_settled(run, within=0.05, by=40)
+    assert_settled(run, within=0.05, by=55)
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""APD-SMC whose estimate leaks."""
+"""APD-SMC with a leaky estimate."""
 
 from typing import Literal
 
@@ -9,7 +9,7 @@ from escort_mj.plugins import Law, LawView
 
 
 class Leaky(Law):
-    """PD, a smooth switching term, and an estimate that follows s and leaks."""
+    """PD terms, a smooth switching term, and a leaky estimate."""
 
     law: Literal["leaky"] = "leaky"
     proportional_gain: NonNegativeFloat = 30.0
@@ -24,13 +24,13 @@ class Leaky(Law):
     """Rate at which the estimate decays [1/s]."""
 
     def force(self, robots: LawView) -> None:
-        """Writes the force of every robot, and the rate of its estimate."""
+        """Write the force of every robot and the rate of its estimate."""
         pd = self.proportional_gain * robots.e + self.derivative_gain * robots.e_dot
         robots.tau[:] = robots.rho_hat + pd + self.switching_gain * np.tanh(robots.s)
         robots.rho_hat_rate[:] = self.adaptation_rate * robots.s - self.leak * robots.rho_hat
 
     def force_kernel(self, robots):
-        """The same as `force`, for the compiler."""
+        """Compute the same as `force`, in compiled form."""
         n, p = robots.e.shape
         for i in range(n):
             for k in range(p):

@@ -1,7 +1,7 @@
-"""What a law of a plugin costs beside the same law built in: python examples/plugins/overhead.py.
+"""Measure the overhead of a plugin law over the same built-in law: python examples/plugins/overhead.py.
 
-The leaky law without leak is APD-SMC. Three plants are stepped in turn, a short stretch each, so that
-whatever else the machine does hits all alike; the medians of the ratios are told.
+The leaky law without leak is APD-SMC. Three plants take turns, a short stretch of steps each, so that other
+load on the machine affects them equally. The result is the median of the ratios.
 """
 
 import time
