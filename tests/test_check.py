@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from escort_mj import api
+from escort_mj import api, mission
 from tests.test_cli import command  # noqa: F401  a fixture: one command in a folder of its own
 
 BODY = """\
@@ -148,6 +148,26 @@ def test_text_of_users_gives_no_orders_to_runners_and_terminals(check, tmp_path:
         assert len(orders) == (2 if options == ("--github",) else 0), orders
         assert all(order.startswith("::error file=") for order in orders)
         assert "##[" not in out
+
+
+def test_seeds_and_repeats(check, tmp_path: Path, monkeypatch) -> None:
+    code, out, _ = check(
+        "s/good.yaml", "--seeds", "3", "--repeat", "2", "--set", "sensing.position.noise=0.01"
+    )
+    assert code == 0 and "3 scenarios: 3 passed" in out
+    assert [f"s/good-seed-{k}" in out for k in (1, 2, 3)] == [True] * 3
+    code, out, _ = check("s/good.yaml", "--seeds", "2", "--set", "mission.radius=8", "--json")
+    found = json.loads(out)["scenarios"]
+    assert code == 1 and [one["label"] for one in found] == ["s/good-seed-1", "s/good-seed-2"]
+    flown = []
+
+    def other_seeds(scenario, *given):
+        flown.append(scenario.replace(seed=scenario.seed + len(flown)))
+        return mission.fly(flown[-1], *given)
+
+    monkeypatch.setattr("escort_mj.study.check.fly", other_seeds)
+    code, out, _ = check("s/good.yaml", "--repeat", "2", "--set", "sensing.position.noise=0.01")
+    assert code == 3 and "the runs of one seed have different bits, first in q" in out and len(flown) == 2
 
 
 def test_worse_outranks_bad(check) -> None:

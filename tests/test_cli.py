@@ -3,6 +3,7 @@
 import json
 import signal
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -99,6 +100,27 @@ def test_a_diverged_run(command, tmp_path: Path) -> None:
     assert code == 3 and "diverged" in out
     code, out, _ = command("show", "div")
     assert code == 0 and "diverged" in out
+
+
+def test_quiet_prints_what_is_wrong(command) -> None:
+    assert command("run", "five.yaml", *QUIET, "-q") == (0, "", "")
+    code, out, err = command(
+        "run", "five.yaml", *QUIET, "--quiet", "--set", "expect=[{settled: 0.01, by: 1}]"
+    )
+    assert code == 1 and out.startswith("  FAIL  settled") and out.count("\n") == 2 and not err
+
+
+def test_verbose_names_stages_and_shows_where_it_broke(command, monkeypatch, capfd) -> None:
+    code, out, err = command("run", "five.yaml", *QUIET, "-v")
+    assert code == 0 and err.startswith("simulating: ") and err.endswith(" s\n")
+    monkeypatch.setattr("escort_mj.mission.build", lambda scenario: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        command("run", "five.yaml", *QUIET, "-v")
+
+
+def test_version_and_short_help(command) -> None:
+    assert command("--version") == (0, f"escort-mj {version('escort-mj')}\n", "")
+    assert command("run", "-h")[1] == command("run", "--help")[1]
 
 
 def test_compare_runs_each_law_once(command, tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 import typer
 
 from escort_mj.cli import app, complete
+from escort_mj.cli.group import SECTIONS
 
 COMMANDS = typer.main.get_command(app).commands
 
@@ -66,6 +67,23 @@ def test_files_and_names(folder: Path) -> None:
     assert complete.scenarios("re") == ["renders/"]
     assert "studies/minute" in complete.studies("") and "main" not in complete.studies("")
     assert complete.runs_or_scenarios("r")[0] == "renders/main"
+
+
+def test_keys_and_values() -> None:
+    assert {"mission.radius=", "mission.outer="} <= set(complete.overrides("mission."))
+    assert complete.overrides("robots.co") == ["robots.count="]
+    assert complete.overrides("controller=ap") == ["controller=apd_smc"]
+    assert complete.overrides("controller.anti_windup=") == [
+        "controller.anti_windup=true",
+        "controller.anti_windup=false",
+    ]
+    assert complete.overrides("nothing=") == []
+    assert complete.laws("apd_smc,p") == ["apd_smc,pd", "apd_smc,pd_smc"]
+    assert complete.outer_loops("n") == ["nsb"]
+
+
+def test_every_command_is_listed_once() -> None:
+    assert sorted(sum(SECTIONS.values(), ())) == sorted(COMMANDS)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -78,6 +78,26 @@ def test_around_runs(answer) -> None:
     assert {finding["state"] for finding in answer("doctor")["findings"]} <= {"good", "warning", "bad"}
 
 
+def test_what_is_found_out(answer, tmp_path: Path) -> None:
+    metrics = answer("list", "metrics")["found"]["metrics"]
+    assert {"name": "radius_error_mean", "unit": "m"}.items() <= metrics[0].items()
+    (tmp_path / "few.yaml").write_text(STUDY)
+    (tmp_path / "bad.yaml").write_text("name: bad\nrobotos: {count: 5}\n")
+    files = {one["label"]: one for one in answer("validate", "five.yaml", "few.yaml", "bad.yaml")["files"]}
+    assert files["five"]["summary"].startswith("5 robots, 2 axes") and not files["five"]["faults"]
+    assert files["few.yaml"]["summary"] == "1 cells, 2 seeds: 2 runs"
+    assert [fault["line"] for fault in files["bad"]["faults"]] == [2]
+
+
+def test_lines_of_progress_and_a_result(command) -> None:
+    code, out, _ = command("run", "five.yaml", *QUIET, "--json-lines")
+    events = [json.loads(line, parse_constant=pytest.fail) for line in out.splitlines()]
+    *progress, result = events
+    assert code == 0 and result["event"] == "result" and result["outcome"] == "completed"
+    assert progress and {one["event"] for one in progress} == {"progress"}
+    assert progress[-1]["stage"] == "simulating" and progress[-1]["done"] >= progress[-1]["total"]
+
+
 def test_bad_input_prints_no_document(command) -> None:
     code, out, err = command("run", "maim", "--json")
     assert (code, out) == (2, "") and "main" in err

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,13 +16,16 @@ import typer
 
 from escort_mj import stopping
 from escort_mj.cli import complete
-from escort_mj.cli.streams import lasting_streams, printable_json, say
+from escort_mj.cli.group import Commands, print_version, start_over
+from escort_mj.cli.streams import OUTPUT, lasting_streams, printable_json, say
 from escort_mj.errors import EscortError, ScenarioError
 
 app = typer.Typer(
     name="escort-mj",
     help="Multi-robot escort missions on real physics: one YAML in, verdicts, figures and a video out.",
     epilog="Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 a run diverged or broke, 130 interrupted.",
+    cls=Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
@@ -42,10 +47,22 @@ ScenarioArgument = Annotated[
 RunArgument = Annotated[
     Path, typer.Argument(help="A run folder.", exists=True, file_okay=False, autocompletion=complete.runs)
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON document instead of text.")]
+JsonOption = Annotated[
+    bool,
+    typer.Option(
+        "--json",
+        help="Print one JSON document instead of text.",
+        callback=lambda value: value or OUTPUT.json_lines,
+    ),
+]
 SetOption = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY.PATH=VALUE", help="Overrides one value; may be given many times."),
+    typer.Option(
+        "--set",
+        metavar="KEY.PATH=VALUE",
+        help="Override one value; may be given many times.",
+        autocompletion=complete.overrides,
+    ),
 ]
 WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
 PluginOption = Annotated[
@@ -54,6 +71,15 @@ PluginOption = Annotated[
         "--plugin", metavar="FILE|NAME", help="Python file or installed plugin; may be given many times."
     ),
 ]
+
+
+@app.callback()
+def _before_every_command(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", is_eager=True, callback=print_version)
+    ] = False,
+) -> None:
+    start_over()
 
 
 def finish(
@@ -71,11 +97,24 @@ def finish(
     if as_json:
         from escort_mj.record.files import json_text
 
-        typer.echo(printable_json(json_text({"command": command, "exit_code": code} | results)))
-    else:
+        document = {"command": command, "exit_code": code} | results
+        if OUTPUT.json_lines:
+            _print_event("result", **document)
+        else:
+            typer.echo(printable_json(json_text(document)))
+    elif not OUTPUT.quiet or code != GOOD:
         for line in lines:
             say(line)
     raise typer.Exit(code)
+
+
+def _print_event(event: str, **what: Any) -> None:
+    """Print one JSON document on a line of its own."""
+    from escort_mj.record.files import json_text
+
+    text = json_text({"event": event} | what, indent=None)
+    typer.echo(printable_json(text))
+    sys.stdout.flush()
 
 
 def draw_video(folder: Path) -> bool:
@@ -84,7 +123,7 @@ def draw_video(folder: Path) -> bool:
     from escort_mj.report.video.video import render_video
 
     try:
-        with progress_bar("drawing the video", " frames") as progress:
+        with progress_bar("drawing the video", " frames", announced=True) as progress:
             render_video(folder, progress=progress)
     except RenderError as error:
         say(f"no video: {error}", err=True)
@@ -93,11 +132,54 @@ def draw_video(folder: Path) -> bool:
 
 
 @contextmanager
-def progress_bar(label: str, unit: str) -> Iterator[Callable[[float, float], None] | None]:
-    """A progress bar with rate and time left on a terminal; nothing in a pipe."""
-    if not sys.stderr.isatty():
+def progress_bar(
+    label: str, unit: str, announced: bool = False
+) -> Iterator[Callable[[float, float], None] | None]:
+    """Show progress: a bar with rate and time left on a terminal, events with `--json-lines`, else nothing.
+
+    Args:
+        label: What is being done.
+        unit: What is counted.
+        announced: Whether a pipe gets one line that says what is being done.
+    """
+    clock = time.perf_counter()
+    if OUTPUT.json_lines:
+        yield _Events(label)
+    elif OUTPUT.quiet:
         yield None
-        return
+    elif sys.stderr.isatty():
+        with _bar(label, unit) as update:
+            yield update
+    else:
+        if announced:
+            say(f"{label} ...", err=True)
+        yield None
+    if OUTPUT.verbose:
+        say(f"{label}: {time.perf_counter() - clock:.2f} s", err=True)
+
+
+class _Events:
+    """Prints progress as JSON documents, at most one every half second, and the last one."""
+
+    INTERVAL = 0.5  # s
+
+    def __init__(self, stage: str) -> None:
+        self.stage, self.begun, self.last = stage, time.perf_counter(), -math.inf
+
+    def __call__(self, done: float, total: float) -> None:
+        now = time.perf_counter()
+        if now - self.last < self.INTERVAL and done < total:
+            return
+        self.last, elapsed = now, now - self.begun
+        remaining = elapsed * (total - done) / done if done else None
+        _print_event(
+            "progress", stage=self.stage, done=done, total=total, elapsed=elapsed, remaining=remaining
+        )
+
+
+@contextmanager
+def _bar(label: str, unit: str) -> Iterator[Callable[[float, float], None]]:
+    """A progress bar on a terminal, with rate and time left."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -141,8 +223,8 @@ def run_program() -> None:
             name = error.filename or "a temporary file"
             say(f"escort-mj: {name}: cannot be written: {error.strerror}", err=True)
             sys.exit(BROKEN)
-        if os.environ.get("ESCORT_MJ_TRACEBACK"):
+        if OUTPUT.verbose or os.environ.get("ESCORT_MJ_TRACEBACK"):
             raise
         say(f"escort-mj: the program broke: {type(error).__name__}: {error}", err=True)
-        say("ESCORT_MJ_TRACEBACK=1 shows where; please report it.", err=True)
+        say("--verbose shows where; please report it.", err=True)
         sys.exit(BROKEN)

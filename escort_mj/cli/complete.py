@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, study_names
 
 RUN, STUDY = "outcome.json", "results.sqlite"  # by which a folder of results is known
 DEPTH = 3  # folders down
+NESTED = 4  # keys of a path
 
 
 def scenarios(incomplete: str) -> list[str]:
@@ -19,6 +23,85 @@ def scenarios(incomplete: str) -> list[str]:
 def studies(incomplete: str) -> list[str]:
     """Names of shipped studies, then files from here."""
     return [*_named(study_names(scenarios_folder()), incomplete), *_files(incomplete)]
+
+
+def scenarios_or_studies(incomplete: str) -> list[str]:
+    """Names of shipped scenarios and studies, then files from here."""
+    return [*_named(study_names(scenarios_folder()), incomplete), *scenarios(incomplete)]
+
+
+def overrides(incomplete: str) -> list[str]:
+    """Key paths of a scenario with `=`; behind one, the words that its value may be."""
+    key, equals, _ = incomplete.partition("=")
+    if equals:
+        return _named([f"{key}={word}" for word in _words(key)], incomplete)
+    return _named([f"{path}=" for path in _key_paths()], incomplete)
+
+
+def laws(incomplete: str) -> list[str]:
+    """Names of laws, behind those that are typed already."""
+    return _behind_commas(_words("controller"), incomplete)
+
+
+def outer_loops(incomplete: str) -> list[str]:
+    """Names of outer loops, behind those that are typed already."""
+    return _behind_commas(_words("mission.outer"), incomplete)
+
+
+def _behind_commas(names: list[str], incomplete: str) -> list[str]:
+    before, comma, start = incomplete.rpartition(",")
+    typed = before.split(",")
+    return [f"{before}{comma}{name}" for name in names if name.startswith(start) and name not in typed]
+
+
+@cache
+def _schema() -> dict[str, Any]:
+    """The JSON Schema that ships: it is there without anything being imported."""
+    schema: dict[str, Any] = json.loads((scenarios_folder() / "schema.json").read_text(encoding="utf-8"))
+    return schema
+
+
+def _alternatives(node: dict[str, Any]) -> Iterator[dict[str, Any]]:
+    """A node of the schema, or each of those that it may be, with references followed."""
+    if "$ref" in node:
+        node = _schema()["$defs"][node["$ref"].rpartition("/")[2]]
+    yield node
+    for one in (*node.get("anyOf", ()), *node.get("oneOf", ())):
+        yield from _alternatives(one)
+
+
+def _key_paths() -> list[str]:
+    """Every key path of a scenario, lists left out."""
+    paths: dict[str, None] = {}
+
+    def add(node: dict[str, Any], prefix: str, depth: int) -> None:
+        for table in _alternatives(node) if depth else ():
+            for key, value in table.get("properties", {}).items():
+                paths.setdefault(f"{prefix}{key}")
+                add(value, f"{prefix}{key}.", depth - 1)
+
+    add(_schema(), "", NESTED)
+    return [*paths]
+
+
+def _words(path: str) -> list[str]:
+    """The words that the value of a key may be."""
+    nodes = [_schema()]
+    for key in path.split("."):
+        nodes = [
+            table["properties"][key]
+            for node in nodes
+            for table in _alternatives(node)
+            if key in table.get("properties", {})
+        ]
+    words: dict[str, None] = {}
+    for node in nodes:
+        for one in _alternatives(node):
+            if one.get("type") == "boolean":
+                words |= {"true": None, "false": None}
+            for word in (*one.get("enum", ()), *([one["const"]] if "const" in one else ())):
+                words[str(word)] = None
+    return [*words]
 
 
 def runs(incomplete: str) -> list[str]:

@@ -29,6 +29,7 @@ from escort_mj.cli.app import (
     say,
     shown_path,
 )
+from escort_mj.cli.streams import OUTPUT
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def run_command(
     ):
         result = api.fly(mission, folder, progress)
     if not as_json:
-        _report(result)
+        (_report_failures if OUTPUT.quiet else _report)(result)
     with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
         written = _draw(folder.path, figures, video, report)
     finish(
@@ -95,6 +96,12 @@ def check_command(
             autocompletion=complete.scenarios,
         ),
     ],
+    overrides: SetOption = None,
+    plugins: PluginOption = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each, from the scenario's own upward.")] = 1,
+    repeat: Annotated[
+        int, typer.Option(min=1, help="Runs of each seed; one that differs from the first in a bit fails.")
+    ] = 1,
     out: Annotated[Path, typer.Option(help="Where run folders of those that fail go.")] = Path(
         "renders/check"
     ),
@@ -112,6 +119,8 @@ def check_command(
     Example: escort-mj check main paper/case1_2d
 
     Example: escort-mj check scenarios/ --junit report.xml --json > report.json
+
+    Example: escort-mj check mine.yaml --seeds 20 --set controller=asmc
     """
     from escort_mj.study.engine.parallel import parent_of_workers
 
@@ -121,13 +130,16 @@ def check_command(
     from escort_mj.report.pages import checked
     from escort_mj.report.video.video import render_clip
     from escort_mj.study.check import check_scenarios
+    from escort_mj.study.checked import with_seeds
 
     if junit is not None and not junit.parent.is_dir():
         raise UsageError(f"{junit}: there is no folder {junit.parent}")
     with progress_bar("checking", " scenarios") as progress:
-        results = check_scenarios(
-            api.cases(paths), out, workers, keep, render_clip if video else None, progress
-        )
+        cases = [
+            case._replace(overrides=tuple(overrides or ()), plugins=tuple(plugins or ()), repeat=repeat)
+            for case in with_seeds(api.cases(paths), seeds)
+        ]
+        results = check_scenarios(cases, out, workers, keep, render_clip if video else None, progress)
     if junit is not None:
         write_text(junit, checked.junit(results))
     for line in checked.github(results) if github else ():
@@ -152,7 +164,8 @@ def render_command(
     """
     from escort_mj.report.figures.figures import draw_figures
 
-    written = [shown_path(path) for path in draw_figures(run_folder)]
+    with progress_bar("drawing the figures", "", announced=True):
+        written = [shown_path(path) for path in draw_figures(run_folder)]
     if draw_video(run_folder):
         written.append(shown_path(run_folder / "video.mp4"))
     finish("render", as_json, written, written=written)
@@ -207,7 +220,8 @@ def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
     if figures:
         from escort_mj.report.figures.figures import draw_figures
 
-        written.append(f"figures/ ({len(draw_figures(folder))})")
+        with progress_bar("drawing the figures", "", announced=True):
+            written.append(f"figures/ ({len(draw_figures(folder))})")
     if video and draw_video(folder):
         written.append("video.mp4")
     if report:
@@ -240,6 +254,14 @@ def _report(result: Run) -> None:
         f" ({summary['wall_time']:.2f} s of wall time{f', {speed:.0f} times real time' if speed else ''})"
     )
     for line in verdict_lines(result.verdicts):
+        say(line)
+
+
+def _report_failures(result: Run) -> None:
+    """Prints the verdicts that failed."""
+    from escort_mj.expect.verdicts import verdict_lines
+
+    for line in verdict_lines([verdict for verdict in result.verdicts if not verdict.passed]):
         say(line)
 
 

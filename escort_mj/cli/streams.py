@@ -7,6 +7,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, TextIO
 
 import typer
@@ -15,6 +16,24 @@ from escort_mj.errors import one_line
 
 _OBEYED = (*range(0x7F, 0xA0), *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 ESCAPED = {code: f"\\u{code:04x}" for code in _OBEYED}
+
+
+@dataclass
+class Output:
+    """How much the present command prints.
+
+    Attributes:
+        quiet: Whether it prints errors and failed verdicts only.
+        verbose: Whether it names its stages with their times, and prints tracebacks.
+        json_lines: Whether it prints progress and result as JSON, one document per line.
+    """
+
+    quiet: bool = False
+    verbose: bool = False
+    json_lines: bool = False
+
+
+OUTPUT = Output()
 
 
 def say(line: str, err: bool = False) -> None:

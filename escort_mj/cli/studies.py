@@ -114,11 +114,19 @@ def compare_command(
     scenario: ScenarioArgument,
     laws: Annotated[
         list[str] | None,
-        typer.Option(metavar="LAW,...", help="Laws of the inner loop, such as apd_smc,pd [default: all]."),
+        typer.Option(
+            metavar="LAW,...",
+            help="Laws of the inner loop, such as apd_smc,pd [default: all].",
+            autocompletion=complete.laws,
+        ),
     ] = None,
     outer: Annotated[
         list[str] | None,
-        typer.Option(metavar="LOOP,...", help="Outer loops, such as nsb,barrier_filter [default: its own]."),
+        typer.Option(
+            metavar="LOOP,...",
+            help="Outer loops, such as nsb,barrier_filter [default: its own].",
+            autocompletion=complete.outer_loops,
+        ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Seeds, from the scenario's own upward.")] = 1,
     overrides: SetOption = None,

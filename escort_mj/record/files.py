@@ -79,9 +79,14 @@ def write_text(path: Path, text: str) -> None:
     write_bytes(path, text.encode())
 
 
-def json_text(value: Any) -> str:
-    """A value as JSON; what is not a finite number becomes null, a path its text."""
-    return json.dumps(_plain(value), indent=2, allow_nan=False, ensure_ascii=False)
+def json_text(value: Any, indent: int | None = 2) -> str:
+    """Return a value as JSON, where what is not a finite number is null, and a path its text.
+
+    Args:
+        value: The value.
+        indent: Spaces per level; None for one line.
+    """
+    return json.dumps(_plain(value), indent=indent, allow_nan=False, ensure_ascii=False)
 
 
 def write_json(path: Path, value: Any) -> None:

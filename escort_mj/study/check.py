@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
-from escort_mj.mission import fly
+from escort_mj.mission import Run, fly
 from escort_mj.record.folder import RunFolder
 from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import expectation_lines
@@ -109,7 +109,7 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
     try:
         if case.fault:
             raise ScenarioError([Fault(case.fault)])
-        result = _fly(bare, folder)
+        result = _fly(case, folder)
     except ScenarioError as error:
         return replace(bare, faults=error.faults, wall_time=time.perf_counter() - clock)
     except EscortError as error:
@@ -125,24 +125,43 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
     return replace(result, wall_time=time.perf_counter() - clock)
 
 
-def _fly(bare: Checked, folder: Path | None) -> Checked:
-    """Runs a scenario.
+def _fly(case: Case, folder: Path | None) -> Checked:
+    """Runs a scenario as often as asked.
 
     Raises:
         EscortError: If the scenario or the folder is wrong.
     """
-    scenario = load_file(bare.path)
+    scenario = load_file(case.path, case.overrides, case.plugins)
+    if case.later:
+        scenario = scenario.replace(seed=scenario.seed + case.later)
     if folder is None:
         run = fly(scenario)
     else:
         with RunFolder.create(folder) as writing:
             run = fly(scenario, writing)
-    return replace(
-        bare,
+    first = signal_that_differs(run, [fly(scenario) for _ in range(1, case.repeat)])
+    return Checked(
+        case.path,
+        case.label,
         name=scenario.name,
         outcome=run.outcome.value,
         message=run.message,
         verdicts=run.verdicts,
-        lines=expectation_lines(bare.path),
+        lines=[] if _replaces_expectations(case) else expectation_lines(case.path),
         folder=folder,
+        error=f"the runs of one seed have different bits, first in {first}" if first else "",
     )
+
+
+def _replaces_expectations(case: Case) -> bool:
+    return any(text.startswith("expect") for text in case.overrides)
+
+
+def signal_that_differs(run: Run, others: Sequence[Run]) -> str:
+    """Return the first signal in which a run differs from others, bit by bit; empty if there is none."""
+    for other in (each.recording for each in others):
+        assert run.recording is not None and other is not None, "single runs keep their recording"
+        for name, variable in run.recording.data_vars.items():
+            if variable.values.tobytes() != other.data_vars[name].values.tobytes():
+                return str(name)
+    return ""

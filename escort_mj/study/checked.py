@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -19,11 +20,31 @@ class Case(NamedTuple):
         path: Its file.
         label: What to call it; also its run folder's place in that of all runs.
         fault: Why it cannot be found; empty where it can.
+        overrides: Texts `key.path=value` that replace values of the file.
+        plugins: Plugins beside those that it names.
+        later: Which seed: so many after the scenario's own.
+        repeat: How many runs it takes; all of them must have the same bits.
     """
 
     path: Path
     label: str
     fault: str = ""
+    overrides: tuple[str, ...] = ()
+    plugins: tuple[str, ...] = ()
+    later: int = 0
+    repeat: int = 1
+
+
+def with_seeds(cases: Sequence[Case], count: int) -> list[Case]:
+    """Return each case with so many seeds, from the scenario's own upward, each with a label of its own."""
+    if count == 1:
+        return list(cases)
+    width = len(str(count))
+    return [
+        case._replace(label=f"{case.label}-seed-{k + 1:0{width}}", later=k)
+        for case in cases
+        for k in range(1 if case.fault else count)
+    ]
 
 
 @dataclass(frozen=True)

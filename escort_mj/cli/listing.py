@@ -1,0 +1,269 @@
+"""Commands that find things out without running anything: list, validate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import typer
+
+from escort_mj.cli import complete
+from escort_mj.cli.app import BAD_INPUT, GOOD, JsonOption, PluginOption, SetOption, app, finish, shown_path
+from escort_mj.errors import EscortError, Fault, ScenarioError, UsageError
+from escort_mj.recognize import scenario_names, scenarios_folder, study_names
+from escort_mj.study.checked import Case
+
+TAGS = {"laws": "law", "behaviors": "behavior", "robots": "kind", "outer-loops": "loop"}
+Kind = Literal[
+    "scenarios",
+    "studies",
+    "laws",
+    "behaviors",
+    "outer-loops",
+    "robots",
+    "metrics",
+    "expectations",
+    "signals",
+    "figures",
+]
+
+
+class Entry(NamedTuple):
+    """One thing that can be named in a scenario, a study or a command.
+
+    Attributes:
+        name: Its name.
+        unit: SI unit; empty where it has none.
+        meaning: One sentence.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+
+
+@app.command("list")
+def list_command(
+    kind: Annotated[Kind | None, typer.Argument(help="What to list.")] = None,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print a table for the docs.")] = False,
+    plugins: PluginOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List what there is: scenarios, studies, laws, behaviors, robots, metrics, signals and more.
+
+    Example: escort-mj list
+
+    Example: escort-mj list metrics
+    """
+    found = {name: [*make(plugins or ())] for name, make in LISTS.items() if kind in (None, name)}
+    finish(
+        "list",
+        as_json,
+        _page(found) if markdown else _lines(found, kind is None),
+        found={name: [entry._asdict() for entry in entries] for name, entries in found.items()},
+    )
+
+
+def _lines(found: Mapping[Kind, list[Entry]], short: bool) -> Iterator[str]:
+    """What was found, for a terminal; names alone where everything is listed."""
+    for name, entries in found.items():
+        if short:
+            yield f"{name}: {', '.join(entry.name for entry in entries)}"
+            continue
+        width = max((len(entry.name) for entry in entries), default=0)
+        for entry in entries:
+            unit = f" [{entry.unit}]" if entry.unit else ""
+            yield f"  {entry.name:{width}}  {entry.meaning}{unit}"
+    if short:
+        yield f"escort-mj list {next(iter(found))} says what each is; so for the others"
+
+
+def _page(found: Mapping[Kind, list[Entry]]) -> Iterator[str]:
+    """The same as Markdown."""
+    from escort_mj.record.tables import markdown
+
+    for entries in found.values():
+        units = any(entry.unit for entry in entries)
+        head = ["name", *(["unit"] if units else []), "meaning"]
+        rows = [
+            [f"`{entry.name}`", *([entry.unit] if units else []), _sentence(entry.meaning)]
+            for entry in entries
+        ]
+        yield from markdown(head, rows)
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _described(names: Callable[[Path], list[str]]) -> Callable[[Sequence[str]], Iterator[Entry]]:
+    """List shipped files by their descriptions."""
+
+    def entries(plugins: Sequence[str]) -> Iterator[Entry]:
+        from escort_mj.scenario.reader.document import read_document
+
+        folder = scenarios_folder()
+        for name in names(folder):
+            data = read_document((folder / f"{name}.yaml").read_text(encoding="utf-8"), name).data
+            yield Entry(name, "", " ".join(str(data.get("description", "")).split()))
+
+    return entries
+
+
+def _components(tag: str) -> Callable[[Sequence[str]], Iterator[Entry]]:
+    """List tables of the schema that a scenario asks for by a name."""
+
+    def entries(plugins: Sequence[str]) -> Iterator[Entry]:
+        from escort_mj.scenario import json_schema
+        from escort_mj.scenario.reader.catalog import scenario_type_with
+
+        for table in json_schema(scenario_type_with(plugins))["$defs"].values():
+            name = table.get("properties", {}).get(tag, {}).get("const")
+            if name is not None:
+                yield Entry(name, "", _first(table.get("description", "")))
+
+    return entries
+
+
+def _metrics(plugins: Sequence[str]) -> Iterator[Entry]:
+    from escort_mj.metrics import METRICS
+
+    for metric in METRICS:
+        yield Entry(metric.name, metric.unit, metric.meaning)
+
+
+def _expectations(plugins: Sequence[str]) -> Iterator[Entry]:
+    from escort_mj.expectations import EXPECTATIONS
+
+    for kind in EXPECTATIONS:
+        yield Entry(str(kind.kind), "", _first(kind.__doc__ or ""))
+
+
+def _signals(plugins: Sequence[str]) -> Iterator[Entry]:
+    from escort_mj.signals import EPISODE, SIGNALS
+
+    for signal in (*SIGNALS, *EPISODE):
+        yield Entry(signal.name, signal.unit, signal.meaning)
+
+
+def _figures(plugins: Sequence[str]) -> Iterator[Entry]:
+    from escort_mj.report.figures.figures import PLOTS
+
+    yield from dict.fromkeys(Entry(plot.name, "", plot.title.partition(",")[0]) for plot in PLOTS)
+
+
+def _first(text: str) -> str:
+    """The first paragraph of a description."""
+    return " ".join(text.split("\n\n")[0].split())
+
+
+LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Entry]]] = {
+    "scenarios": _described(scenario_names),
+    "studies": _described(study_names),
+    "laws": _components("law"),
+    "behaviors": _components("behavior"),
+    "outer-loops": _components("loop"),
+    "robots": _components("kind"),
+    "metrics": _metrics,
+    "expectations": _expectations,
+    "signals": _signals,
+    "figures": _figures,
+}
+
+
+@app.command("validate")
+def validate_command(
+    paths: Annotated[
+        list[str],
+        typer.Argument(
+            help="Scenario or study files, folders of scenarios, or names of shipped ones.",
+            autocompletion=complete.scenarios_or_studies,
+        ),
+    ],
+    overrides: SetOption = None,
+    plugins: PluginOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Check scenarios and studies without running them: exit code 2 if one has a fault.
+
+    Example: escort-mj validate mine.yaml
+
+    Example: escort-mj validate scenarios/ studies/minute
+    """
+    from escort_mj import api
+
+    studies = [path for path in paths if _is_study(path)]
+    if studies and (overrides or plugins):
+        raise UsageError("--set and --plugin change scenarios; a study has its own keys set and plugins")
+    cases = api.cases([path for path in paths if path not in studies])
+    found = [_validated(case, partial(_scenario, case, overrides, plugins)) for case in cases]
+    for study in studies:
+        path = Path(api.study_path(study))
+        found.append(_validated(Case(path, study), partial(_study, path)))
+    faults = sum(len(one["faults"]) for one in found)
+    finish("validate", as_json, _verdicts(found), BAD_INPUT if faults else GOOD, files=found)
+
+
+def _is_study(path: str) -> bool:
+    """Whether a path is a study's, by its name or its first key."""
+    if path in study_names(scenarios_folder()):
+        return True
+    file = Path(path)
+    try:
+        text = file.read_text(encoding="utf-8") if file.is_file() else ""
+    except (OSError, ValueError):
+        return False
+    return any(line.startswith("study:") for line in text.splitlines())
+
+
+def _scenario(case: Case, overrides: list[str] | None, plugins: list[str] | None) -> str:
+    from escort_mj import api
+    from escort_mj.scenario import robot_count
+
+    if case.fault:
+        raise ScenarioError([Fault(case.fault)])
+    read = api.load_scenario(case.path, overrides or (), plugins or ())
+    expected = len(read.expect)
+    return (
+        f"{robot_count(read)} robots, {read.axes} axes, {read.duration:g} s, "
+        f"{expected} expectation{'s' * (expected != 1)}"
+    )
+
+
+def _study(path: Path) -> str:
+    from escort_mj import api
+    from escort_mj.study.sweeps.definition import load_study
+    from escort_mj.study.sweeps.design import Design
+
+    design = Design(load_study(path), api.scenarios_folder())
+    return f"{len(design.cells)} cells, {len(design.seeds)} seeds: {len(design)} runs"
+
+
+def _validated(case: Case, read: Callable[[], str]) -> dict[str, Any]:
+    """One file: what it holds, or its faults."""
+    summary: str = ""
+    faults: Sequence[Fault] = ()
+    try:
+        summary = read()
+    except ScenarioError as error:
+        faults = error.faults
+    except EscortError as error:
+        faults = [Fault(str(error))]
+    return {
+        "path": shown_path(case.path),
+        "label": case.label,
+        "summary": summary,
+        "faults": [{**vars(fault), "text": str(fault)} for fault in faults],
+    }
+
+
+def _verdicts(found: list[dict[str, Any]]) -> Iterator[str]:
+    width = max((len(one["label"]) for one in found), default=0)
+    for one in found:
+        count = len(one["faults"])
+        words = f"{count} fault{'s' * (count > 1)}" if count else one["summary"]
+        yield f"  {'BAD' if count else 'ok':3}  {one['label']:{width}}  {words}"
+        for fault in one["faults"]:
+            yield f"       {fault['text']}"
