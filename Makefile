@@ -12,7 +12,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test machine-code kernels slow bench docs wheel lint style types format lock clean
+.PHONY: help run test machine-code kernels slow bench docs reference wheel lint style types format lock clean
 
 help: ## show these targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 16
@@ -42,6 +42,11 @@ bench: .venv/.test ## measure speed
 
 docs: .venv/.test ## the site, in docs/site; broken links are errors
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs docs/site $(ARGS)
+
+reference: .venv/.test ## write the pages of the docs that are made from the code
+	$(BIN)/escort-mj schema > scenarios/schema.json
+	$(BIN)/escort-mj schema --markdown > docs/keys.md
+	for page in commands metrics signals; do $(BIN)/escort-mj list $$page --markdown > docs/$$page.md || exit 1; done
 
 lint: style types ## style, types and import contracts
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -27,6 +28,7 @@ Kind = Literal[
     "expectations",
     "signals",
     "figures",
+    "commands",
 ]
 
 
@@ -58,10 +60,12 @@ def list_command(
     Example: escort-mj list metrics
     """
     found = {name: [*make(plugins or ())] for name, make in LISTS.items() if kind in (None, name)}
+    if markdown:
+        typer.echo("\n".join(_page(found)))
     finish(
         "list",
         as_json,
-        _page(found) if markdown else _lines(found, kind is None),
+        () if markdown else _lines(found, kind is None),
         found={name: [entry._asdict() for entry in entries] for name, entries in found.items()},
     )
 
@@ -77,14 +81,20 @@ def _lines(found: Mapping[Kind, list[Entry]], short: bool) -> Iterator[str]:
             unit = f" [{entry.unit}]" if entry.unit else ""
             yield f"  {entry.name:{width}}  {entry.meaning}{unit}"
     if short:
-        yield f"escort-mj list {next(iter(found))} says what each is; so for the others"
+        yield f"escort-mj list {next(iter(found))} says what each is, and likewise for the others"
 
 
 def _page(found: Mapping[Kind, list[Entry]]) -> Iterator[str]:
     """The same as Markdown."""
+    from escort_mj.cli.handbook import TITLES, commands_page
     from escort_mj.record.tables import markdown
 
-    for entries in found.values():
+    for kind, entries in found.items():
+        if kind == "commands":
+            yield from commands_page()
+            continue
+        title, introduction = TITLES.get(kind, (kind.capitalize(), ""))
+        yield from (f"# {title}\n", f"{introduction}\n")
         units = any(entry.unit for entry in entries)
         head = ["name", *(["unit"] if units else []), "meaning"]
         rows = [
@@ -154,6 +164,11 @@ def _figures(plugins: Sequence[str]) -> Iterator[Entry]:
     yield from dict.fromkeys(Entry(plot.name, "", plot.title.partition(",")[0]) for plot in PLOTS)
 
 
+def _commands(plugins: Sequence[str]) -> Iterator[Entry]:
+    for command in app.registered_commands:
+        yield Entry(str(command.name), "", _first(inspect.getdoc(command.callback) or ""))
+
+
 def _first(text: str) -> str:
     """The first paragraph of a description."""
     return " ".join(text.split("\n\n")[0].split())
@@ -170,6 +185,7 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Entry]]] = {
     "expectations": _expectations,
     "signals": _signals,
     "figures": _figures,
+    "commands": _commands,
 }
 
 

@@ -1,0 +1,64 @@
+"""The reference pages of the docs that the command line makes: commands, metrics, signals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import typer
+
+from escort_mj.cli.app import app
+from escort_mj.cli.group import SECTIONS
+from escort_mj.record.tables import markdown
+
+TITLES = {
+    "metrics": (
+        "Metrics",
+        "Every number that `metrics.json` holds and that an expectation can bound. "
+        "`escort-mj list metrics --markdown` writes this page.",
+    ),
+    "signals": (
+        "Signals",
+        "Every variable of a trace, in SI units and the world frame. "
+        "`escort-mj list signals --markdown` writes this page.",
+    ),
+}
+COMMON = ("quiet", "verbose", "json_lines", "as_json", "help")
+
+
+def commands_page() -> Iterator[str]:
+    """Yield the lines of the page of commands: each with its examples, arguments and options."""
+    yield "# Commands\n"
+    yield (
+        "Every command of `escort-mj`, as `escort-mj COMMAND --help` prints it. "
+        "`escort-mj list commands --markdown` writes this page.\n"
+    )
+    commands: Mapping[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    yield "Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 a run diverged or broke, 130 interrupted.\n"
+    yield "These options are the same wherever they appear:\n"
+    yield from _options(commands["run"], lambda option: option in COMMON)
+    for section, names in SECTIONS.items():
+        yield f"\n## {section}"
+        for name in names:
+            yield from _command(name, commands[name])
+
+
+def _command(name: str, command: Any) -> Iterator[str]:
+    paragraphs = [" ".join(part.split()) for part in command.help.split("\n\n")]
+    yield f"\n### {name}\n"
+    for text in (part for part in paragraphs if not part.startswith("Example:")):
+        yield f"{text}\n"
+    examples = [part.removeprefix("Example: ") for part in paragraphs if part.startswith("Example:")]
+    yield "\n".join(["```", *(line for text in examples for line in text.split("; ")), "```\n"])
+    yield from _options(command, lambda option: option not in COMMON)
+
+
+def _options(command: Any, wanted: Callable[[str], bool]) -> Iterator[str]:
+    """Yield the table of a command's arguments and options, as its help describes them."""
+    context = command.make_context(
+        command.name, [], resilient_parsing=True, **app.info.context_settings or {}
+    )
+    records = [one.get_help_record(context) for one in command.get_params(context) if wanted(str(one.name))]
+    rows = [[f"`{usage}`", meaning.replace("  ", " ")] for usage, meaning in filter(None, records)]
+    if rows:
+        yield from markdown(["option", "meaning"], rows)

@@ -1,0 +1,22 @@
+"""The reference pages that `make reference` writes are those that the code makes now."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from escort_mj.cli import app
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.mark.parametrize("page", ["commands", "metrics", "signals"])
+def test_a_page_is_what_the_code_says(page: str) -> None:
+    made = CliRunner().invoke(app, ["list", page, "--markdown"])
+    assert made.exit_code == 0 and made.output == (DOCS / f"{page}.md").read_text()
+
+
+def test_pages_hold_what_they_are_about() -> None:
+    assert "### check-plugin" in (DOCS / "commands.md").read_text()
+    assert "| `hull_margin` | m |" in (DOCS / "metrics.md").read_text()
+    assert "| `rho_hat` | N |" in (DOCS / "signals.md").read_text()
