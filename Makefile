@@ -31,7 +31,7 @@ wheel: .venv/.run ## the wheel, with machine code for every level of x86-64 proc
 	$(BIN)/python -m escort_mj.native.compiler.ship --every-level
 	$(BIN)/python -m hatchling build -t wheel
 
-kernels: .venv/.test machine-code ## compile the machine code that tests need
+kernels: .venv/.test ## compile the machine code that ships and what tests need beside it
 	$(BIN)/python -m tests.kernels
 
 slow: .venv/.test .venv/.gl ## the tests too slow for every change
