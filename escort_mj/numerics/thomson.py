@@ -137,10 +137,16 @@ def even_figure(positions: Array, center: Array) -> Figure:
         positions: Initial positions, shape (n, p) [m].
         center: Initial position of the target, shape (p,) [m].
     """
-    count, axes = positions.shape
-    offset = positions - center
+    return _figure((positions - center).tobytes(), positions.shape[1])
+
+
+@lru_cache(maxsize=64)
+def _figure(offsets: bytes, axes: int) -> Figure:
+    """Of the robots' places seen from the target: runs of a study have the same, and placing takes 40 ms."""
+    offset = np.frombuffer(offsets).reshape(-1, axes)
     directions = offset / np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-12)
-    vertices = _nearest_placing(even_points(count, axes), directions)
+    vertices = _nearest_placing(even_points(len(offset), axes), directions)
+    vertices.flags.writeable = False
     return Figure(vertices, *nearest_edges(vertices))
 
 
