@@ -186,8 +186,6 @@ class Tasks(NamedTuple):
 
 def weigh(ladder: tuple[Behavior, ...], now: Situation) -> Tasks:
     """Task signals of all robots under one ladder; arguments as of `outer.outer_loop`."""
-    from scipy.linalg import orth, subspace_angles
-
     n, columns, lost = len(now.q), len(now.setup.kinds), now.team.lost
     ruling, angle = np.full(n, -1.0), np.full((n, columns), np.pi / 2)
     error, wish, removed = np.zeros((n, columns)), np.zeros((n, columns)), np.zeros((n, columns))
@@ -199,7 +197,7 @@ def weigh(ladder: tuple[Behavior, ...], now: Situation) -> Tasks:
         velocity, projector = resolve_all(tasks)
         axes = now.setup.axes
         rows = [
-            [orth(row_spaces(task, i, axes).T, rcond=SAME) for task in tasks] if active[i] else []
+            [_basis(row_spaces(task, i, axes).T) for task in tasks] if active[i] and len(ladder) > 1 else []
             for i in range(n)
         ]
         left = velocity
@@ -215,10 +213,27 @@ def weigh(ladder: tuple[Behavior, ...], now: Situation) -> Tasks:
                 for a in rows[i]:
                     for b in higher_rows[i]:
                         if a.size and b.size:
-                            angle[i, column] = min(angle[i, column], subspace_angles(a, b).min())
+                            angle[i, column] = min(angle[i, column], _least_angle(a, b))
         above.append(projector)
         spaces.append(rows)
     ruling[lost], angle[lost] = -1.0, np.pi / 2
     for signal in (error, wish, removed):
         signal[lost] = 0.0
     return Tasks(ruling, error, wish, removed, angle)
+
+
+def _basis(columns: Array) -> Array:
+    """Orthonormal columns that span the same space."""
+    u, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return u[:, sizes > SAME * sizes.max(initial=0.0)]
+
+
+def _least_angle(a: Array, b: Array) -> float:
+    """The least angle between two spaces, of orthonormal columns: by its sine where it is small [rad]."""
+    if a.shape[1] < b.shape[1]:
+        a, b = b, a
+    shared = a.T @ b
+    cosine = np.linalg.svd(shared, compute_uv=False)[0]
+    if cosine * cosine < 0.5:
+        return math.acos(cosine)
+    return math.asin(min(1.0, np.linalg.svd(b - a @ shared, compute_uv=False)[-1]))

@@ -245,14 +245,12 @@ def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2, use:
         key=np.array([seed, TAG], dtype=np.uint64),
         counter=np.array([0, use, robot, step], dtype=np.uint64),
     )
-    points: list[Array] = []
-    waiting = np.zeros(0)
-    while len(points) < balls:
-        while len(waiting) < axes:
-            words = generator.random_raw(4)
-            halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
-            waiting = np.concatenate([waiting, (halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0])
-        point, waiting = waiting[:axes], waiting[axes:]
-        if point @ point <= 1.0:
-            points.append(point)
-    return np.array(points)
+    coordinates = np.zeros(0)
+    while True:
+        words = generator.random_raw(PER_BLOCK // 2 << axes)  # at once: of many axes few points are inside
+        halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
+        coordinates = np.append(coordinates, (halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0)
+        points = coordinates[: len(coordinates) // axes * axes].reshape(-1, axes)
+        inside = points[(points * points).sum(axis=1) <= 1.0]
+        if len(inside) >= balls:
+            return inside[:balls]
