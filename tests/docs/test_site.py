@@ -9,11 +9,12 @@ import pytest
 
 from tests.docs.pages import ROOT
 
-pytest.importorskip("furo", reason="the extra docs is not installed")
+PAGES = sorted((ROOT / "docs").glob("*.md"))
 
 
 @pytest.fixture
 def site(tmp_path: Path) -> Path:
+    pytest.importorskip("furo", reason="the extra docs is not installed")
     command = [sys.executable, "-m", "sphinx", "--fail-on-warning", "--keep-going", "--quiet"]
     places = [ROOT / "docs", tmp_path / "html", "--doctree-dir", tmp_path / "doctrees"]
     made = subprocess.run([*command, *map(str, places)], capture_output=True, text=True)
@@ -21,8 +22,9 @@ def site(tmp_path: Path) -> Path:
     return tmp_path / "html"
 
 
+@pytest.mark.slow
 def test_every_page_is_there_needs_no_network_and_draws_its_equations(site: Path) -> None:
-    for page in (ROOT / "docs").glob("*.md"):
+    for page in PAGES:
         text = (site / f"{page.stem}.html").read_text(encoding="utf-8")
         assert not re.search(
             r'(<script[^>]*src|<link rel="stylesheet"[^>]*href|<img[^>]*src)="(https?:)?//', text
@@ -34,7 +36,26 @@ def test_every_page_is_there_needs_no_network_and_draws_its_equations(site: Path
     assert "\\tau" not in re.sub(r'aria-label="[^"]*"', "", text)
 
 
-def test_links_of_the_readme_lead_somewhere() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    links = [link for link in re.findall(r"\]\(([^)#]+)", text) if "://" not in link]
-    assert links and all((ROOT / link).exists() for link in links)
+def heads(page: Path) -> set[str]:
+    """What links may name in a page: its headings, as GitHub and MyST write them."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    titles = re.findall(r"^#+ (.+)$", text, flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", title).strip().lower().replace(" ", "-") for title in titles}
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    for link in links:
+        path, _, head = link.partition("#")
+        if "://" not in link:
+            target = page.parent / path if path else page
+            assert target.exists(), link
+            assert not head or head in heads(target), link
+
+
+def test_no_page_is_left_out() -> None:
+    text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    trees = "\n".join(re.findall(r"^```{toctree}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL))
+    listed = re.findall(r"^(?:.*<(\w+)>|(\w+))$", trees, flags=re.MULTILINE)
+    assert sorted("".join(pair) for pair in listed) == [page.stem for page in PAGES if page.stem != "index"]

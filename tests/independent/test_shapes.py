@@ -60,14 +60,16 @@ def test_inside_it_is_the_way_to_the_nearest_point_of_the_surface(name: str) -> 
     points = dice.uniform(-1.5, 1.5, (400, 3))
     points = points[measure(points) < -0.05][:4]
     assert len(points) == 4
-    rays = dice.normal(size=(2000, 3))
-    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    every = dice.normal(size=(2000, 3))
+    every /= np.linalg.norm(every, axis=1)[:, None]
     for point in points:
-        low, high = np.zeros(len(rays)), np.full(len(rays), 10.0)
+        rays, low, high = every, np.zeros(len(every)), np.full(len(every), 10.0)
         for _ in range(30):
             middle = 0.5 * (low + high)
             outside = measure(point + middle[:, None] * rays) > 0.0
             low, high = np.where(outside, low, middle), np.where(outside, middle, high)
+            first = low <= high.min()  # the others end later
+            rays, low, high = rays[first], low[first], high[first]
         least = high.min()
         depth = -measure(point[None])[0]
         assert depth <= least + 1e-9

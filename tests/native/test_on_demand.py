@@ -75,20 +75,26 @@ def stepped(how: str, folder: Path) -> tuple[str, set[str], int]:
     return bits, set(filled), count
 
 
-def test_what_is_reached_is_there_in_every_process_with_the_same_bits(full: Path) -> None:
+@pytest.fixture(scope="module")
+def first(full: Path) -> tuple[str, set[str], int]:
+    return stepped("alone", full)
+
+
+def test_what_is_reached_is_there_in_every_process_with_the_same_bits(
+    full: Path, first: tuple[str, set[str], int]
+) -> None:
     """Its addresses differ from process to process: machine code from the cache must hold none."""
-    first = stepped("alone", full)
     second = stepped("alone", full)
     assert first[1] == second[1] == REACHED
     assert first[0] == second[0]
     assert first[2] == second[2] == 0, "it is in the cache, and was compiled"
 
 
-def test_threads_without_python_reach_it_first(full: Path) -> None:
+def test_threads_without_python_reach_it_first(full: Path, first: tuple[str, set[str], int]) -> None:
     """A batch's threads ask for it side by side, each in the midst of a step."""
     many = stepped("batch", full)
     assert many[1] == REACHED
-    assert many[0] == stepped("alone", full)[0]
+    assert many[0] == first[0]
 
 
 @pytest.mark.slow

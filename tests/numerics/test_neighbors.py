@@ -30,23 +30,29 @@ class Lists:
         keep(points, self.radius, self.lists, *self.rest)
         return int(self.rest[1][1])
 
-    def of(self, robot: int) -> np.ndarray:
-        count = int(self.lists[robot, COUNT])
-        if count == ALL:
-            return np.delete(np.arange(len(self.lists)), robot)
-        return self.lists[robot, FIRST : FIRST + count].astype(int)
+    def candidates(self) -> np.ndarray:
+        """Whom each robot's list holds, in ascending order; shape (n, n)."""
+        count = self.lists[:, COUNT].astype(int)
+        every = count == ALL
+        listed = np.arange(NEIGHBORS - FIRST) < np.where(every, 0, count)[:, None]
+        assert (np.diff(self.lists[:, FIRST:], axis=1) > 0)[listed[:, 1:]].all(), "not in ascending order"
+        found = np.repeat(every[:, None], len(every), axis=1)
+        np.fill_diagonal(found, False)
+        robot, place = np.nonzero(listed)
+        found[robot, self.lists[robot, FIRST + place].astype(int)] = True
+        return found
 
 
 def check(lists: Lists, points: np.ndarray) -> None:
-    """Candidates are in ascending order, and hold the nearest, by centers and by surfaces."""
+    """Candidates hold the nearest, by centers and by surfaces."""
     apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
     np.fill_diagonal(apart, np.inf)
     clear = apart - lists.radius[:, None] - lists.radius[None]
-    for robot in range(len(points)):
-        among = lists.of(robot)
-        assert robot not in among and (np.diff(among) > 0).all()
-        assert apart[robot, among].min(initial=np.inf) == apart[robot].min()
-        assert clear[robot, among].min(initial=np.inf) == clear[robot].min()
+    candidates = lists.candidates()
+    assert not candidates.diagonal().any()
+    for distance in (apart, clear):
+        among = np.where(candidates, distance, np.inf)
+        np.testing.assert_array_equal(among.min(axis=1), distance.min(axis=1))
 
 
 def scattered(rng: np.random.Generator, shape: str, n: int, axes: int) -> np.ndarray:
@@ -109,7 +115,7 @@ def test_lists_are_short_and_hold(shape: str, axes: int) -> None:
         points = points + 1e-4 * spacing * heading + 0.1
         made += lists.keep(points) == 0
     assert made < 40
-    lengths = np.array([len(lists.of(robot)) for robot in range(n)])
+    lengths = lists.candidates().sum(axis=1)
     assert np.median(lengths) <= 8 and (lengths == n - 1).mean() < 0.01
     check(lists, points)
 

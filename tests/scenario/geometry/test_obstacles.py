@@ -83,7 +83,8 @@ def test_clutter_leaves_its_passage(axes: int):
     }
     for seed in range(3):
         scenario = parse_scenario(CLUTTER.format(axes=axes, seed=seed, **more))
-        clutter = [body for body in obstacles_of(scenario) if body.name.startswith("clutter")]
+        every = obstacles_of(scenario)
+        clutter = [body for body in every if body.name.startswith("clutter")]
         assert len(clutter) == 20 and len({body.shape for body in clutter}) == 5
         path = np.pad(np.linspace(0, 30, 2000)[:, None], ((0, 0), (0, axes - 1)))
         assert least_gaps(clutter, path).min() >= 0.3 + 1.5
@@ -91,7 +92,7 @@ def test_clutter_leaves_its_passage(axes: int):
         for body in clutter:  # what is drawn lies in its ball, and balls keep apart
             surface = body.position + outline(body.solid, axes)
             assert np.linalg.norm(surface - body.position, axis=1).max() <= body.bounding_radius * (1 + 1e-9)
-            others = [other for other in obstacles_of(scenario) if other.name != body.name]
+            others = [other for other in every if other.name != body.name]
             assert least_gaps(others, surface).min() >= 1.5 - 1e-9
 
 
