@@ -79,7 +79,7 @@ def growth() -> Iterator[list[str]]:
 
 def tables() -> dict[str, str]:
     """Each generated part of the document, by its name."""
-    from escort_mj.signals import CAUSES
+    from escort_mj.monitor.signals import CAUSES
 
     steps = [f"{1e3 * timestep:g} ms" for timestep in TIMESTEPS]
     first = table(["run", "V1 at 0 s", *steps, "slopes", "rises"], convergence())

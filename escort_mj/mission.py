@@ -19,6 +19,7 @@ from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.measuring import measures_of, summarize
 from escort_mj.metrics.metric import Measure
+from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.episodes import NONE
@@ -32,7 +33,7 @@ from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import START, TIME, columns
+from escort_mj.signals import TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Mark, Plant, mujoco_version, surroundings

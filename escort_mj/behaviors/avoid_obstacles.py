@@ -13,7 +13,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, distance
 from escort_mj.behaviors.wish import Wish, along
 from escort_mj.components.component import Component
-from escort_mj.components.movers import obstacle_places
+from escort_mj.components.obstacles import obstacle_places
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
     WIDTH,
@@ -34,8 +34,8 @@ from escort_mj.numerics.elementary import root
 from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_neighbors
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
     from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -218,7 +218,7 @@ def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> t
     looking = avoid.teammate_distance > 0.0
     if looking and lists.shape[0] > 0:
         looking = _someone_near(i, avoid, q, radius, lists)
-    failing = plan.failures.shape[0] > 0
+    failing = plan.failure_start.shape[0] > 0
     if not looking and not failing:
         return worst, distance
     for j in range(n):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
@@ -17,13 +16,26 @@ from escort_mj.behaviors.wish import (
     keep_distance,
     look_at_others,
 )
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.lanes import everywhere, row_of, set_row, stack_rows
 from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
+
+class ChordParameters(Fields):
+    """The formation of all robots; no cycles where no behavior asks for them."""
+
+    predecessors: Annotated[Array, "cycles", "n", Value("1", "robot before each in a cycle, from 0")]
+    chord_length: Annotated[float, Value("m", "distance to keep from it")]
+
+
+class ChordState(Fields):
+    """The formation of the robots that are left."""
+
+    predecessors: Annotated[Array, "cycles", "n", Value("1", "past lost robots after a loss")]
+    chord_length: Annotated[Array, 1, Value("m", "of a smaller ring after a loss")]
 
 
 class Chords(Behavior):

@@ -14,7 +14,7 @@ from escort_mj.behaviors.wish import Wish
 from escort_mj.native.lanes import row_of, set_row
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 

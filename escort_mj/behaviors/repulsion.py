@@ -30,7 +30,7 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 

@@ -8,15 +8,15 @@ is the paper's condition for tasks without conflict (eq. 19).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_point, square_of
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory
 from escort_mj.native.lanes import (
     WIDTH,
@@ -33,9 +33,20 @@ from escort_mj.native.lanes import (
 from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
+
+class VertexParameters(Fields):
+    """The even figure of all robots; no vertices where no behavior asks for them."""
+
+    vertices: Annotated[Array, "vertices", "p", Value("1", "unit vector of each robot's vertex")]
+
+
+class VertexState(Fields):
+    """The even figure of the robots that are left, and how it is turned."""
+
+    vertices: Annotated[Array, "vertices", "p", Value("1", "likewise, of fewer robots after a loss")]
+    rotation: Annotated[Array, "p", "p", Value("1", "that turns the figure to fit the robots")]
 
 
 class Vertices(Behavior):

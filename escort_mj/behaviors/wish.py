@@ -31,6 +31,7 @@ from escort_mj.numerics.elementary import root
 Array = NDArray[np.float64]
 
 MAX_DIRECTIONS = 2  # of a task: chords in space keep two distances
+MAX_LEVELS = 8  # behaviors by priority that a mission or a phase may have
 
 
 class Wish(NamedTuple):

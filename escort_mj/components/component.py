@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
 
 from pydantic import ConfigDict
 
 from escort_mj.components.parameters import Parameters
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import reachable
 from escort_mj.native.memory import Layout, viewer
 
@@ -16,6 +17,13 @@ if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
 
 COMPILED = "_kernel"  # ends the name of the compiled form
+OUTSIDE = -1  # in place of a component's number: what it would compute is written from outside, between steps
+
+
+class ComponentParameters(Fields):
+    """The parameters of the law, then of the behaviors, a block each: see `shipped_layout`."""
+
+    parameters: Annotated[Array, "parameters", Value("1", "blocks one behind the other")]
 
 
 class _ByNumba(type):

@@ -11,52 +11,36 @@ as far as the force's limit allows and nothing else pushes.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
-from escort_mj.native.kernels import inlined, merged
-from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, pick
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate as evaluate_program
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
-
-MASS, FORCE_LIMIT, GAIN, OBSTACLE = range(4)  # columns of a drive in the plan
 TARGET = -1.0  # in the place of an obstacle
 
 
-@merged
-def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
-    """Where a robot finds each obstacle: its center, or if it is no sphere its nearest point, shape (m, p).
+class MoverParameters(Fields):
+    """What moves by itself, and how it is driven."""
 
-    Distances to obstacles are those to these points less `plan.obstacle_radius`, which is 0 for all that are
-    no spheres.
-
-    Args:
-        robot: From 0; the number of robots for the target.
-        plan: Gives the obstacles.
-        state: Gives where they are.
-    """
-    m = plan.obstacle_radius.shape[0]
-    if plan.shaped:
-        return state.obstacle_point[robot * m : (robot + 1) * m]
-    return state.obstacle_position
+    mover_mass: Annotated[Array, "movers", Value("kg", "of each")]
+    mover_force_limit: Annotated[Array, "movers", Value("N", "largest force that drives it")]
+    mover_gain: Annotated[Array, "movers", Value("1/s", "how fast it comes back to its trajectory")]
+    mover_obstacle: Annotated[Array, "movers", Value("1", "which obstacle, from 0; -1 for the target")]
+    mover_paths: Annotated[
+        Array, "movers*p", 2, Value("1", "first instruction and their number, axis by axis")
+    ]
 
 
-@inlined
-def obstacle_places(i: int, j: int, k: int, plan: Plan, state: State) -> Lanes:
-    """Where robots i to i + 7 find obstacle j on axis k [m]; as `obstacles_seen`."""
-    m, p = state.obstacle_position.shape
-    if plan.shaped:
-        robots = least(lane_numbers() + float(i), float(state.q.shape[0] - 1))
-        seen: Lanes = pick(state.obstacle_point, robots * float(m * p) + float(j * p + k))
-        return seen
-    return everywhere(state.obstacle_position[j, k])
+class MoverState(Fields):
+    """Where moving bodies are, and what drives them."""
+
+    mover_position: Annotated[Array, "movers", "p", Value("m", "of each, as MuJoCo has it")]
+    mover_velocity: Annotated[Array, "movers", "p", Value("m/s", "likewise")]
+    mover_force: Annotated[Array, "movers", "p", Value("N", "that drives it in the present step")]
 
 
 @on_demand
@@ -69,26 +53,26 @@ def drive(plan: Plan, state: State) -> None:
             what follows from them: `obstacle_position`, or the target's position and velocity.
     """
     p, time = state.q.shape[1], state.time[0]
-    for b in range(plan.drives.shape[0]):
-        row = plan.drives[b]
+    for b in range(plan.mover_mass.shape[0]):
         square = 0.0
         for k in range(p):
-            first, count = int(plan.paths[b * p + k, 0]), int(plan.paths[b * p + k, 1])
+            first, count = int(plan.mover_paths[b * p + k, 0]), int(plan.mover_paths[b * p + k, 1])
             wanted, _ = evaluate_program(plan.code, first, count, plan.pieces, time, state.stack)
             _, speed = evaluate_program(
                 plan.code, first, count, plan.pieces, time + plan.timestep, state.stack
             )
             lag = wanted - state.mover_position[b, k]
-            change = speed + row[GAIN] * lag - state.mover_velocity[b, k]
-            state.mover_force[b, k] = row[MASS] * change / plan.timestep
+            change = speed + plan.mover_gain[b] * lag - state.mover_velocity[b, k]
+            state.mover_force[b, k] = plan.mover_mass[b] * change / plan.timestep
             square += state.mover_force[b, k] * state.mover_force[b, k]
-        if square > row[FORCE_LIMIT] * row[FORCE_LIMIT]:
-            share = row[FORCE_LIMIT] / math.sqrt(square)
+        most, obstacle = plan.mover_force_limit[b], plan.mover_obstacle[b]
+        if square > most * most:
+            share = most / math.sqrt(square)
             for k in range(p):
                 state.mover_force[b, k] *= share
         for k in range(p):
-            if row[OBSTACLE] == TARGET:
+            if obstacle == TARGET:
                 state.target_position[k] = state.mover_position[b, k]
                 state.target_velocity[k] = state.mover_velocity[b, k]
             else:
-                state.obstacle_position[int(row[OBSTACLE]), k] = state.mover_position[b, k]
+                state.obstacle_position[int(obstacle), k] = state.mover_position[b, k]

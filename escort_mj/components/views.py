@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from escort_mj.components.plan import LAYOUT, Array
+from escort_mj.native.fields import Array
 
 ALONG, ACROSS, NOTHING = 1, -1, 0
 """What a behavior's task takes: `direction` alone, all directions but it, nothing at the moment."""
@@ -28,8 +28,8 @@ class LawView(NamedTuple):
     e_dot: Annotated[Array, "n", "p"]  # v_d - v_measured [m/s]
     s: Annotated[Array, "n", "p"]  # e_dot + slope e [m/s]
     force_limit: Annotated[Array, "n"]  # of the motors [N]; 1e300 for none
-    model_mass: Annotated[Array, "told", "p*p"]  # mass matrices, row by row [kg]; of laws that need the model
-    model_bias: Annotated[Array, "told", "p"]  # bias forces [N]; likewise
+    model_mass: Annotated[Array, "modeled", "p*p"]  # mass matrices, row by row [kg]; for laws that need them
+    model_bias: Annotated[Array, "modeled", "p"]  # bias forces [N]; likewise
     v_d_rate: Annotated[Array, "differentiating", "p"]  # derivative of v_d; if the law asks [m/s^2]
     rho_hat: Annotated[Array, "n", "p"]  # the estimate: the integral of its rate [N]
     law_memory: Annotated[Array, "memories", "n", "p"]  # integrals of the rates below, at first 0
@@ -60,6 +60,3 @@ class BehaviorView(NamedTuple):
 
 LAW_OUTPUTS = ("tau", "rho_hat_rate", "law_memory_rate")
 BEHAVIOR_OUTPUTS = ("wish_direction", "wish_velocity", "wish_error")
-
-LAYOUT.part(LawView)
-LAYOUT.part(BehaviorView)

@@ -103,7 +103,7 @@ def _at_target(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
 
 def _view(stand: Stand) -> BehaviorView:
     """What the behavior sees, for its task function."""
-    from escort_mj.components.plan import LAYOUT
+    from escort_mj.memory.layout import LAYOUT
 
     view: BehaviorView = LAYOUT.read(BehaviorView, int(stand.plan.ctypes.data), int(stand.memory.ctypes.data))
     return view

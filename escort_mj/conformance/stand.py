@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
-from escort_mj.components.plan import LAYOUT, PLACE, State, state_size, unpack_plan, unpack_state
 from escort_mj.control.custom import native
-from escort_mj.control.packing import pack
 from escort_mj.laws.law import Law
+from escort_mj.memory.layout import LAYOUT, State, state_size, unpack_plan, unpack_state
+from escort_mj.memory.packing import pack
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
@@ -89,7 +89,7 @@ class Stand:
         native.forget(self._memory)
         self._number = native.ready(type(own), axes)
         plan = unpack_plan(self._plan, axes)
-        place = 0 if isinstance(own, Law) else int(plan.ladder[0, PLACE])
+        place = 0 if isinstance(own, Law) else int(plan.level_place[0])
         self._block = plan.parameters.ctypes.data + DOUBLE * place
 
     @property
@@ -156,7 +156,7 @@ class Stand:
     def inputs(self) -> bytes:
         """The bits of all that is not to be written."""
         names = set(LAYOUT.fields[type(self.own).view]) - set(type(self.own).outputs)
-        kept = [getattr(self.state, name) for name in sorted(names) if name in State._fields]
+        kept = [getattr(self.state, name) for name in sorted(names) if name in LAYOUT.fields[State]]
         return b"".join(np.asarray(each).tobytes() for each in kept) + self.plan.tobytes()
 
 

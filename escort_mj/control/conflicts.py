@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import Behavior
 from escort_mj.behaviors.task import Situation, resolve_all, row_spaces
-from escort_mj.behaviors.wish import MAX_DIRECTIONS, Wish, square_of
-from escort_mj.components.plan import COLUMN, MAX_LEVELS
+from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish, square_of
 from escort_mj.control.nsb import leave, wish
-from escort_mj.control.supervisor import FIRST, LEVELS
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.native.lanes import (
     Lanes,
@@ -35,7 +33,7 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.elementary import arc_cosine, root
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 
@@ -59,7 +57,7 @@ def weigh_tasks(i: int, plan: Plan, state: State) -> None:
         scatter(state.task_wish, column, behaviors, 0.0)
         scatter(state.task_removed, column, behaviors, 0.0)
         scatter(state.task_angle, column, behaviors, NO_CONFLICT)
-    for phase in range(plan.phases.shape[0]):
+    for phase in range(plan.phase_first.shape[0]):
         mine = there(state.q.shape[0] - i) & (load(state.lost, i) < 0.5)
         mine = mine & (abs(load(state.phase, i) - float(phase)) < 0.5)
         if any_of(mine):
@@ -70,7 +68,7 @@ def weigh_tasks(i: int, plan: Plan, state: State) -> None:
 def _weigh_phase(i: int, phase: int, plan: Plan, state: State) -> None:
     """The task signals of those of robots i to i + 7 that a phase rules."""
     p, behaviors = state.q.shape[1], state.task_error.shape[1]
-    first, levels = int(plan.phases[phase, FIRST]), int(plan.phases[phase, LEVELS])
+    first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
     wanted, parts = stack_rows(MAX_LEVELS * p), stack_rows(MAX_LEVELS * p)
     directions, weights = stack_rows(MAX_LEVELS * MAX_DIRECTIONS * p), stack_rows(MAX_LEVELS * MAX_DIRECTIONS)
     actives, crosswise, angles = stack_rows(MAX_LEVELS), stack_rows(MAX_LEVELS), stack_rows(MAX_LEVELS)
@@ -78,13 +76,13 @@ def _weigh_phase(i: int, phase: int, plan: Plan, state: State) -> None:
     mine = there(state.q.shape[0] - i) & (load(state.lost, i) < 0.5)
     mine = mine & (abs(load(state.phase, i) - float(phase)) < 0.5)
     for level in range(levels - 1, -1, -1):
-        row = plan.ladder[first + level]
-        x, column = directions[MAX_DIRECTIONS * p * level :], i * behaviors + int(row[COLUMN])
-        task = wish(i, row, plan, state, x, wanted, p * level)
+        x, place = directions[MAX_DIRECTIONS * p * level :], plan.level_column[first + level]
+        column = i * behaviors + int(place)
+        task = wish(i, first + level, plan, state, x, wanted, p * level)
         active = task.active > 0.5
         _write(state.task_wish, column, behaviors, mine & active, root(square_of(wanted, p * level, p)))
         _write(state.task_error, column, behaviors, mine & active, task.error)
-        ruling = where(active, row[COLUMN], ruling)
+        ruling = where(active, place, ruling)
         set_row(weights, MAX_DIRECTIONS * level, task.weight)
         set_row(weights, MAX_DIRECTIONS * level + 1, task.second)
         set_row(actives, level, task.active)
@@ -101,7 +99,7 @@ def _weigh_phase(i: int, phase: int, plan: Plan, state: State) -> None:
             leave(p, task, x, parts, p * lower)
     store(state.ruling, i, where(mine, ruling, load(state.ruling, i)))
     for level in range(levels):
-        column = i * behaviors + int(plan.ladder[first + level, COLUMN])
+        column = i * behaviors + int(plan.level_column[first + level])
         for k in range(p * level, p * level + p):
             set_row(wanted, k, row_of(wanted, k) - row_of(parts, k))
         _write(state.task_removed, column, behaviors, mine, root(square_of(wanted, p * level, p)))

@@ -6,22 +6,10 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Annotated
+
 from escort_mj.behaviors.vertices import turn_figure
 from escort_mj.components.movers import drive
-from escort_mj.components.plan import (
-    EVALUATED,
-    IS_KNOWN,
-    LAST_TIME,
-    NEXT_PLACE,
-    NEXT_PUSH,
-    NEXT_TIME,
-    NEXT_VELOCITY,
-    SAMPLED,
-    STARTED,
-    STEP,
-    Plan,
-    State,
-)
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_motors, notice_losses
 from escort_mj.control.harmonics import follow
@@ -29,6 +17,7 @@ from escort_mj.control.inner import inner_loop
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
 from escort_mj.native.on_demand import on_demand
@@ -36,6 +25,33 @@ from escort_mj.numerics.neighbors import keep_all_neighbors
 from escort_mj.numerics.program import evaluate as evaluate_program
 from escort_mj.numerics.program import value_of
 from escort_mj.sensing.measure import measure
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+
+class ControllerParameters(Fields):
+    """When samples are taken, and functions of time."""
+
+    stride: Annotated[int, Value("1", "every so many physics steps a sample is taken")]
+    extra: Annotated[Array, "extra", Value("1", "physics steps of further samples, ascending")]
+    target: Annotated[Array, "p", 2, Value("1", "first instruction and their number, axis by axis")]
+    disturbance: Annotated[Array, "p", 2, Value("1", "likewise")]
+
+
+class ControllerState(Fields):
+    """Where in time the controller is, and what it has worked out for the next step."""
+
+    started: Annotated[Array, 1, Value("1", "whether the law has been evaluated")]
+    last_time: Annotated[Array, 1, Value("s", "of the last evaluation")]
+    evaluated: Annotated[Array, 1, Value("1", "steps evaluated before the present one")]
+    step: Annotated[Array, 1, Value("1", "number of the present step")]
+    sampled: Annotated[Array, 1, Value("1", "whether a sample is taken in the present step")]
+    next_known: Annotated[Array, 1, Value("1", "whether what follows is known")]
+    next_time: Annotated[Array, 1, Value("s", "of the next step")]
+    next_target_position: Annotated[Array, "p", Value("m", "at that time")]
+    next_target_velocity: Annotated[Array, "p", Value("m/s", "likewise")]
+    next_disturbance: Annotated[Array, "p", Value("N", "likewise, on every robot")]
 
 
 @inlined
@@ -47,10 +63,10 @@ def evaluate(plan: Plan, state: State) -> None:
         state: Its state; `tau` is the force demanded, `command` what the motors are told, `disturbance` the
             force that the plant is to add.
     """
-    state.clock[STEP] = round(state.time[0] / plan.timestep)
+    state.step[0] = round(state.time[0] / plan.timestep)
     moved = advance(plan, state)
     follow_time(plan, state)
-    if plan.drives.shape[0] > 0:
+    if plan.mover_mass.shape[0] > 0:
         drive(plan, state)
     measure(plan, state)
     if state.neighbors.shape[0] > 0:
@@ -58,10 +74,10 @@ def evaluate(plan: Plan, state: State) -> None:
     n, p = state.q.shape
     for at in range(0, n * p, WIDTH):
         store(state.e, at, load(state.q_d, at) - load(state.q_measured, at))
-    failing = plan.failures.shape[0] > 0
+    failing = plan.failure_start.shape[0] > 0
     if failing:
         notice_losses(plan, state)
-    if plan.phases.shape[0] > 1:
+    if plan.phase_first.shape[0] > 1:
         supervise(plan, state)
     someone = plan.alike or refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
@@ -70,8 +86,8 @@ def evaluate(plan: Plan, state: State) -> None:
         )
     for i in range(0, n, WIDTH):
         reference_velocities(i, plan, state, moved)
-    state.clock[SAMPLED] = is_sampled(int(state.clock[STEP]), plan)
-    if state.clock[SAMPLED] != 0.0:
+    state.sampled[0] = is_sampled(int(state.step[0]), plan)
+    if state.sampled[0] != 0.0:
         for i in range(0, n, WIDTH):
             weigh_tasks(i, plan, state)
     inner_loop(plan, state)
@@ -101,9 +117,9 @@ def advance(plan: Plan, state: State) -> bool:
         Whether this is the first evaluation at the present time.
     """
     n, p = state.q.shape
-    time, clock = state.time[0], state.clock
+    time = state.time[0]
     moved = False
-    if clock[STARTED] == 0.0:
+    if state.started[0] == 0.0:
         moved = True
         for i in range(n):
             for k in range(p):
@@ -122,17 +138,17 @@ def advance(plan: Plan, state: State) -> bool:
         for j in range(plan.obstacle_radius.shape[0]):
             for k in range(p):
                 state.obstacle_position[j, k] = plan.obstacle_position[j, k]
-        clock[STARTED] = 1.0
-    elif time > clock[LAST_TIME]:
+        state.started[0] = 1.0
+    elif time > state.last_time[0]:
         moved = True
-        clock[EVALUATED] += 1.0
+        state.evaluated[0] += 1.0
         for at in range(0, n * p, WIDTH):
             store(state.q_d, at, load(state.q_d, at) + plan.timestep * load(state.q_d_rate, at))
             store(state.rho_hat, at, load(state.rho_hat, at) + plan.timestep * load(state.rho_hat_rate, at))
         for i in range(state.v_d_rate.shape[0]):
             for k in range(p):
                 state.v_d_filtered[i, k] += plan.timestep * state.v_d_rate[i, k]
-    clock[LAST_TIME] = time
+    state.last_time[0] = time
     return moved
 
 
@@ -140,27 +156,25 @@ def advance(plan: Plan, state: State) -> bool:
 def follow_time(plan: Plan, state: State) -> None:
     """Target and disturbance at the present time, and at the next step, for which they are kept."""
     n, p = state.q.shape
-    ahead, pushes = state.ahead, stack_rows(p)
+    position, velocity = state.next_target_position, state.next_target_velocity
+    push, pushes = state.next_disturbance, stack_rows(p)
     for later in range(2):
         time = state.time[0] + later * plan.timestep
-        if later == 1 or state.ahead_time[IS_KNOWN] == 0.0 or state.ahead_time[NEXT_TIME] != time:
-            follow(plan, time, ahead[NEXT_PLACE], ahead[NEXT_VELOCITY], ahead[NEXT_PUSH])
+        if later == 1 or state.next_known[0] == 0.0 or state.next_time[0] != time:
+            follow(plan, time, position, velocity, push)
             for k in range(p):
                 if plan.target[k, 1] > 0.0:
-                    ahead[NEXT_PLACE, k], ahead[NEXT_VELOCITY, k] = evaluate_program(
+                    position[k], velocity[k] = evaluate_program(
                         plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time,
                         state.stack,
                     )  # fmt: skip
                 first, count = int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1])
                 if count > 0:
-                    ahead[NEXT_PUSH, k] = value_of(plan.code, first, count, plan.pieces, time, state.stack)
-            state.ahead_time[IS_KNOWN], state.ahead_time[NEXT_TIME] = 1.0, time
+                    push[k] = value_of(plan.code, first, count, plan.pieces, time, state.stack)
+            state.next_known[0], state.next_time[0] = 1.0, time
         if later == 0:
             for k in range(p):
-                state.target_position[k], state.target_velocity[k] = (
-                    ahead[NEXT_PLACE, k],
-                    ahead[NEXT_VELOCITY, k],
-                )
-                set_row(pushes, k, everywhere(ahead[NEXT_PUSH, k]))
+                state.target_position[k], state.target_velocity[k] = position[k], velocity[k]
+                set_row(pushes, k, everywhere(push[k]))
     for i in range(0, n, WIDTH):
         store_rows(state.disturbance, i, pushes)

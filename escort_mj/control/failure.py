@@ -3,32 +3,39 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt
 
 from escort_mj.components.parameters import UNLIMITED, Parameters
-from escort_mj.components.plan import FAILURE_SIZE
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.noise import TAG, uniform
 from escort_mj.numerics.reform import ALTERNATIONS, SAME, reform
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
     from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 HOLD = 0.5  # how long a mad motor keeps a force [s]
 FAILURE_KINDS = ("dead", "stuck", "mad")
 DEAD, STUCK, MAD = 0.0, 1.0, 2.0  # their places there
-START, KIND, NOTICE, FORCE = range(FAILURE_SIZE)
-"""Columns of a failure: start [s], kind, when it is noticed [s], force of a mad motor [N]."""
+
+
+class FailureParameters(Fields):
+    """What becomes of each robot's motors; no rows where none fails."""
+
+    failure_start: Annotated[Array, "failing", Value("s", "when they fail; 1e300 for never")]
+    failure_kind: Annotated[Array, "failing", Value("1", "place in FAILURE_KINDS")]
+    failure_noticed: Annotated[Array, "failing", Value("s", "when the team knows")]
+    failure_force: Annotated[Array, "failing", Value("N", "largest force of mad motors")]
 
 
 class Failure(Parameters):
@@ -45,17 +52,27 @@ class Failure(Parameters):
     force: Annotated[PositiveFloat, Field(le=1e12)] | None = None
     """Largest force per axis of a `mad` robot [N]; null: its force limit."""
 
-    def row(self, force_limit: float) -> list[float]:
-        """The failure as the plan holds it: start, kind, when the team knows, force.
 
-        Args:
-            force_limit: The robot's own [N].
-        """
-        force = force_limit if self.force is None else self.force
-        return [self.at, FAILURE_KINDS.index(self.kind), self.at + self.notice, force]
+def failure_parameters(failures: Sequence[Failure], force_limit: Array) -> dict[str, Any]:
+    """Return the fields of `FailureParameters`.
 
-
-NEVER = [UNLIMITED, DEAD, UNLIMITED, 0.0]  # row of a robot that does not fail
+    Args:
+        failures: At most one of each robot.
+        force_limit: Of each robot, shape (n,) [N].
+    """
+    table = np.tile([UNLIMITED, DEAD, UNLIMITED, 0.0], (len(force_limit) if failures else 0, 1))
+    for failure in failures:
+        robot = failure.robot - 1
+        force = force_limit[robot] if failure.force is None else failure.force
+        kind = FAILURE_KINDS.index(failure.kind)
+        table[robot] = failure.at, kind, failure.at + failure.notice, force
+    start, kinds, noticed, forces = table.T
+    return {
+        "failure_start": start,
+        "failure_kind": kinds,
+        "failure_noticed": noticed,
+        "failure_force": forces,
+    }
 
 
 @on_demand
@@ -65,7 +82,7 @@ def notice_losses(plan: Plan, state: State) -> None:
     late = state.time[0] + 0.5 * plan.timestep
     news, left = False, 0
     for i in range(n):
-        if state.lost[i] == 0.0 and late >= plan.failures[i, NOTICE]:
+        if state.lost[i] == 0.0 and late >= plan.failure_noticed[i]:
             state.lost[i] = 1.0
             news = True
         if state.lost[i] == 0.0:
@@ -115,12 +132,12 @@ def command_motors(plan: Plan, state: State) -> None:
                 state.tau[i, k] = 0.0
                 state.q_d_rate[i, k] = state.v_measured[i, k]
                 state.rho_hat_rate[i, k] = 0.0
-        if late < plan.failures[i, START]:
+        if late < plan.failure_start[i]:
             continue
-        kind = plan.failures[i, KIND]
+        kind = plan.failure_kind[i]
         if kind == MAD:
-            held = int((late - plan.failures[i, START]) / HOLD)
-            uniform(i, plan.failures[i, FORCE], plan.seed, held, state.command[i])
+            held = int((late - plan.failure_start[i]) / HOLD)
+            uniform(i, plan.failure_force[i], plan.seed, held, state.command[i])
         else:
             for k in range(p):
                 state.command[i, k] = state.force_before[i, k] if kind == STUCK else 0.0

@@ -13,19 +13,28 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from escort_mj.components.plan import Plan
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import flat, inlined
 from escort_mj.native.lanes import WIDTH, everywhere, load, room_for, set_row, stack_rows, store
 from escort_mj.numerics.elementary import sine_and_cosine
 from escort_mj.numerics.program import Op
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan
+
 Tone = tuple[float, float]  # pulsatance [rad/s] and phase [rad]
+
+
+class HarmonicParameters(Fields):
+    """Tables of what target and disturbance do, see `tabulate`."""
+
+    lines: Annotated[Array, 2, "followed", Value("1", "values at 0 and slopes")]
+    tones: Annotated[Array, 2, "tones", Value("rad/s and rad", "pulsatances and phases")]
+    waves: Annotated[Array, "2*tones", "followed", Value("1", "shares of cosine and sine of each tone")]
 
 
 class Sum(NamedTuple):
@@ -125,7 +134,7 @@ def follow(plan: Plan, time: float, position: Array, velocity: Array, push: Arra
         velocity: Result: the target's, shape (p,) [m/s].
         push: Result: the disturbance, shape (p,) [N].
     """
-    p, count = plan.target.shape[0], plan.tones.shape[1]
+    p, count = position.shape[0], plan.tones.shape[1]
     followed = plan.lines.shape[1]
     turns, found = stack_rows(2), stack_rows(followed // WIDTH)
     for at in range(0, followed, WIDTH):

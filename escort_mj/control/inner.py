@@ -3,19 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from escort_mj.components.component import reader
+from escort_mj.components.component import OUTSIDE, reader
 from escort_mj.components.dispatch import one_of
-from escort_mj.components.plan import DIFFERENTIATING, OUTSIDE
 from escort_mj.control.custom.calls import own_law
 from escort_mj.laws import LAWS, ApdSmc, Law
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import data_address, inlined, reachable
 from escort_mj.native.lanes import WIDTH, Lanes, load, store, where
 from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
+
+
+class InnerLoopParameters(Fields):
+    """What the law is, and what all laws share."""
+
+    law: Annotated[int, Value("1", "place in LAWS; their number for a plugin's, OUTSIDE for none")]
+    slope: Annotated[float, Value("1/s", "of the sliding variable")]
+    anti_windup: Annotated[bool, Value("1", "whether estimate and reference are held at the limit")]
+    acceleration_filter: Annotated[float, Value("s", "time constant of the filter in front of v_d_rate")]
+    estimate_at_start: Annotated[float, Value("N", "value at which rho_hat begins")]
+    force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
+
+
+class InnerLoopState(Fields):
+    """Rates of what the loop integrates, and what laws that ask for it are given."""
+
+    q_d_rate: Annotated[Array, "n", "p", Value("m/s", "rate of the reference position")]
+    rho_hat_rate: Annotated[Array, "n", "p", Value("N/s", "rate of the estimate")]
+    v_d_filtered: Annotated[Array, "differentiating", "p", Value("m/s", "v_d behind a filter")]
+    v_d_rate: Annotated[Array, "differentiating", "p", Value("m/s^2", "derivative of what is filtered")]
+    differentiated: Annotated[Array, 1, Value("1", "whether v_d has been differentiated before")]
+    model_mass: Annotated[Array, "modeled", "p*p", Value("kg", "mass matrix of each robot, row by row")]
+    model_bias: Annotated[Array, "modeled", "p", Value("N", "bias force of each robot")]
 
 
 @inlined
@@ -36,10 +59,10 @@ def _differentiate(plan: Plan, state: State) -> None:
     """Derivative of the reference velocity; what is filtered follows v_d at the rate that stands for it."""
     lag = plan.acceleration_filter + plan.timestep
     for at in range(0, state.q.shape[0] * state.q.shape[1], WIDTH):
-        if state.clock[DIFFERENTIATING] == 0.0:
+        if state.differentiated[0] == 0.0:
             store(state.v_d_filtered, at, load(state.v_d, at))
         store(state.v_d_rate, at, (load(state.v_d, at) - load(state.v_d_filtered, at)) / lag)
-    state.clock[DIFFERENTIATING] = 1.0
+    state.differentiated[0] = 1.0
 
 
 @inlined

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import sidestep
 from escort_mj.behaviors.task import Situation, resolve_all
-from escort_mj.behaviors.wish import MAX_DIRECTIONS, Wish
+from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
 from escort_mj.components.component import reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.components.plan import BARRIER_FILTER, IN_WORLD, KIND, MAX_LEVELS, PLACE
 from escort_mj.control.custom.calls import own_wishes
-from escort_mj.control.supervisor import FIRST, LEVELS
+from escort_mj.control.outer_loops import BARRIER_FILTER
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, merged
 from escort_mj.native.lanes import (
     Lanes,
@@ -47,12 +47,24 @@ from escort_mj.native.lanes import (
 )
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 ROUNDING = 1e-12
+
+
+class StackParameters(Fields):
+    """The priority stacks of all phases: levels one below another, the most important first."""
+
+    level_behavior: Annotated[Array, "levels", Value("1", "which behavior; their number for a plugin's")]
+    level_place: Annotated[Array, "levels", Value("1", "where its block in `parameters` begins")]
+    level_column: Annotated[Array, "levels", Value("1", "its column in what is recorded of tasks")]
+    level_gain: Annotated[Array, "levels", Value("1/s", "rate at which its task's error decays")]
+    level_in_world: Annotated[
+        Array, "levels", Value("1", "1 where it wishes velocities in the world's frame, not the target's")
+    ]
+    alike: Annotated[bool, Value("1", "whether all robots run one stack at every step")]
 
 
 @inlined
@@ -78,7 +90,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
         state: Its state; `v_d` and `avoidance_active` are written. Nothing is asked of robots that are lost.
     """
     p = state.q.shape[1]
-    first, levels = int(plan.phases[phase, FIRST]), int(plan.phases[phase, LEVELS])
+    first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
     parts, x = stack_rows(MAX_LEVELS * p), stack_rows(MAX_DIRECTIONS * p)
     carried, relative = stack_rows(p), stack_rows(p)
     moving = 1.0 if plan.target_feedforward else 0.0
@@ -86,19 +98,18 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
         set_row(carried, k, everywhere(moving * state.target_velocity_measured[k]))
     active, highest = everywhere(0.0), levels
     for level in range(levels - 1, -1, -1):
-        row = plan.ladder[first + level]
-        escort = row[IN_WORLD] == 0.0
+        escort = plan.level_in_world[first + level] == 0.0
         if not escort and plan.outer == BARRIER_FILTER:  # which does that in its own way
             for k in range(p):
                 set_row(parts, p * level + k, everywhere(0.0))
             continue
-        task = wish(i, row, plan, state, x, parts, p * level)
+        task = wish(i, first + level, plan, state, x, parts, p * level)
         if not escort:
             if not any_of(task.active > 0.5):
                 continue
             active = greatest(active, task.active)
-            if row[KIND] == AVOID_OBSTACLES:
-                share = read_avoidance(parameters_at(plan, row), 0).sidestep
+            if plan.level_behavior[first + level] == AVOID_OBSTACLES:
+                share = read_avoidance(parameters_at(first + level, plan), 0).sidestep
                 if share > 0.0:
                     sidestep(level, levels, share, task.active, x, carried, parts)
         for lower in range(level + 1, levels):
@@ -150,25 +161,25 @@ def set_velocities(i: int, phase: int, velocity: Array, active: Lanes, plan: Pla
 
 
 @inlined
-def wish(i: int, row: Array, plan: Plan, state: State, x: Array, parts: Array, at: int) -> Wish:
+def wish(i: int, level: int, plan: Plan, state: State, x: Array, parts: Array, at: int) -> Wish:
     """What one behavior, by itself, wants of robots i to i + 7.
 
     Args:
         i: First robot, from 0.
-        row: The behavior's row of the ladder.
+        level: The behavior's level, of all phases' levels.
         plan: As for `compose`.
         state: As for `compose`; nothing is written.
         x: Result: the task's directions, in p rows of lanes each.
         parts: Result: the wished velocities [m/s], in p rows of lanes; 0 where the task is inactive.
         at: The first of these rows.
     """
-    return _wish_of(int(row[KIND]), parameters_at(plan, row), i, plan, state, x, parts, at)
+    return _wish_of(int(plan.level_behavior[level]), parameters_at(level, plan), i, plan, state, x, parts, at)
 
 
 @inlined
-def parameters_at(plan: Plan, row: Array) -> int:
-    """Address of the parameters of the behavior in a row of the ladder."""
-    return data_address(plan.parameters) + DOUBLE * int(row[PLACE])
+def parameters_at(level: int, plan: Plan) -> int:
+    """Return the address of the parameters of the behavior of a level."""
+    return data_address(plan.parameters) + DOUBLE * int(plan.level_place[level])
 
 
 def _wish_by(behavior: type[Behavior]) -> Callable[..., Any]:

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import Behavior
-from escort_mj.components.movers import obstacles_seen
+from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import Parameters
-from escort_mj.components.plan import Plan, State
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import merged
 from escort_mj.native.on_demand import on_demand
 from escort_mj.sensing.measure import in_range
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 QUANTITIES = (
@@ -31,9 +32,27 @@ QUANTITIES = (
 )
 OBSTACLE, ROBOT, TARGET, TARGET_OBSTACLE, LOST = 0.0, 1.0, 2.0, 3.0, 4.0
 
-# Columns of a phase in the plan
-FIRST, LEVELS, AFTER, BEFORE, QUANTITY, BELOW, THRESHOLD, RELEASE, TEAM = range(9)
 ALWAYS = -1.0  # quantity of a phase without a condition
+
+
+class SupervisorParameters(Fields):
+    """The phases of a mission, the first of them without a condition."""
+
+    phase_first: Annotated[Array, "phases", Value("1", "first of its levels")]
+    phase_levels: Annotated[Array, "phases", Value("1", "how many levels it has")]
+    phase_after: Annotated[Array, "phases", Value("s", "not before this time")]
+    phase_before: Annotated[Array, "phases", Value("s", "only before this time")]
+    phase_quantity: Annotated[Array, "phases", Value("1", "place in QUANTITIES; -1 for no condition")]
+    phase_below: Annotated[Array, "phases", Value("1", "1 where it begins below its threshold")]
+    phase_threshold: Annotated[Array, "phases", Value("m or 1", "where it begins")]
+    phase_release: Annotated[Array, "phases", Value("m or 1", "where it ends")]
+    phase_team: Annotated[Array, "phases", Value("1", "1 where all robots change over together")]
+
+
+class SupervisorState(Fields):
+    """What hysteresis remembers."""
+
+    latched: Annotated[Array, "n", "phases", Value("1", "1 while a phase's condition holds")]
 
 
 class Condition(Parameters):
@@ -57,6 +76,11 @@ class Condition(Parameters):
         """Where the phase begins [m]."""
         return self.below if self.below is not None else float(self.above or 0.0)
 
+    @property
+    def end(self) -> float:
+        """Where the phase ends [m]."""
+        return self.threshold if self.release is None else self.release
+
 
 class Phase(NamedTuple):
     """A stretch of the mission with a ladder of its own.
@@ -75,17 +99,25 @@ class Phase(NamedTuple):
     before: float = math.inf
     when: Condition | None = None
 
-    def row(self, first: int) -> list[float]:
-        """The phase's row in the plan, given the row of the ladder where its behaviors begin."""
-        when, row = self.when, [0.0] * 9
-        row[FIRST], row[LEVELS], row[AFTER], row[BEFORE] = first, len(self.behaviors), self.after, self.before
-        row[QUANTITY] = ALWAYS
-        if when is not None:
-            row[QUANTITY] = float(QUANTITIES.index(when.quantity))
-            row[BELOW], row[THRESHOLD] = float(when.below is not None), when.threshold
-            row[RELEASE] = when.threshold if when.release is None else when.release
-            row[TEAM] = float(when.scope == "team")
-        return row
+
+def phase_parameters(phases: Sequence[Phase]) -> dict[str, Any]:
+    """Return the fields of `SupervisorParameters`.
+
+    Args:
+        phases: All, the mission's own first.
+    """
+    conditions = [phase.when for phase in phases]
+    return {
+        "phase_first": np.cumsum([0, *(len(phase.behaviors) for phase in phases[:-1])]),
+        "phase_levels": [len(phase.behaviors) for phase in phases],
+        "phase_after": [phase.after for phase in phases],
+        "phase_before": [phase.before for phase in phases],
+        "phase_quantity": [QUANTITIES.index(when.quantity) if when else ALWAYS for when in conditions],
+        "phase_below": [when is not None and when.below is not None for when in conditions],
+        "phase_threshold": [when.threshold if when else 0.0 for when in conditions],
+        "phase_release": [when.end if when else 0.0 for when in conditions],
+        "phase_team": [when is not None and when.scope == "team" for when in conditions],
+    }
 
 
 @on_demand
@@ -100,27 +132,27 @@ def supervise(plan: Plan, state: State) -> None:
     time = state.time[0] + 0.5 * plan.timestep  # times of the scenario are met to the nearest step
     for i in range(n):
         state.phase[i] = 0.0
-    for f in range(1, plan.phases.shape[0]):
-        row = plan.phases[f]
-        in_time = row[AFTER] <= time < row[BEFORE]
-        someone = False
+    for f in range(1, plan.phase_first.shape[0]):
+        in_time = plan.phase_after[f] <= time < plan.phase_before[f]
+        always, someone = plan.phase_quantity[f] == ALWAYS, False
         for i in range(n):
-            holds = in_time and (row[QUANTITY] == ALWAYS or _holds(i, row, plan, state, state.latched[i, f]))
+            holds = in_time and (always or _holds(i, f, plan, state))
             state.latched[i, f] = 1.0 if holds else 0.0
             someone = someone or holds
         for i in range(n):
-            if row[TEAM] != 0.0 and someone:
+            if plan.phase_team[f] != 0.0 and someone:
                 state.latched[i, f] = 1.0
             if state.latched[i, f] != 0.0:
                 state.phase[i] = float(f)
 
 
 @merged
-def _holds(i: int, row: Array, plan: Plan, state: State, latched: float) -> bool:
+def _holds(i: int, phase: int, plan: Plan, state: State) -> bool:
     """Whether a robot meets a phase's condition; a phase that rules is left at its release only."""
-    bound = row[RELEASE] if latched != 0.0 else row[THRESHOLD]
-    value = _quantity(i, row[QUANTITY], plan, state)
-    return value < bound if row[BELOW] != 0.0 else value > bound
+    latched = state.latched[i, phase] != 0.0
+    bound = plan.phase_release[phase] if latched else plan.phase_threshold[phase]
+    value = _quantity(i, plan.phase_quantity[phase], plan, state)
+    return value < bound if plan.phase_below[phase] != 0.0 else value > bound
 
 
 @merged
@@ -188,8 +220,7 @@ def holds(when: Condition | None, latched: Mask, q: Array, c: Array, setup: Setu
     """For whom a condition holds, given for whom it held before, shape (n,)."""
     if when is None:
         return np.ones(len(q), dtype=bool)
-    release = when.threshold if when.release is None else when.release
-    bound = np.where(latched, release, when.threshold)
+    bound = np.where(latched, when.end, when.threshold)
     value = quantity(when.quantity, q, c, setup, lost)
     found = value < bound if when.below is not None else value > bound
     return np.full(len(q), found.any()) if when.scope == "team" else found

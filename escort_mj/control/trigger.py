@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +12,17 @@ from pydantic import NonNegativeFloat, PositiveFloat
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.wish import MAX_DIRECTIONS
 from escort_mj.components.parameters import Parameters
-from escort_mj.components.plan import GAIN, IN_WORLD, Plan, State
 from escort_mj.control.nsb import wish
-from escort_mj.control.supervisor import FIRST, LEVELS, Supervisor
+from escort_mj.control.supervisor import Supervisor
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
 from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
@@ -45,8 +45,35 @@ class Trigger(Parameters):
     """Most time between two updates [s]."""
 
 
-# Columns of State.held beside the relative position: they follow it
-UPDATED_AT, UPDATED_IN, UPDATED_WITH = 0, 1, 2  # time [s], phase from 1, and robots lost, at the last update
+class TriggerParameters(Fields):
+    """When robots compute their reference velocity again."""
+
+    trigger_distance: Annotated[
+        float, Value("m", "motion that is always enough; 0 where the outer loop runs at every step")
+    ]
+    trigger_share: Annotated[float, Value("1", "motion that is enough, as a share of the way to go")]
+    trigger_dwell: Annotated[float, Value("s", "least time between two updates")]
+    trigger_longest: Annotated[float, Value("s", "most time between two updates")]
+
+
+class TriggerState(Fields):
+    """The situation of each robot at its last update, and whether it updates now."""
+
+    held_place: Annotated[Array, "n", "p", Value("m", "position relative to the target")]
+    held_since: Annotated[Array, "n", Value("s", "time of the update")]
+    held_in: Annotated[Array, "n", Value("1", "phase that ruled, from 1; 0 before the first update")]
+    held_with: Annotated[Array, "n", Value("1", "how many robots were lost")]
+    fresh: Annotated[Array, "n", Value("1", "1 where the outer loop runs now")]
+
+
+def trigger_parameters(trigger: Trigger | None) -> dict[str, Any]:
+    """Return the fields of `TriggerParameters`."""
+    return {
+        "trigger_distance": trigger.distance if trigger else 0.0,
+        "trigger_share": trigger.share if trigger else 0.0,
+        "trigger_dwell": trigger.dwell if trigger else 0.0,
+        "trigger_longest": trigger.longest if trigger else 0.0,
+    }
 
 
 @inlined
@@ -78,15 +105,15 @@ def _refresh_some(plan: Plan, state: State) -> bool:
         losses += state.lost[i]
     _note_intrusions(plan, state)
     for i in range(n):
-        fires = state.lost[i] != 0.0 or state.held[i, p + UPDATED_WITH] != losses or _fires(i, plan, state)
+        fires = state.lost[i] != 0.0 or state.held_with[i] != losses or _fires(i, plan, state)
         state.fresh[i] = 1.0 if fires else 0.0
         someone = someone or fires
         if fires:
             for k in range(p):
-                state.held[i, k] = state.q_measured[i, k] - state.target_position_measured[k]
-            state.held[i, p + UPDATED_AT] = state.time[0]
-            state.held[i, p + UPDATED_IN] = state.phase[i] + 1.0
-            state.held[i, p + UPDATED_WITH] = losses
+                state.held_place[i, k] = state.q_measured[i, k] - state.target_position_measured[k]
+            state.held_since[i] = state.time[0]
+            state.held_in[i] = state.phase[i] + 1.0
+            state.held_with[i] = losses
     return someone
 
 
@@ -97,12 +124,12 @@ def _note_intrusions(plan: Plan, state: State) -> None:
     x, velocity = stack_rows(MAX_DIRECTIONS * p), stack_rows(p)
     for i in range(0, n, WIDTH):
         found = everywhere(0.0)
-        for f in range(plan.phases.shape[0]):
+        for f in range(plan.phase_first.shape[0]):
             mine = abs(load(state.phase, i) - float(f)) < 0.5
-            first = int(plan.phases[f, FIRST])
-            for level in range(first, first + int(plan.phases[f, LEVELS])):
-                if plan.ladder[level, IN_WORLD] != 0.0 and any_of(mine):
-                    task = wish(i, plan.ladder[level], plan, state, x, velocity, 0)
+            first = int(plan.phase_first[f])
+            for level in range(first, first + int(plan.phase_levels[f])):
+                if plan.level_in_world[level] != 0.0 and any_of(mine):
+                    task = wish(i, level, plan, state, x, velocity, 0)
                     found = where(mine & (task.active > 0.5), 1.0, found)
         store(state.fresh, i, found)
 
@@ -111,24 +138,23 @@ def _note_intrusions(plan: Plan, state: State) -> None:
 def _fires(i: int, plan: Plan, state: State) -> bool:
     """Whether robot i has reason to compute its reference velocity again."""
     p = state.q.shape[1]
-    held = state.held[i]
-    if held[p + UPDATED_IN] != state.phase[i] + 1.0 or state.avoidance_active[i] != 0.0:
+    if state.held_in[i] != state.phase[i] + 1.0 or state.avoidance_active[i] != 0.0:
         return True
     if state.fresh[i] != 0.0:  # something intrudes
         return True
-    phase = plan.phases[int(state.phase[i])]
-    gain = 0.0
-    for level in range(int(phase[FIRST]), int(phase[FIRST] + phase[LEVELS])):
+    phase, gain = int(state.phase[i]), 0.0
+    first = int(plan.phase_first[phase])
+    for level in range(first, first + int(plan.phase_levels[phase])):
         if gain == 0.0:
-            gain = plan.ladder[level, GAIN]
-    waited = state.time[0] - held[p + UPDATED_AT] + 0.5 * plan.timestep
+            gain = plan.level_gain[level]
+    waited = state.time[0] - state.held_since[i] + 0.5 * plan.timestep
     if waited < plan.trigger_dwell:
         return False
     if waited >= plan.trigger_longest:
         return True
     moved = speed = 0.0
     for k in range(p):
-        moved += (state.q_measured[i, k] - state.target_position_measured[k] - held[k]) ** 2
+        moved += (state.q_measured[i, k] - state.target_position_measured[k] - state.held_place[i, k]) ** 2
         carried = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
         speed += (state.v_d[i, k] - carried) ** 2
     way = math.sqrt(speed) / gain if gain > 0.0 else 0.0

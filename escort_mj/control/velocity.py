@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles, Behavior
 from escort_mj.behaviors.task import Situation
 from escort_mj.behaviors.wish import MAX_DIRECTIONS
-from escort_mj.components.movers import obstacles_seen
+from escort_mj.components.component import OUTSIDE
+from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.components.plan import BARRIER_FILTER, IN_WORLD, KIND, OUTSIDE, POTENTIAL_FIELD
 from escort_mj.control.nsb import (
     AVOID_OBSTACLES,
     compose,
@@ -24,19 +24,26 @@ from escort_mj.control.nsb import (
     set_velocities,
     wish,
 )
-from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.outer_loops import BARRIER_FILTER, POTENTIAL_FIELD, BarrierFilter, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import filter_velocity, filtered
 from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
-from escort_mj.control.supervisor import FIRST, LEVELS
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, row_of, set_row, stack_rows, store, where
 from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+
+class OuterLoopParameters(Fields):
+    """How behaviors become one velocity."""
+
+    outer: Annotated[int, Value("1", "place in OUTER_LOOPS; OUTSIDE for none")]
+    outer_gain: Annotated[float, Value("m^4/s or 1/s", "of the repulsion, or rate of the filter")]
+    outer_distance: Annotated[float, Value("m", "below which repulsion grows no further")]
 
 
 @inlined
@@ -49,7 +56,7 @@ def reference_velocities(i: int, plan: Plan, state: State, moved: bool) -> None:
         state: Its state; `v_d`, `avoidance_active` and `outer_updates` are written.
         moved: Whether this is the first evaluation at the present time.
     """
-    for phase in range(plan.phases.shape[0]):
+    for phase in range(plan.phase_first.shape[0]):
         if not any_of(ruled(i, phase, plan, state)):
             continue
         if plan.outer == POTENTIAL_FIELD:
@@ -67,13 +74,13 @@ def reference_velocities(i: int, plan: Plan, state: State, moved: bool) -> None:
 def _add_up(i: int, phase: int, plan: Plan, state: State) -> None:
     """Potential fields: the sum of all wishes and repulsions, slowed down where it is too fast."""
     n, p = state.q.shape
-    first, levels = int(plan.phases[phase, FIRST]), int(plan.phases[phase, LEVELS])
+    first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
     x, part, total = stack_rows(MAX_DIRECTIONS * p), stack_rows(p), stack_rows(p)
     for k in range(p):
         set_row(total, k, everywhere(state.target_velocity_measured[k] if plan.target_feedforward else 0.0))
     for level in range(first, first + levels):
-        if plan.ladder[level, IN_WORLD] == 0.0:
-            wish(i, plan.ladder[level], plan, state, x, part, 0)
+        if plan.level_in_world[level] == 0.0:
+            wish(i, level, plan, state, x, part, 0)
             for k in range(p):
                 set_row(total, k, row_of(total, k) + row_of(part, k))
     set_velocities(i, phase, total, everywhere(0.0), plan, state)
@@ -81,8 +88,8 @@ def _add_up(i: int, phase: int, plan: Plan, state: State) -> None:
         if not _runs(robot, phase, plan, state):
             continue
         for level in range(first, first + levels):
-            if plan.ladder[level, KIND] == AVOID_OBSTACLES:
-                avoid = read_avoidance(parameters_at(plan, plan.ladder[level]), 0)
+            if plan.level_behavior[level] == AVOID_OBSTACLES:
+                avoid = read_avoidance(parameters_at(level, plan), 0)
                 repelled = repulsion(
                     robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
                     plan.obstacle_radius, plan.robot_radius, avoid, plan.outer_gain, plan.outer_distance,
@@ -98,14 +105,14 @@ def _filter(i: int, phase: int, plan: Plan, state: State) -> None:
 
     Slowing down the result breaks no constraint unless a distance is too small already: rest keeps them.
     """
-    first, levels = int(plan.phases[phase, FIRST]), int(plan.phases[phase, LEVELS])
+    first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
     for robot in range(i, min(i + WIDTH, state.q.shape[0])):
         if not _runs(robot, phase, plan, state):
             continue
         moved = False
         for level in range(first, first + levels):
-            if plan.ladder[level, KIND] == AVOID_OBSTACLES:
-                avoid = read_avoidance(parameters_at(plan, plan.ladder[level]), 0)
+            if plan.level_behavior[level] == AVOID_OBSTACLES:
+                avoid = read_avoidance(parameters_at(level, plan), 0)
                 moved = filter_velocity(
                     robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
                     plan.obstacle_radius, plan.robot_radius, avoid, plan.sensing_robots,

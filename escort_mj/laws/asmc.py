@@ -11,7 +11,7 @@ from escort_mj.laws.sliding import SlidingModeLaw, switching
 from escort_mj.native.lanes import Lanes, load
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
 
 class Asmc(SlidingModeLaw):

@@ -13,7 +13,7 @@ from escort_mj.native.lanes import Lanes, copysign, everywhere, load
 from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
 
 
 class TerminalSmc(SlidingModeLaw):

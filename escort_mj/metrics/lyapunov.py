@@ -8,7 +8,7 @@ import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import SHORT, UNTOLD, largest_of, lost, robot
-from escort_mj.signals import CAUSES
+from escort_mj.monitor.signals import CAUSES
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -13,17 +13,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from math import prod
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from escort_mj.native.fields import Array, Declared, Extent, declared
 from escort_mj.native.kernels import DOUBLE, matrix_at, vector_at
 from escort_mj.native.lanes import room_for
-
-Array = NDArray[np.float64]
-Extent = tuple[str | int, ...]
-"""A product of dimensions' names and whole numbers."""
 
 AXES = "p"  # the dimension that kernels may know when they are compiled
 MAGIC, LENGTH, FIRST = 0, 1, 2  # places in the header
@@ -50,8 +46,7 @@ class Layout:
 
     Args:
         magic: First number of every plan.
-        plan: Class whose annotations declare scalars, and arrays as `Annotated[Array, extent, ...]`; an
-            extent is a whole number, a dimension's name, or a product of such as in "n*p".
+        plan: Class whose annotations declare its fields, see `fields`.
         state: The same, arrays only; None where the plan is all there is.
         whole: Dimensions of which arrays that begin with one have whole lanes, such as the number of robots.
     """
@@ -60,24 +55,39 @@ class Layout:
         self, magic: float, plan: type, state: type | None = None, whole: tuple[str, ...] = ()
     ) -> None:
         self.magic, self.whole = magic, whole
-        declared = {kind: _declared(kind) for kind in (plan, state) if kind is not None}
-        names = [AXES, *(name for fields in declared.values() for name in _dimensions(fields.values()))]
+        known = {kind: declared(kind) for kind in (plan, state) if kind is not None}
+        names = [AXES, *(name for fields in known.values() for name in _dimensions(fields.values()))]
         self.dimensions = {name: FIRST + k for k, name in enumerate(dict.fromkeys(names))}
         place = FIRST + len(self.dimensions)
         self.fields: dict[type, dict[str, Field]] = {}
-        for kind, fields in declared.items():
+        for kind, fields in known.items():
             self.fields[kind] = {
-                name: Field(*field, place + k, kind is plan) for k, (name, field) in enumerate(fields.items())
+                name: Field(field.kind, field.shape, place + k, kind is plan)
+                for k, (name, field) in enumerate(fields.items())
             }
             place += len(fields)
         self.header_size = room_for(place)
         self.plan, self.state = plan, state
 
     def part(self, kind: type) -> None:
-        """Makes a class readable that annotates some fields of the state, or else of the plan, by name."""
+        """Make a class readable that annotates some fields of the state, or else of the plan, by name."""
         assert self.state is not None
         known = self.fields[self.plan] | self.fields[self.state]
-        self.fields[kind] = {name: known[name] for name in get_type_hints(kind)}
+        self.fields[kind] = {name: known[name] for name in declared(kind)}
+        _layouts[kind] = self
+
+    def sizes(self, values: Mapping[str, Any]) -> dict[str, int]:
+        """Return the sizes of those dimensions that stand alone in the shape of one of a plan's arrays.
+
+        Args:
+            values: Fields of the plan.
+        """
+        found: dict[str, int] = {}
+        for name, value in values.items():
+            for extent, size in zip(self.fields[self.plan][name].shape, np.shape(value), strict=False):
+                if len(extent) == 1 and isinstance(extent[0], str):
+                    found.setdefault(extent[0], size)
+        return found
 
     def pack(self, sizes: Mapping[str, int], values: Mapping[str, Any]) -> Array:
         """Writes a plan.
@@ -167,26 +177,11 @@ class Layout:
         return {name: int(header[place]) for name, place in self.dimensions.items()}
 
 
-def _declared(kind: type) -> dict[str, tuple[Any, tuple[Extent, ...]]]:
-    """Kind and shape of every field that a class annotates."""
-    fields: dict[str, tuple[Any, tuple[Extent, ...]]] = {}
-    for name, hint in get_type_hints(kind, include_extras=True).items():
-        if get_origin(hint) is Annotated:
-            fields[name] = np.ndarray, tuple(map(_extent, get_args(hint)[1:]))
-        else:
-            fields[name] = hint, ()
-    return fields
-
-
-def _extent(written: str | int) -> Extent:
-    """The factors of an extent as it is written in an annotation."""
-    parts = [part.strip() for part in str(written).split("*")]
-    return tuple(int(part) if part.isdigit() else part for part in parts)
-
-
-def _dimensions(fields: Iterable[tuple[Any, tuple[Extent, ...]]]) -> list[str]:
+def _dimensions(fields: Iterable[Declared]) -> list[str]:
     """Names of the dimensions that fields use."""
-    return [factor for _, shape in fields for extent in shape for factor in extent if isinstance(factor, str)]
+    return [
+        factor for field in fields for extent in field.shape for factor in extent if isinstance(factor, str)
+    ]
 
 
 def _shape(field: Field, sizes: Mapping[str, int]) -> tuple[int, ...]:
@@ -196,6 +191,14 @@ def _shape(field: Field, sizes: Mapping[str, int]) -> tuple[int, ...]:
 def _same_names(what: str, given: Iterable[str], expected: Iterable[str]) -> None:
     if different := set(given) ^ set(expected):
         raise ValueError(f"{what} missing or not known: {', '.join(sorted(different))}")
+
+
+_layouts: dict[type, Layout] = {}
+
+
+def layout_with(part: type) -> Layout:
+    """Return the layout that a class is a part of, see `Layout.part`."""
+    return _layouts[part]
 
 
 viewers: list[tuple[Layout, type, Any]] = []

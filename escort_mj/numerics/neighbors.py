@@ -13,16 +13,15 @@ candidates is what a look at all pairs would find. All of this holds center to c
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, kernel, merged, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, least, there, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.cells import (
     CELL_OF,
+    CELL_ROWS,
     ORDER,
     PLACE,
     RADIUS,
@@ -37,9 +36,7 @@ from escort_mj.numerics.cells import (
 )
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
-
-Array = NDArray[np.float64]
+    from escort_mj.memory.layout import Plan, State
 
 COUNT, FIRST = 0, 1  # places in a robot's row: how many candidates follow
 ALL = -1.0  # in place of their number: more than a row holds, so all robots have to be looked at
@@ -48,6 +45,20 @@ SHORT, LONG = 24.0, 96.0  # steps that a set should hold
 FULL = 8.0  # candidates, in the mean; more cost more than making the lists again
 THINNEST, THICKEST = 0.05, 0.7  # skin, as a share of the spacing
 ROUNDING = 1.000001
+LISTED = 48  # robots from which on lists pay
+NEIGHBORS = 32  # places in a robot's list: their number, and they
+
+
+class NeighborState(Fields):
+    """Lists of a crowd: by true positions, and by measured ones where those differ."""
+
+    neighbors: Annotated[Array, "crowd", NEIGHBORS, Value("1", "number of candidates, then which robots")]
+    neighbors_places: Annotated[Array, "crowd", "p", Value("m", "positions when the lists were made")]
+    neighbors_note: Annotated[Array, 4, Value("m or 1", "see `keep_neighbors`")]
+    seen_neighbors: Annotated[Array, "misled", NEIGHBORS, Value("1", "likewise, of measured positions")]
+    seen_neighbors_places: Annotated[Array, "misled", "p", Value("m", "likewise")]
+    seen_neighbors_note: Annotated[Array, 4, Value("m or 1", "likewise")]
+    cells: Annotated[Array, CELL_ROWS, "crowd", Value("1", "scratch, see `cells`")]
 
 
 @on_demand

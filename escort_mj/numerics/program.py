@@ -9,17 +9,29 @@ from __future__ import annotations
 
 import math
 from enum import IntEnum
+from typing import Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, kernel
-
-Array = NDArray[np.float64]
 
 INSTRUCTION_SIZE = 3  # opcode, a, b
 PIECE_SIZE = 5  # start time, then the coefficients of (t - start)^0 .. (t - start)^3
 STACK_DEPTH = 32
+
+
+class ProgramParameters(Fields):
+    """All programs of a mission, one behind the other."""
+
+    code: Annotated[Array, "instructions", INSTRUCTION_SIZE, Value("1", "opcode and operands of each")]
+    pieces: Annotated[
+        Array, "pieces", PIECE_SIZE, Value("1", "of piecewise cubics: start time, then coefficients")
+    ]
+
+
+class ProgramState(Fields):
+    """What a program works on."""
+
+    stack: Annotated[Array, 2 * STACK_DEPTH, Value("1", "scratch: dual numbers")]
 
 
 class Op(IntEnum):

@@ -7,15 +7,13 @@ step that learns of the loss: assignment (exact) and rotation (best fit) in turn
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, kernel
 from escort_mj.numerics.thomson import even_points
-
-Array = NDArray[np.float64]
 
 MOST_TURNS = 64  # rotations to start from, beside the present one
 FEW = 32  # robots up to which so many are tried; the work of an assignment grows with the third power
@@ -23,6 +21,19 @@ ALTERNATIONS = 30
 SWEEPS = 60
 SAME = 1e-9  # alignments that differ by less are one
 NOTHING = 1e-16  # share of a matrix that is rounding
+
+
+class ReformingParameters(Fields):
+    """What the controller needs to place the even figure of fewer robots."""
+
+    figures: Annotated[Array, "points", "p", Value("1", "even points of n - 1, n - 2 ... robots")]
+    turns: Annotated[Array, "turns*p", "p", Value("1", "rotations to start from, one below another")]
+
+
+class ReformingState(Fields):
+    """What `reform` works on."""
+
+    scratch: Annotated[Array, "scratch", Value("1", "scratch, see `scratch_size`")]
 
 
 class Reforming(NamedTuple):

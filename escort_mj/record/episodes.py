@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.monitor.signals import FIRST, SECOND, START
 from escort_mj.numerics.steps import SLACK
 from escort_mj.signals import EPISODE as COLUMNS
-from escort_mj.signals import FIRST, SECOND, START
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from escort_mj.errors import RunFolderError
-from escort_mj.signals import CAUSES, EPISODE, GROUPS, LYAPUNOV, SIGNALS, TRUTH
+from escort_mj.monitor.signals import CAUSES, GROUPS
+from escort_mj.signals import EPISODE, LYAPUNOV, SIGNALS, TRUTH
 
 if TYPE_CHECKING:
     import xarray

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.episodes import NONE, episode_variables
-from escort_mj.signals import CAUSES, SIGNALS, TRUTH, axis_names, record_size
+from escort_mj.signals import SIGNALS, TRUTH, axis_names, record_size
 
 if TYPE_CHECKING:
     import xarray

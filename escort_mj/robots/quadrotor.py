@@ -32,7 +32,7 @@ from escort_mj.robots.attitude import (
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 
 if TYPE_CHECKING:
-    from escort_mj.components.plan import Plan, State
+    from escort_mj.memory.layout import Plan, State
     from escort_mj.world.loop.wiring import Wiring
 
 Array = NDArray[np.float64]

@@ -12,15 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.plan import EVALUATED, STEP, Plan, State
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, copy_lanes, load_rows, row_of, set_row, stack_rows, store_rows
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.noise import OF_ROBOT, OF_TARGET, TAG, ball_noise, chance, draw_points
-from escort_mj.sensing.sensors import BIAS, DELAY, DROPOUT, NOISE, PAST, RESOLUTION
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 
@@ -41,9 +40,9 @@ def measure(plan: Plan, state: State) -> None:
             state.target_position_measured[k] = state.target_position[k]
             state.target_velocity_measured[k] = state.target_velocity[k]
         return
-    step, sensors = int(state.clock[STEP]), plan.sensors
-    per_robot = int(sensors[0, NOISE] > 0.0) + int(sensors[1, NOISE] > 0.0)
-    for_target = int(sensors[2, NOISE] > 0.0) + int(sensors[3, NOISE] > 0.0)
+    step, noise = int(state.step[0]), plan.sensor_noise
+    per_robot = int(noise[0] > 0.0) + int(noise[1] > 0.0)
+    for_target = int(noise[2] > 0.0) + int(noise[3] > 0.0)
     points = stack_rows(2 * p)
     for first in range(0, n + 1, WIDTH):
         after = first + WIDTH
@@ -51,7 +50,7 @@ def measure(plan: Plan, state: State) -> None:
             draw_points(points, per_robot, for_target, plan.seed, first, n, step)
         for rate in range(2):
             begin = first
-            if _only_noise(sensors[rate]):
+            if _only_noise(rate, plan):
                 begin = max(first, n)
                 if first < n:
                     _add_noise(rate, first, points, plan, state)
@@ -60,17 +59,16 @@ def measure(plan: Plan, state: State) -> None:
 
 
 @inlined
-def _only_noise(sensor: Array) -> bool:
+def _only_noise(channel: int, plan: Plan) -> bool:
     """Whether a channel shows the truth plus noise, if anything."""
-    return bool(
-        sensor[DELAY] == 0.0 and sensor[DROPOUT] == 0.0 and sensor[RESOLUTION] == 0.0 and sensor[BIAS] < 0.0
-    )
+    at_once = plan.sensor_delay[channel] == 0.0 and plan.sensor_dropout[channel] == 0.0
+    return bool(at_once and plan.sensor_resolution[channel] == 0.0 and plan.sensor_bias[channel] < 0.0)
 
 
 @inlined
 def _point_of(rate: int, first: int, plan: Plan) -> int:
     """Which point of the two is that of a rate: a ball of radius 0 draws nothing."""
-    return rate if plan.sensors[first, NOISE] > 0.0 else 0
+    return rate if plan.sensor_noise[first] > 0.0 else 0
 
 
 @inlined
@@ -87,7 +85,7 @@ def _add_noise(rate: int, first: int, points: Array, plan: Plan, state: State) -
     p = state.q.shape[1]
     truth = state.q if rate == 0 else state.v
     measured = state.q_measured if rate == 0 else state.v_measured
-    radius, at = plan.sensors[rate, NOISE], p * _point_of(rate, 0, plan)
+    radius, at = plan.sensor_noise[rate], p * _point_of(rate, 0, plan)
     rows = stack_rows(p)
     load_rows(truth, first, rows)
     if radius > 0.0:
@@ -112,7 +110,7 @@ def _measure_one(
         state: Gives the truth; what is measured is written, and the past.
     """
     n, p = state.q.shape
-    evaluated = int(state.clock[EVALUATED])
+    evaluated = int(state.evaluated[0])
     of_robot = body < n
     index, use, bodies = (body, OF_ROBOT, n) if of_robot else (0, OF_TARGET, 1)
     first = 0 if of_robot else 2  # channel of the position; that of the velocity follows
@@ -122,39 +120,47 @@ def _measure_one(
     else:
         truth = state.target_position if rate == 0 else state.target_velocity
         measured = state.target_position_measured if rate == 0 else state.target_velocity_measured
-    sensor = plan.sensors[first + rate]
+    channel = first + rate
+    noise, bias, resolution = (
+        plan.sensor_noise[channel],
+        plan.sensor_bias[channel],
+        plan.sensor_resolution[channel],
+    )
     seen = truth
-    if sensor[DELAY] > 0.0:
-        seen = state.past[_remember(truth, sensor, state.past, evaluated, bodies, index)]
+    if plan.sensor_delay[channel] > 0.0:
+        seen = state.past[_remember(truth, channel, plan, state.past, evaluated, bodies, index)]
     # The start always arrives. Evaluated again, a step drops the same again.
-    if sensor[DROPOUT] > 0.0 and evaluated > 0:
-        if chance(plan.seed, use, index, step, rate) < sensor[DROPOUT]:
+    if plan.sensor_dropout[channel] > 0.0 and evaluated > 0:
+        if chance(plan.seed, use, index, step, rate) < plan.sensor_dropout[channel]:
             return
     at = p * _point_of(rate, first, plan)
     for k in range(p):
         value = seen[k]
-        if sensor[BIAS] >= 0.0:
-            value += plan.bias[int(sensor[BIAS]) + index, k]
-        if sensor[NOISE] > 0.0:
-            value += sensor[NOISE] * points[at + k, lane]
-        if sensor[RESOLUTION] > 0.0:
-            value = np.rint(value / sensor[RESOLUTION]) * sensor[RESOLUTION]
+        if bias >= 0.0:
+            value += plan.bias[int(bias) + index, k]
+        if noise > 0.0:
+            value += noise * points[at + k, lane]
+        if resolution > 0.0:
+            value = np.rint(value / resolution) * resolution
         measured[k] = value
 
 
 @inlined
-def _remember(truth: Array, sensor: Array, past: Array, evaluated: int, bodies: int, index: int) -> int:
+def _remember(
+    truth: Array, channel: int, plan: Plan, past: Array, evaluated: int, bodies: int, index: int
+) -> int:  # fmt: skip
     """Keeps the truth, and says which row of the past has what it was some steps ago.
 
     Args:
         truth: Of one body now, shape (p,).
-        sensor: The channel's row of the plan.
+        channel: Which channel, from 0.
+        plan: Gives the sensors.
         past: Memory of all channels, shape (rows, p): each has delay + 1 rows per body, in turn.
         evaluated: Steps evaluated before this one.
         bodies: How many the channel measures.
         index: Which of them this is.
     """
-    delay, first = int(sensor[DELAY]), int(sensor[PAST]) + index
+    delay, first = int(plan.sensor_delay[channel]), int(plan.sensor_past[channel]) + index
     now = first + evaluated % (delay + 1) * bodies
     for k in range(truth.shape[0]):
         past[now, k] = truth[k]

@@ -3,14 +3,53 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from escort_mj.components.plan import SENSOR_SIZE
+from escort_mj.native.fields import Array, Fields, Recorded, Value
 
-Array = NDArray[np.float64]
+CHANNELS = 4
+NO_BIAS = -1.0
+
+
+class SensorParameters(Fields):
+    """The sensors as kernels read them: of robots' positions and velocities, then of the target's."""
+
+    sensor_noise: Annotated[Array, CHANNELS, Value("m or m/s", "radius of the ball of errors")]
+    sensor_delay: Annotated[Array, CHANNELS, Value("1", "age of what is measured, in physics steps")]
+    sensor_dropout: Annotated[Array, CHANNELS, Value("1", "probability that nothing arrives in a step")]
+    sensor_resolution: Annotated[Array, CHANNELS, Value("m or m/s", "step of the values; 0 for none")]
+    sensor_bias: Annotated[Array, CHANNELS, Value("1", "first row of the channel in `bias`; -1 for none")]
+    sensor_past: Annotated[Array, CHANNELS, Value("1", "first row of the channel in `past`")]
+    bias: Annotated[Array, "biased", "p", Value("m or m/s", "constant errors")]
+    perfect: Annotated[bool, Value("1", "whether what is measured is the truth")]
+    sensing_robots: Annotated[float, Value("m", "how far robots see each other, surface to surface")]
+    sensing_obstacles: Annotated[float, Value("m", "how far robots see obstacles, likewise")]
+
+
+class SensorSignals(Fields):
+    """What the sensors show."""
+
+    q_measured: Annotated[Array, "n", "p", Recorded("m", "position that the law was given")]
+    v_measured: Annotated[Array, "n", "p", Recorded("m/s", "velocity that the law was given")]
+    target_position_measured: Annotated[
+        Array, "p", Recorded("m", "position of the target that the law was given")
+    ]
+    target_velocity_measured: Annotated[
+        Array, "p", Recorded("m/s", "velocity of the target that the law was given")
+    ]
+
+
+class SensorState(Fields):
+    """What sensors remember."""
+
+    past: Annotated[
+        Array,
+        "past",
+        "p",
+        Value("m or m/s", "the truth of late: delay + 1 rows per body and channel"),
+    ]
 
 
 class Channel(NamedTuple):
@@ -62,30 +101,44 @@ class Sensors(NamedTuple):
         return self.position, self.velocity, self.target_position, self.target_velocity
 
 
-# Columns of a channel in the plan
-NOISE, DELAY, DROPOUT, RESOLUTION, BIAS, PAST = range(SENSOR_SIZE)
-NO_BIAS = -1.0
-
-
-def sensor_table(sensors: Sensors, count: int, axes: int) -> tuple[Array, Array, int]:
-    """The channels as the kernels read them.
+def sensor_parameters(sensors: Sensors, count: int, axes: int) -> dict[str, Any]:
+    """Return the fields of `SensorParameters`.
 
     Args:
         sensors: Every channel.
         count: Number of robots, n.
         axes: p.
-
-    Returns:
-        A row per channel, shape (4, SENSOR_SIZE): its numbers, its first row in the biases (NO_BIAS for none)
-        and its first row in the memory of the past; the biases, shape (rows, p); and the rows of that memory.
     """
-    table, biases, past = np.zeros((4, SENSOR_SIZE)), [np.zeros((0, axes))], 0
-    for row, channel, bodies in zip(table, sensors.channels, (count, count, 1, 1), strict=True):
-        row[:BIAS] = channel.noise, channel.delay, channel.dropout, channel.resolution
-        row[BIAS], row[PAST] = NO_BIAS, past
+    biases, starts, pasts, past = [np.zeros((0, axes))], [], [], 0
+    for channel, bodies in zip(sensors.channels, (count, count, 1, 1), strict=True):
+        starts.append(NO_BIAS if channel.bias is None else sum(map(len, biases)))
+        pasts.append(past)
         if channel.bias is not None:
-            row[BIAS] = sum(map(len, biases))
             biases.append(np.asarray(channel.bias))
-        if channel.delay:
-            past += (channel.delay + 1) * bodies
-    return table, np.concatenate(biases), past
+        past += _rows_of_past(channel, bodies)
+    columns = [
+        (channel.noise, channel.delay, channel.dropout, channel.resolution) for channel in sensors.channels
+    ]
+    noise, delay, dropout, resolution = zip(*columns, strict=True)
+    return {
+        "sensor_noise": noise,
+        "sensor_delay": delay,
+        "sensor_dropout": dropout,
+        "sensor_resolution": resolution,
+        "sensor_bias": starts,
+        "sensor_past": pasts,
+        "bias": np.concatenate(biases),
+        "perfect": all(channel.is_perfect for channel in sensors.channels),
+        "sensing_robots": sensors.robots,
+        "sensing_obstacles": sensors.obstacles,
+    }
+
+
+def rows_of_past(sensors: Sensors, count: int) -> int:
+    """Return how many rows `past` has for a number of robots."""
+    return sum(map(_rows_of_past, sensors.channels, (count, count, 1, 1)))
+
+
+def _rows_of_past(channel: Channel, bodies: int) -> int:
+    """Return how many rows of `past` a channel has."""
+    return (channel.delay + 1) * bodies if channel.delay else 0

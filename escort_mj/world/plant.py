@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import stopping
-from escort_mj.components.plan import KEPT, LAYOUT, WATCHED_STEP, State, unpack_plan, unpack_state
 from escort_mj.control.custom import native
 from escort_mj.errors import MujocoError
+from escort_mj.memory.layout import LAYOUT, State, unpack_plan, unpack_state
+from escort_mj.monitor.sampling import MOST_SAMPLES
+from escort_mj.monitor.signals import EPISODE_SIZE
 from escort_mj.native.kernels import DOUBLE
-from escort_mj.signals import EPISODE
 from escort_mj.world.loop import layout
-from escort_mj.world.loop.contacts import ENDED, TURN, UNDER_WAY
-from escort_mj.world.loop.sampling import MOST_SAMPLES
 from escort_mj.world.loop.wiring import behind, unpack_wiring
 from escort_mj.world.model.build import World
 from escort_mj.world.properties import MassProperties
@@ -31,10 +30,13 @@ PHYSICS = int(mujoco.mjtState.mjSTATE_INTEGRATION) - int(mujoco.mjtState.mjSTATE
 class Kept(NamedTuple):
     """What of the controller's state a run looks at between steps: see `State`."""
 
-    clock: Array
+    watched_step: Array
     touches: Array
+    turn: Array
+    under_way: Array
     episodes: Array
-    tally: Array
+    ended: Array
+    kept_count: Array
     samples: Array
 
 
@@ -126,19 +128,19 @@ class Plant:
             is interrupted on the way.
         """
         schedule, kept = self.world.schedule, self._kept.samples
-        watched = int(self._kept.clock[WATCHED_STEP])  # steps so far
+        watched = int(self._kept.watched_step[0])  # steps so far
         next_one = schedule.before(watched)
         if not len(kept):
             whole = self.step(schedule.step(next_one) + 1 - watched)
             return self.record[None][: int(whole)]
-        self._kept.clock[KEPT] = 0.0  # what `step` alone has kept was not asked for
+        self._kept.kept_count[0] = 0.0  # what `step` alone has kept was not asked for
         while True:
             count = min(most, len(kept), self._at_once)
             if count > 1:
                 before = self.mark()
             if not self.step(schedule.step(next_one + count - 1) + 1 - watched):
-                return kept[: int(self._kept.clock[KEPT])]
-            if count == 1 or self._kept.tally[ENDED] < len(self._kept.episodes):
+                return kept[: int(self._kept.kept_count[0])]
+            if count == 1 or self._kept.ended[0] < len(self._kept.episodes):
                 break
             self.back_to(before)
             self._at_once = count // 2
@@ -153,9 +155,9 @@ class Plant:
 
         Returns:
             How many there are, fewer if the mission is interrupted on the way; and the contact episodes that
-            ended meanwhile, shape (e, len(signals.EPISODE)).
+            ended meanwhile, shape (e, EPISODE_SIZE).
         """
-        log, row = [np.zeros((0, len(EPISODE)))], 0
+        log, row = [np.zeros((0, EPISODE_SIZE))], 0
         while row < len(rows) and not stopping.asked():
             taken = self.samples(len(rows) - row)
             rows[row : row + len(taken)] = taken
@@ -209,20 +211,18 @@ class Plant:
     @property
     def has_ended(self) -> bool:
         """Whether contact episodes have ended since `ended` was asked."""
-        return bool(self._kept.tally[ENDED])
+        return bool(self._kept.ended[0])
 
     def ended(self) -> Array:
-        """Takes the contact episodes that have ended off the log, shape (k, len(signals.EPISODE))."""
-        tally = self._kept.tally
-        rows = self._kept.episodes[: int(tally[ENDED])].copy()
-        tally[ENDED] = 0.0
+        """Takes the contact episodes that have ended off the log, shape (k, EPISODE_SIZE)."""
+        rows = self._kept.episodes[: int(self._kept.ended[0])].copy()
+        self._kept.ended[0] = 0.0
         return rows
 
     def under_way(self) -> Array:
-        """The contact episodes that go on, as far as they have come, shape (k, len(signals.EPISODE))."""
-        tally = self._kept.tally
-        rows = self._kept.touches[int(tally[TURN]) % 2, : int(tally[UNDER_WAY]), : len(EPISODE)]
-        return np.array(rows)
+        """The contact episodes that go on, as far as they have come, shape (k, EPISODE_SIZE)."""
+        kept = self._kept
+        return kept.touches[int(kept.turn[0]) % 2, : int(kept.under_way[0]), :EPISODE_SIZE].copy()
 
     def warnings(self) -> dict[str, int]:
         """How often MuJoCo warned so far, by the warning's name."""

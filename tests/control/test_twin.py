@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import AvoidObstacles
-from escort_mj.components.plan import LISTED
 from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import BarrierFilter, PotentialField
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.laws import LAWS, ComputedTorque
 from escort_mj.laws.sliding import SlidingModeLaw
+from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.reform import reforming
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import (

@@ -9,12 +9,12 @@ from functools import cache
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
-from escort_mj.components.plan import State, axes_of, state_size, unpack_plan, unpack_state
 from escort_mj.control.controller import evaluate
-from escort_mj.control.packing import pack
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
+from escort_mj.memory.layout import State, axes_of, state_size, unpack_plan, unpack_state
+from escort_mj.memory.packing import pack
 from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Piece
 from escort_mj.numerics.formation import arrange, chords_exist

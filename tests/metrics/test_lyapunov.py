@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from escort_mj.measuring import measure
-from escort_mj.signals import CAUSES
+from escort_mj.monitor.signals import CAUSES
 from tests.metrics.motions import TIME
 
 

@@ -41,7 +41,7 @@ def test_an_upgrade_changes_the_key(package: str, monkeypatch) -> None:
         "native/kernels.py",
         "native/compiler/machine.py",
         "signals.py",
-        "components/plan.py",
+        "memory/layout.py",
         "laws/sliding.py",
         "robots/attitude.py",
         "world/loop/step.py",

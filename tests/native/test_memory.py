@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from escort_mj.native.compiler.declarations import jitted
+from escort_mj.native.fields import Array
 from escort_mj.native.lanes import WIDTH
-from escort_mj.native.memory import Array, Layout, viewer
+from escort_mj.native.memory import Layout, viewer
 
 
 class Known(NamedTuple):

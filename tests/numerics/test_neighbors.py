@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
-from escort_mj.components.plan import NEIGHBORS
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.numerics.cells import CELL_ROWS
-from escort_mj.numerics.neighbors import ALL, COUNT, FIRST, keep_neighbors
+from escort_mj.numerics.neighbors import ALL, COUNT, FIRST, NEIGHBORS, keep_neighbors
 
 
 @jitted

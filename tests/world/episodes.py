@@ -5,7 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from escort_mj.signals import EPISODE, FIRST, SECOND, START
+from escort_mj.monitor.signals import FIRST, SECOND, START
+from escort_mj.signals import EPISODE
 from escort_mj.world.callback import native_loop
 from escort_mj.world.plant import Plant
 

@@ -5,10 +5,20 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from escort_mj.monitor.signals import (
+    CLOSING_SPEED,
+    DEPTH,
+    END,
+    FIRST,
+    IMPULSE,
+    PEAK_FORCE,
+    SECOND,
+    START,
+    TOUCH_TIME,
+)
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import nearest
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import CLOSING_SPEED, DEPTH, END, FIRST, IMPULSE, PEAK_FORCE, SECOND, START, TOUCH_TIME
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant

@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from escort_mj.monitor.mass import mass_block
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.world.callback import native_loop
-from escort_mj.world.loop.mass import mass_block
 from escort_mj.world.plant import Plant
 
 TREE = """

@@ -12,9 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.scenario.reader.load import parse_scenario
-from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import (
+from escort_mj.monitor.signals import (
     CLOSING_SPEED,
     DEPTH,
     END,
@@ -26,6 +24,8 @@ from escort_mj.signals import (
     START,
     TOUCH_TIME,
 )
+from escort_mj.scenario.reader.load import parse_scenario
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant

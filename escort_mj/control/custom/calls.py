@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Annotated
 
 from escort_mj.behaviors.wish import Wish, square_of
-from escort_mj.components.plan import REMEMBERED, Plan, State
 from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import (
     DOUBLE,
     call_function,
@@ -23,7 +21,23 @@ from escort_mj.native.kernels import (
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+
+class CustomState(Fields):
+    """What plugins' laws and behaviors write and what is kept for them."""
+
+    law_memory: Annotated[Array, "memories", "n", "p", Value("1", "what is integrated for a law")]
+    law_memory_rate: Annotated[Array, "memories", "n", "p", Value("1/s", "its rates")]
+    law_memory_time: Annotated[Array, 1, Value("s", "up to which it is integrated")]
+    wish_direction: Annotated[Array, "p", Value("1", "what a behavior says of one robot")]
+    wish_velocity: Annotated[Array, "p", Value("m/s", "likewise")]
+    wish_error: Annotated[Array, 1, Value("m", "likewise")]
+    wished_direction: Annotated[Array, "n", "p", Value("1", "the same robot by robot: scratch")]
+    wished_velocity: Annotated[Array, "n", "p", Value("m/s", "likewise")]
+    wished_error: Annotated[Array, "n", Value("m", "likewise")]
+    wished_rank: Annotated[Array, "n", Value("1", "likewise: ALONG, ACROSS or NOTHING")]
 
 
 @merged
@@ -44,10 +58,10 @@ def own_law(plan: Plan, state: State) -> None:
     for c in range(memory.shape[0]):
         for i in range(n):
             for k in range(p):
-                if state.time[0] > state.clock[REMEMBERED]:
+                if state.time[0] > state.law_memory_time[0]:
                     memory[c, i, k] += plan.timestep * rate[c, i, k]
                 rate[c, i, k] = 0.0
-    state.clock[REMEMBERED] = state.time[0]
+    state.law_memory_time[0] = state.time[0]
     for i in range(n):
         for k in range(p):
             state.tau[i, k] = 0.0

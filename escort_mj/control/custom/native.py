@@ -17,13 +17,14 @@ import numpy as np
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component, layout_of
-from escort_mj.components.plan import LAYOUT, Array
+from escort_mj.components.views import LawView
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import CompilerMissingError, PluginError
 from escort_mj.laws.law import Law
 from escort_mj.native import artifacts, cache
+from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, external, place, vector_at
-from escort_mj.native.memory import Layout
+from escort_mj.native.memory import Layout, layout_with
 from escort_mj.native.on_demand import CLASSES
 
 MOST = 512  # functions of plugins that a process knows
@@ -123,7 +124,15 @@ def _compiled(model: type[Component], function: Any, layout: Layout, text: str, 
         raise CompilerMissingError(f"{_place(function)}: {function.__name__} is a kernel")
     from escort_mj.native.compiler.plugged import NotCompiledError, compile_function
 
-    views = (f"plugin {text}", layout, layout.plan, None), (model.view.__name__, LAYOUT, model.view, known)
+    views = (
+        (f"plugin {text}", layout, layout.plan, None),
+        (
+            model.view.__name__,
+            layout_with(model.view),
+            model.view,
+            known,
+        ),
+    )
     robot = issubclass(model, Behavior)
     try:
         keep, address, plugged = compile_function(function, views, robot)
@@ -163,7 +172,7 @@ def _views(model: type[Component], layout: Layout, own: int, plan: int, state: i
     if known is not None and known[0] == own:
         return known[1], known[2]
     parameters = model.unpacked(layout.read(layout.plan, own, own)._asdict())
-    view = LAYOUT.read(model.view, plan, state)
+    view = layout_with(model.view).read(model.view, plan, state)
     for name, value in view._asdict().items():
         if isinstance(value, np.ndarray) and name not in model.outputs:
             value.flags.writeable = False
@@ -173,8 +182,8 @@ def _views(model: type[Component], layout: Layout, own: int, plan: int, state: i
 
 def _time(plan: int, state: int) -> float:
     """Time of a mission's present step [s]."""
-    field = LAYOUT.fields[LAYOUT.state]["time"]  # type: ignore[index]
-    offset = int(vector_at(plan, LAYOUT.header_size)[field.place])
+    layout = layout_with(LawView)
+    offset = int(vector_at(plan, layout.header_size)[layout.fields[LawView]["time"].place])
     return float(vector_at(state + DOUBLE * offset, 1)[0])
 
 
@@ -209,7 +218,7 @@ def interpret(number: int, own: int, plan: int, state: int, robot: int | None = 
 
 def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
     numbers = slot.layout.read(slot.layout.plan, own, own)
-    view = LAYOUT.read(slot.model.view, plan, state)
+    view = layout_with(slot.model.view).read(slot.model.view, plan, state)
     slot.function(numbers, view, *([robot] if issubclass(slot.model, Behavior) else []))
 
 

@@ -23,8 +23,9 @@ from escort_mj.native.compiler.numba_parts import (
     register_model,
     types,
 )
+from escort_mj.native.fields import Extent
 from escort_mj.native.kernels import DOUBLE
-from escort_mj.native.memory import AXES, Extent, Field, Layout
+from escort_mj.native.memory import AXES, Field, Layout
 
 _LAYOUTS: dict[str, tuple[Layout, type]] = {}
 _KINDS = {float: types.float64, int: types.intp, bool: types.boolean}

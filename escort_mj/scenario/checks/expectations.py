@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.expectations.outcome import OutcomeExpectation
+from escort_mj.monitor.signals import FLOOR, GROUPS, ROBOTS, TARGET
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import FLOOR, GROUPS, ROBOTS, TARGET
 
 MOST_NAMES = 8  # listed in a message
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from typing import Literal, NamedTuple
 
+from escort_mj.monitor.signals import FLOOR, GROUPS, ROBOTS, TARGET
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import FLOOR, GROUPS, ROBOTS, TARGET
 
 BodyMotion = Literal["free", "driven", "led", "still"]
 """Free by its own forces, driven along a motion by a force, led (put where it is to be), or still."""

@@ -16,7 +16,7 @@ from pydantic import BaseModel, Field, create_model
 
 from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.plan import MAX_LEVELS
+from escort_mj.behaviors.wish import MAX_LEVELS
 from escort_mj.errors import PluginError
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.expectations.expectation import Expectation

@@ -12,11 +12,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.plan import State
+from escort_mj.memory.layout import State
+from escort_mj.monitor.mass import INT
 from escort_mj.native.kernels import DOUBLE, inlined, int_at, kernel, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.world.loop.layout import offset
-from escort_mj.world.loop.mass import INT
 from escort_mj.world.loop.wiring import Wiring
 
 Array = NDArray[np.float64]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.plan import Plan, State
-from escort_mj.control.failure import DEAD, KIND, START, STUCK
+from escort_mj.control.failure import DEAD, STUCK
+from escort_mj.memory.layout import Plan, State
 from escort_mj.native.kernels import DOUBLE, inlined, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.robots.attitude import ROTORS
@@ -50,8 +50,8 @@ def command_motors(
             continue
         rotors = vector_at(first, ROTORS)
         failure = WORKING
-        if plan.failures.shape[0] > 0 and state.time[0] + 0.5 * plan.timestep >= plan.failures[i, START]:
-            failure = plan.failures[i, KIND]
+        if plan.failure_start.shape[0] > 0 and state.time[0] + 0.5 * plan.timestep >= plan.failure_start[i]:
+            failure = plan.failure_kind[i]
         if failure != STUCK:
             pilot(i, qpos, qvel, plan, state, wiring, rotors)
             for rotor in range(ROTORS):

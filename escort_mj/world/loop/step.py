@@ -12,8 +12,13 @@ from ctypes import c_int
 
 import mujoco
 
-from escort_mj.components.plan import MAGIC, NEXT_PLACE, Plan, State, axes_of, unpack_plan, unpack_state
 from escort_mj.control.controller import evaluate
+from escort_mj.memory.layout import MAGIC, Plan, State, axes_of, unpack_plan, unpack_state
+from escort_mj.monitor.contacts import begin, settle, touch, touch_overlaps, touch_what_stands
+from escort_mj.monitor.mass import INT, kinetic_energy, mass_block
+from escort_mj.monitor.sampling import keep
+from escort_mj.monitor.truth import observe
+from escort_mj.monitor.watch import again, watch
 from escort_mj.native.kernels import (
     DOUBLE,
     call_at,
@@ -27,14 +32,9 @@ from escort_mj.native.kernels import (
 )
 from escort_mj.native.lanes import copy_in, copy_numbers
 from escort_mj.native.on_demand import CLASSES, callback, on_demand
-from escort_mj.world.loop.contacts import UNDER_WAY, begin, settle, touch, touch_overlaps, touch_what_stands
 from escort_mj.world.loop.layout import offset, size
-from escort_mj.world.loop.mass import INT, kinetic_energy, mass_block
 from escort_mj.world.loop.motors import command_motors
 from escort_mj.world.loop.nearest import find_nearest
-from escort_mj.world.loop.sampling import keep
-from escort_mj.world.loop.truth import observe
-from escort_mj.world.loop.watch import again, watch
 from escort_mj.world.loop.wiring import Wiring, behind, unpack_wiring
 from escort_mj.world.stages import IN_SPACE
 
@@ -139,7 +139,7 @@ def control(m: int, d: int, axes: int) -> None:
         mocap = pointer_at(d + DATA_MOCAP())
         for k in range(p):  # where it will be when MuJoCo next looks
             target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
-            target[0] = wiring.target_offset[k] + state.ahead[NEXT_PLACE, k]
+            target[0] = wiring.target_offset[k] + state.next_target_position[k]
 
 
 @merged
@@ -179,7 +179,7 @@ def look(m: int, d: int, axes: int) -> None:
     overlaps = watch(plan, state, wiring.target_radius, energy)
     if axes > IN_SPACE:
         touch_overlaps(plan, state, wiring.target_radius)
-    elif int_at(d + DATA_NCON()) > 0 or state.tally[UNDER_WAY] > 0.0 or (overlaps and is_led(wiring)):
+    elif int_at(d + DATA_NCON()) > 0 or state.under_way[0] > 0.0 or (overlaps and is_led(wiring)):
         look_at_contacts(m, d, plan, state, wiring)
     keep(pointer_at(d + DATA_USERDATA()), plan, state)
 

@@ -13,10 +13,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.components.plan import state_size
-from escort_mj.control.packing import pack
 from escort_mj.control.setup import Setup
+from escort_mj.memory.layout import state_size
+from escort_mj.memory.packing import pack
 from escort_mj.mjcf import child_named, section, set_attributes
+from escort_mj.monitor.sampling import room_for
 from escort_mj.scenario.geometry.bodies import Bodies, bodies_of
 from escort_mj.scenario.geometry.crowd import CROWD, contact_physics
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
@@ -26,7 +27,6 @@ from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.signals import record_size, truth_sizes
-from escort_mj.world.loop.sampling import room_for
 from escort_mj.world.loop.wiring import faces_of, thickness
 from escort_mj.world.model.cameras import add_cameras
 from escort_mj.world.model.compiling import add_numbers, compile_wired

@@ -8,15 +8,15 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.control.packing import pack
 from escort_mj.errors import MujocoError, ScenarioError
+from escort_mj.memory.packing import pack
 from escort_mj.mjcf import section
+from escort_mj.monitor.sampling import room_for
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.callback import native_loop
-from escort_mj.world.loop.sampling import room_for
 from escort_mj.world.loop.wiring import behind, geom_bodies, thickness, unpack_wiring
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
-from escort_mj.components.movers import OBSTACLE, TARGET
-from escort_mj.components.plan import Plan, State
+from escort_mj.components.movers import TARGET
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import (
     WIDTH,
@@ -24,7 +22,16 @@ from escort_mj.native.lanes import (
     where,
 )
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+
+class MotionState(Fields):
+    """What the step before brought."""
+
+    force_before: Annotated[Array, "n", "p", Value("N", "force of the step before, for its variation")]
+    target_before: Annotated[Array, "p", Value("m", "where the target was, for its displacement")]
+    mover_before: Annotated[Array, "movers", "p", Value("m", "where moving bodies were, likewise")]
 
 
 @merged
@@ -66,8 +73,8 @@ def watch_displacements(plan: Plan, state: State, first: bool) -> None:
     _watch_displacement(
         state.target_position, state.target_before, state.target_speed_max, 0, plan.timestep, first
     )
-    for b in range(plan.drives.shape[0]):
-        obstacle = int(plan.drives[b, OBSTACLE])
+    for b in range(plan.mover_obstacle.shape[0]):
+        obstacle = int(plan.mover_obstacle[b])
         if obstacle != TARGET:
             here, before = state.mover_position[b], state.mover_before[b]
             _watch_displacement(here, before, state.obstacle_speed_max, obstacle, plan.timestep, first)

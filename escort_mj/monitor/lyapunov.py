@@ -1,17 +1,40 @@
 """The Lyapunov function of the paper's proof (eq. 13), and why it changes: an account per robot and step.
 
 V1 = (s.M s + (kp + slope kd) |e|^2 + |rho - rho_hat|^2 / mu) / 2, of true states. Its change over a step is
-booked under `signals.CAUSES`; `docs/theory.md` derives them.
+booked under `CAUSES`; `docs/theory.md` derives them.
 """
 
 from __future__ import annotations
 
-from escort_mj.components.plan import Plan, State
+from typing import TYPE_CHECKING, Annotated
+
 from escort_mj.laws.sliding import smooth_signs
+from escort_mj.monitor.signals import CAUSES
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
-from escort_mj.signals import CAUSES
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
 
 DISSIPATION, REFERENCE, EXTERNAL, NOISE, SATURATION, ANTI_WINDUP, UNEXPLAINED = range(len(CAUSES))
+
+
+class LyapunovParameters(Fields):
+    """Gains of the Lyapunov function."""
+
+    lyapunov: Annotated[bool, Value("1", "whether V1 is recorded")]
+    kp: Annotated[float, Value("N/m", "gain of the position error")]
+    kd: Annotated[float, Value("N s/m", "gain of the velocity error")]
+    k: Annotated[float, Value("N", "gain of the switching term")]
+    mu: Annotated[float, Value("N/m", "rate of the estimate; 0 without adaptation")]
+    boundary_layer: Annotated[float, Value("m/s", "width of the smoothed zone of s")]
+    smoothing: Annotated[int, Value("1", "place in SMOOTHINGS")]
+
+
+class LyapunovState(Fields):
+    """What is forecast."""
+
+    pending: Annotated[Array, "judged", len(CAUSES), Value("J", "change of V1 in the step that begins")]
 
 
 @inlined

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.signals import (
+from escort_mj.monitor.signals import (
     CLOSING_SPEED,
     DEPTH,
     FIRST,
@@ -227,7 +227,15 @@ def test_forward_between_steps_counts_nothing_twice(make_world) -> None:
         while not len(plant.under_way()):
             plant.step(1)
         state = plant.state
-        totals = [state.effort, state.work, state.saturated_time, state.clock, state.tally]
+        totals = [
+            state.effort,
+            state.work,
+            state.saturated_time,
+            state.watched_step,
+            state.turn,
+            state.under_way,
+            state.ended,
+        ]
         for _ in range(5):
             mujoco.mj_forward(touching.model, plant.data)
             log = plant.under_way()

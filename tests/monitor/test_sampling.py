@@ -6,11 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from escort_mj.monitor.sampling import FEW, MOST_NUMBERS, MOST_SAMPLES, room_for
 from escort_mj.scenario.geometry.steps import Schedule
 from escort_mj.signals import columns
 from escort_mj.world.callback import native_loop
-from escort_mj.world.loop.contacts import ENDED
-from escort_mj.world.loop.sampling import FEW, MOST_NUMBERS, MOST_SAMPLES, room_for
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import Plant
 
@@ -61,7 +60,7 @@ def test_a_full_log_makes_it_look_more_often(meetings: World) -> None:
     with native_loop(meetings):
         plant, other = Plant(meetings), Plant(meetings)
         room = len(plant.state.episodes)
-        plant.state.tally[ENDED] = other.state.tally[ENDED] = room - 1.0
+        plant.state.ended[0] = other.state.ended[0] = room - 1.0
         samples, episodes = many_at_once(plant)
         expected, ended = one_by_one(other)
     assert np.array_equal(samples, expected)

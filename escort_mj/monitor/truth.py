@@ -6,13 +6,31 @@ Observed after the solve of every physics step, when the scenario asks for it; t
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Annotated
 
-from escort_mj.components.plan import WATCHED_STEP, Plan, State
+from escort_mj.monitor.lyapunov import account
+from escort_mj.monitor.mass import INT, mass_block
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, double_at, inlined, int_at, merged
 from escort_mj.native.on_demand import on_demand
-from escort_mj.world.loop.lyapunov import account
-from escort_mj.world.loop.mass import INT, mass_block
-from escort_mj.world.loop.wiring import Wiring
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+    from escort_mj.world.loop.wiring import Wiring
+
+
+class TruthParameters(Fields):
+    """Whether the truth is recorded."""
+
+    truth: Annotated[bool, Value("1", "whether the truth channel is recorded")]
+
+
+class TruthState(Fields):
+    """What the step before brought."""
+
+    mass_before: Annotated[Array, "known", "p*p", Value("kg", "mass_matrix of the step before")]
+    reference_torque_before: Annotated[Array, "known", "p", Value("N", "likewise")]
+    v_d_before: Annotated[Array, "known", "p", Value("m/s", "likewise")]
 
 
 @on_demand
@@ -41,9 +59,9 @@ def observe(
         acceleration: Address of the acceleration that the solver found.
     """
     step = round(state.time[0] / plan.timestep) + 1.0
-    if step == state.clock[WATCHED_STEP]:  # mj_forward at the same time: nothing new has happened
+    if step == state.watched_step[0]:  # mj_forward at the same time: nothing new has happened
         return
-    first = state.clock[WATCHED_STEP] == 0.0
+    first = state.watched_step[0] == 0.0
     n, p = state.q.shape
     for i in range(n):
         dof = int(wiring.dof_address[i])

@@ -6,13 +6,32 @@ the interpreter is needed for thousands of physics steps, so missions step side 
 
 from __future__ import annotations
 
-from escort_mj.components.plan import KEPT, SAMPLED, Plan, State
+from typing import TYPE_CHECKING, Annotated
+
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, vector_at
 from escort_mj.native.lanes import WIDTH, load, store
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
 
 MOST_SAMPLES = 256  # kept at once; of five robots, they stay in the cache of a core
 MOST_NUMBERS = 2**17  # in them: a megabyte a mission
 FEW = 32  # fewer are not worth it
+
+
+class SamplingParameters(Fields):
+    """Where in the state a record stands."""
+
+    stretches: Annotated[Array, "stretches", 2, Value("1", "start and length, in the order of a record")]
+
+
+class SamplingState(Fields):
+    """Samples that were not taken off yet: the end of the state."""
+
+    kept_count: Annotated[Array, 1, Value("1", "how many samples there are")]
+    samples: Annotated[Array, "kept", "record", Value("1", "one record each")]
+    spare: Annotated[Array, WIDTH, Value("1", "past the last sample: lanes are written whole")]
 
 
 def room_for(record: int) -> int:
@@ -33,8 +52,8 @@ def keep(memory: int, plan: Plan, state: State) -> None:
         plan: Gives where in the state the record stands.
         state: The samples and their number are written.
     """
-    row = int(state.clock[KEPT])
-    if row >= state.samples.shape[0] or state.clock[SAMPLED] == 0.0:
+    row = int(state.kept_count[0])
+    if row >= state.samples.shape[0] or state.sampled[0] == 0.0:
         return
     stretches, at = plan.stretches, row * state.samples.shape[1]
     for k in range(stretches.shape[0]):
@@ -43,4 +62,4 @@ def keep(memory: int, plan: Plan, state: State) -> None:
         for place in range(0, count, WIDTH):  # what is written past its end the next stretch overwrites
             store(state.samples, at + place, load(source, place))
         at += count
-    state.clock[KEPT] = row + 1.0
+    state.kept_count[0] = row + 1.0

@@ -8,19 +8,14 @@ pair's row: a step costs in proportion to its contacts however many bodies touch
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
-from escort_mj.components.movers import OBSTACLE, obstacles_seen
-from escort_mj.components.plan import Plan, State
-from escort_mj.native.kernels import inlined, kernel
-from escort_mj.native.on_demand import on_demand
-from escort_mj.signals import (
+from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.monitor.signals import (
     CLOSING_SPEED,
     DEPTH,
     END,
-    EPISODE,
+    EPISODE_SIZE,
     FIRST,
     IMPULSE,
     PEAK_FORCE,
@@ -29,25 +24,44 @@ from escort_mj.signals import (
     START,
     TOUCH_TIME,
 )
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined, kernel
+from escort_mj.native.on_demand import on_demand
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
 
-COLUMNS = len(EPISODE)
-FORCE = COLUMNS  # place in a row of `touches` of the force of the present step
-TURN, UNDER_WAY, BEFORE, ENDED = 0, 1, 2, 3  # places in `tally`
+FORCE = EPISODE_SIZE  # place in a row of `touches` of the force of the present step
 KEY, STAMP, ROW = 0, 1, 2  # places in a cell of `places`
+PAIRS_PER_BODY = 8  # so many can touch at once, and end between two samples; more are counted, not logged
+CELLS_PER_PAIR = 2  # of the table that finds a pair
 TAKEN = -1.0  # in place of its first body: a row that has gone on to the present step
 KEYS = 2**31
 SPREAD = (73856093, 19349663)  # primes: pairs of one body must not fall on a few cells
 
 
+class ContactState(Fields):
+    """The log of contacts; two tables each, of the step before and of this one by turns."""
+
+    touches: Annotated[
+        Array, 2, "pairs", EPISODE_SIZE + 1, Value("1", "episodes under way, and the force in this step")
+    ]
+    places: Annotated[Array, 2, "cells", 3, Value("1", "tables that find a pair's row in `touches`")]
+    episodes: Annotated[
+        Array, "pairs", EPISODE_SIZE, Value("1", "that have ended and were not yet taken off")
+    ]
+    turn: Annotated[Array, 1, Value("1", "stamp of the present step: odd and even take turns")]
+    under_way: Annotated[Array, 1, Value("1", "rows of `touches` in the present step")]
+    under_way_before: Annotated[Array, 1, Value("1", "rows of `touches` in the step before")]
+    ended: Annotated[Array, 1, Value("1", "rows of `episodes`")]
+
+
 @inlined
 def begin(state: State) -> None:
     """Begins the contacts of a physics step."""
-    tally = state.tally
-    tally[TURN] = max(tally[TURN], 1.0) + 1.0  # cells that were never used bear the stamp 0
-    tally[BEFORE] = tally[UNDER_WAY]
-    tally[UNDER_WAY] = 0.0
+    state.turn[0] = max(state.turn[0], 1.0) + 1.0  # cells that were never used bear the stamp 0
+    state.under_way_before[0] = state.under_way[0]
+    state.under_way[0] = 0.0
 
 
 @kernel
@@ -65,19 +79,19 @@ def touch(
         depth: Penetration [m].
         speed: At which the bodies close along the normal [m/s]; it counts in the pair's first step.
     """
-    tally, stamp = state.tally, state.tally[TURN]
+    stamp = state.turn[0]
     turn = int(stamp) % 2
     rows, places = state.touches[turn], state.places[turn]
     low, high = min(first, second), max(first, second)
     cell = _cell(places, low, high, stamp)
     if places[cell, STAMP] != stamp:
-        row = int(tally[UNDER_WAY])
+        row = int(state.under_way[0])
         if row == rows.shape[0]:
             state.contacts_untold[0] += 1.0
             return
-        tally[UNDER_WAY] = row + 1
+        state.under_way[0] = row + 1
         places[cell, KEY], places[cell, STAMP], places[cell, ROW] = low * KEYS + high, stamp, row
-        for column in range(COLUMNS):
+        for column in range(EPISODE_SIZE):
             rows[row, column] = 0.0
         rows[row, FIRST], rows[row, SECOND], rows[row, START] = low, high, time
         rows[row, PEAK_TIME], rows[row, CLOSING_SPEED] = time, speed
@@ -85,7 +99,7 @@ def touch(
         old = _cell(known, low, high, stamp - 1.0)
         if known[old, STAMP] == stamp - 1.0:
             before = int(known[old, ROW])
-            for column in range(COLUMNS):
+            for column in range(EPISODE_SIZE):
                 rows[row, column] = state.touches[1 - turn, before, column]
             state.touches[1 - turn, before, FIRST] = TAKEN
         rows[row, FORCE] = 0.0
@@ -114,20 +128,19 @@ def settle(state: State, time: float, timestep: float) -> None:
         time: Of the step [s].
         timestep: [s].
     """
-    tally = state.tally
-    turn = int(tally[TURN]) % 2
+    turn = int(state.turn[0]) % 2
     old, now = state.touches[1 - turn], state.touches[turn]
-    for row in range(int(tally[BEFORE])):
+    for row in range(int(state.under_way_before[0])):
         if old[row, FIRST] == TAKEN:
             continue
-        line = int(tally[ENDED])
+        line = int(state.ended[0])
         if line == state.episodes.shape[0]:
             state.contacts_untold[0] += 1.0
             continue
-        for column in range(COLUMNS):
+        for column in range(EPISODE_SIZE):
             state.episodes[line, column] = old[row, column]
-        tally[ENDED] = line + 1
-    for row in range(int(tally[UNDER_WAY])):
+        state.ended[0] = line + 1
+    for row in range(int(state.under_way[0])):
         force = now[row, FORCE]
         now[row, END] = time + timestep
         now[row, TOUCH_TIME] += timestep
@@ -192,8 +205,8 @@ def touch_what_stands(plan: Plan, state: State, target_radius: float) -> None:
     seen = obstacles_seen(n, plan, state)
     for j in range(m):
         driven = False
-        for b in range(plan.drives.shape[0]):
-            driven = driven or plan.drives[b, OBSTACLE] == float(j)
+        for b in range(plan.mover_obstacle.shape[0]):
+            driven = driven or plan.mover_obstacle[b] == float(j)
         if driven:
             continue
         square, approach, fast = 0.0, 0.0, 0.0

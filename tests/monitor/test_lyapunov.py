@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from escort_mj.signals import CAUSES
+from escort_mj.monitor.signals import CAUSES
 
 STARTS = [[5, 10], [-5, 5], [-5, -5], [5, -10], [5, 0]]
 QUIET = {

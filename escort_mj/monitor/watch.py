@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
-from escort_mj.components.plan import SAMPLED, STEP, WATCHED_SAMPLED, WATCHED_STEP, Plan, State
+from escort_mj.monitor.motion import watch_displacements, watch_motion
+from escort_mj.monitor.signals import GROUPS
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import (
     WIDTH,
@@ -35,20 +35,32 @@ from escort_mj.numerics.neighbors import (
     most_candidates,
     number_of_candidates,
 )
-from escort_mj.signals import GROUPS
-from escort_mj.world.loop.motion import watch_displacements, watch_motion
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
 
 NOBODY = -1.0
-GROUP, SINGLE = 0, 1  # places in a row of `plan.columns`
 MANY = len(GROUPS)  # what is watched beyond these are single bodies
+
+
+class ClearanceParameters(Fields):
+    """What is watched; no bodies where nothing is."""
+
+    watched_group: Annotated[Array, "bodies", Value("1", "column of clearances that a body counts to")]
+    watched_alone: Annotated[Array, "bodies", Value("1", "the body's own column; -1 for none")]
+
+
+class ClearanceState(Fields):
+    """What was watched last."""
+
+    watched_step: Annotated[Array, 1, Value("1", "steps watched so far")]
+    watched_sample: Annotated[Array, 1, Value("1", "whether a sample was taken in the last of them")]
 
 
 @inlined
 def again(state: State) -> bool:
     """Whether this step has been watched before: mj_forward at the same time brings nothing new."""
-    return state.clock[STEP] + 1.0 == state.clock[WATCHED_STEP]
+    return state.step[0] + 1.0 == state.watched_step[0]
 
 
 @inlined
@@ -64,14 +76,14 @@ def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float)
     Returns:
         Whether the target overlaps an obstacle.
     """
-    step = int(state.clock[STEP])
-    first = state.clock[WATCHED_STEP] == 0.0
-    state.clock[WATCHED_STEP] = step + 1.0  # 0 is "never"
-    if first or state.clock[WATCHED_SAMPLED] != 0.0:
+    step = int(state.step[0])
+    first = state.watched_step[0] == 0.0
+    state.watched_step[0] = step + 1.0  # 0 is "never"
+    if first or state.watched_sample[0] != 0.0:
         _forget(state)
-    state.clock[WATCHED_SAMPLED] = state.clock[SAMPLED]
+    state.watched_sample[0] = state.sampled[0]
     state.kinetic_energy[0] = max(state.kinetic_energy[0], kinetic_energy)
-    sampled = state.clock[SAMPLED] != 0.0
+    sampled = state.sampled[0] != 0.0
     watch_motion(plan, state, first)
     watch_displacements(plan, state, first)
     overlaps = _watch_obstacles(plan, state, target_radius, sampled)
@@ -150,7 +162,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     q, radius = state.q, plan.robot_radius
     n, p = q.shape
     m = plan.obstacle_radius.shape[0]
-    robots, target = int(plan.columns[0, GROUP]), int(plan.columns[n, GROUP])
+    robots, target = int(plan.watched_group[0]), int(plan.watched_group[n])
     here, groups = stack_rows(p), state.clearance.shape[1]
     for i in range(0, n, WIDTH):
         own, left, square = load(radius, i), n - i, everywhere(0.0)
@@ -165,11 +177,11 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
         g, least, who = -1, own, own
         for j in range(m):
             body = n + 1 + j
-            if g != int(plan.columns[body, GROUP]):
+            if g != int(plan.watched_group[body]):
                 if g >= 0:
                     scatter(state.clearance, i * groups + g, groups, least)
                     scatter(state.clearance_body, i * groups + g, groups, who)
-                g = int(plan.columns[body, GROUP])
+                g = int(plan.watched_group[body])
                 least = gather(state.clearance, i * groups + g, groups)
                 who = gather(state.clearance_body, i * groups + g, groups)
             if plan.shaped:
@@ -197,7 +209,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     overlaps = False
     for j in range(m):
         body = n + 1 + j
-        g = int(plan.columns[body, GROUP])
+        g = int(plan.watched_group[body])
         if plan.shaped:
             clearance_of_target = state.obstacle_gap[n * m + j] - target_radius
             overlaps = overlaps or clearance_of_target < 0.0
@@ -229,7 +241,7 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
     """Clearances to bodies that are watched by themselves."""
     n, p = state.q.shape
     for body in range(n + 1 + plan.obstacle_radius.shape[0]):
-        g = int(plan.columns[body, SINGLE])
+        g = int(plan.watched_alone[body])
         if g < 0:
             continue
         for i in range(n + 1):  # the target last
@@ -266,7 +278,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     """Clearances between robots; in a step that is sampled also distances center to center."""
     q, radius = state.q, plan.robot_radius
     n, p = q.shape
-    g, groups = int(plan.columns[0, GROUP]), state.clearance.shape[1]
+    g, groups = int(plan.watched_group[0]), state.clearance.shape[1]
     here = stack_rows(p)
     for i in range(0, n, WIDTH):
         own, nearest = load(radius, i), everywhere(math.inf)
@@ -296,7 +308,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
 def _watch_crowd(plan: Plan, state: State, sampled: bool) -> None:
     """As `_watch_robots`, by the lists of neighbors."""
     n, lists = state.q.shape[0], state.neighbors
-    g = int(plan.columns[0, GROUP])
+    g = int(plan.watched_group[0])
     for i in range(0, n, WIDTH):
         most = most_candidates(i, lists)
         if most > 0:

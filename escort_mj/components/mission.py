@@ -1,0 +1,45 @@
+"""What all components share of a mission: its numbers, its bodies, and where they are in truth."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from escort_mj.native.fields import Array, Fields, Recorded, Value
+
+
+class MissionParameters(Fields):
+    """What is given of the mission as a whole; n robots, p axes."""
+
+    timestep: Annotated[float, Value("s", "of physics and control")]
+    seed: Annotated[int, Value("1", "key of the random streams")]
+    radius: Annotated[float, Value("m", "distance to keep from the target")]
+    max_speed: Annotated[float, Value("m/s", "largest reference speed; 1e300 for no limit")]
+    target_feedforward: Annotated[
+        bool, Value("1", "whether the target's velocity is added to the escort behaviors")
+    ]
+    robot_radius: Annotated[Array, "n", Value("m", "of each robot")]
+    force_limit: Annotated[Array, "n", Value("N", "largest force per axis; 1e300 for no limit")]
+
+
+class MissionSignals(Fields):
+    """The present state of physics and what acts on it; time comes first in every sample."""
+
+    time: Annotated[Array, 1, Recorded("s", "time of the evaluation of the law")]
+    q: Annotated[Array, "n", "p", Recorded("m", "true position of the robots")]
+    v: Annotated[Array, "n", "p", Recorded("m/s", "true velocity of the robots")]
+    qpos: Annotated[Array, "coordinates", Recorded("m or 1", "MuJoCo's generalized positions, for replay")]
+    disturbance: Annotated[Array, "n", "p", Recorded("N", "external force that disturbs the robots")]
+    target_position: Annotated[Array, "p", Recorded("m", "position of the target")]
+    target_velocity: Annotated[Array, "p", Recorded("m/s", "velocity of the target")]
+    force: Annotated[
+        Array,
+        "n",
+        "p",
+        Recorded("N", "force that motors applied, after their limits; without what holds up a quadrotor"),
+    ]
+
+
+class MissionState(Fields):
+    """What the controller hands the motors."""
+
+    command: Annotated[Array, "n", "p", Value("N", "force that the motors are asked for")]

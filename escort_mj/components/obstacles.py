@@ -1,0 +1,65 @@
+"""Obstacles as the controller has them: where they are, and what robots see of those that are no spheres."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from escort_mj.native.fields import Array, Fields, Recorded, Value
+from escort_mj.native.kernels import inlined, merged
+from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, pick
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+
+class ObstacleParameters(Fields):
+    """Obstacles as the mission begins; m of them."""
+
+    obstacle_position: Annotated[Array, "m", "p", Value("m", "center of each at the start")]
+    obstacle_radius: Annotated[Array, "m", Value("m", "of each; 0 for those that are no spheres")]
+    shaped: Annotated[bool, Value("1", "whether some obstacle is no sphere")]
+    nearest_within: Annotated[
+        float, Value("m", "from here on the box around a shape will do for its nearest point")
+    ]
+
+
+class ObstacleSignals(Fields):
+    """Where obstacles are."""
+
+    obstacle_position: Annotated[Array, "m", "p", Recorded("m", "center of each obstacle")]
+
+
+class ObstacleState(Fields):
+    """What each robot, and last the target, sees of each obstacle, where some are no spheres."""
+
+    obstacle_point: Annotated[Array, "seen*m", "p", Value("m", "nearest point, of a sphere its center")]
+    obstacle_gap: Annotated[Array, "seen*m", Value("m", "from a center to its surface, negative inside")]
+
+
+@merged
+def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
+    """Where a robot finds each obstacle: its center, or if it is no sphere its nearest point, shape (m, p).
+
+    Distances to obstacles are those to these points less `plan.obstacle_radius`, which is 0 for all that are
+    no spheres.
+
+    Args:
+        robot: From 0; the number of robots for the target.
+        plan: Gives the obstacles.
+        state: Gives where they are.
+    """
+    m = plan.obstacle_radius.shape[0]
+    if plan.shaped:
+        return state.obstacle_point[robot * m : (robot + 1) * m]
+    return state.obstacle_position
+
+
+@inlined
+def obstacle_places(i: int, j: int, k: int, plan: Plan, state: State) -> Lanes:
+    """Where robots i to i + 7 find obstacle j on axis k [m]; as `obstacles_seen`."""
+    m, p = state.obstacle_position.shape
+    if plan.shaped:
+        robots = least(lane_numbers() + float(i), float(state.q.shape[0] - 1))
+        seen: Lanes = pick(state.obstacle_point, robots * float(m * p) + float(j * p + k))
+        return seen
+    return everywhere(state.obstacle_position[j, k])

@@ -1,0 +1,77 @@
+"""What the controller records of every evaluation of the law."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from escort_mj.native.fields import Array, Fields, Recorded
+
+
+class OuterLoopSignals(Fields):
+    """The reference velocity and who makes it."""
+
+    v_d: Annotated[Array, "n", "p", Recorded("m/s", "reference velocity from the behaviors (outer loop)")]
+    avoidance_active: Annotated[
+        Array, "n", Recorded("1", "1 while obstacle avoidance rules the robot, else 0")
+    ]
+    outer_updates: Annotated[Array, "n", Recorded("1", "runs of the outer loop so far")]
+
+
+class SupervisorSignals(Fields):
+    """Who rules."""
+
+    phase: Annotated[
+        Array, "n", Recorded("1", "phase of the supervisor that rules the robot, 0 for the mission's own")
+    ]
+
+
+class FailureSignals(Fields):
+    """Whose motors have failed."""
+
+    lost: Annotated[
+        Array, "n", Recorded("1", "1 once the team knows that the robot's motors have failed, else 0")
+    ]
+
+
+class TaskSignals(Fields):
+    """How the tasks of each robot get on with each other (paper eq. 19)."""
+
+    ruling: Annotated[
+        Array,
+        "n",
+        Recorded("1", "active behavior of highest priority, by its place in `behavior`; -1: none"),
+    ]
+    task_error: Annotated[
+        Array,
+        "n",
+        "behaviors",
+        Recorded("m", "error of each active task: depth of intrusion, or distance from the wish"),
+    ]
+    task_wish: Annotated[Array, "n", "behaviors", Recorded("m/s", "speed that each task wants for itself")]
+    task_removed: Annotated[
+        Array,
+        "n",
+        "behaviors",
+        Recorded("m/s", "what the projections of higher priorities removed of that velocity"),
+    ]
+    task_angle: Annotated[
+        Array,
+        "n",
+        "behaviors",
+        Recorded("rad", "smallest angle to an active task above; pi/2 is no conflict (eq. 19)"),
+    ]
+
+
+class InnerLoopSignals(Fields):
+    """From the reference to the force demanded."""
+
+    q_d: Annotated[
+        Array, "n", "p", Recorded("m", "reference position: the integral of the reference velocity")
+    ]
+    e: Annotated[Array, "n", "p", Recorded("m", "tracking error q_d - q_measured")]
+    e_dot: Annotated[Array, "n", "p", Recorded("m/s", "velocity tracking error v_d - v_measured")]
+    s: Annotated[Array, "n", "p", Recorded("m/s", "sliding variable e_dot + slope * e")]
+    tau: Annotated[
+        Array, "n", "p", Recorded("N", "force demanded by the law (inner loop), before the force limit")
+    ]
+    rho_hat: Annotated[Array, "n", "p", Recorded("N", "adaptive estimate of the reference torque")]

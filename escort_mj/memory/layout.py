@@ -1,0 +1,137 @@
+"""The fields of all components together: what kernels are given (`Plan`) and what they write (`State`).
+
+Each is one flat vector of numbers, so that it travels where MuJoCo keeps it: the plan in the model's custom
+numbers, the state in `MjData.userdata`. A component declares its fields beside its kernel, and its class is
+one of the bases here: the fields lie one behind the other in this order. Sizes by name: n robots, p axes,
+m obstacles, `packing` says what the others are.
+"""
+
+from __future__ import annotations
+
+from escort_mj.behaviors.chords import ChordParameters, ChordState
+from escort_mj.behaviors.vertices import VertexParameters, VertexState
+from escort_mj.components.component import ComponentParameters
+from escort_mj.components.mission import MissionParameters, MissionState
+from escort_mj.components.movers import MoverParameters, MoverState
+from escort_mj.components.obstacles import ObstacleParameters, ObstacleState
+from escort_mj.components.views import BehaviorView, LawView
+from escort_mj.control.controller import ControllerParameters, ControllerState
+from escort_mj.control.custom.calls import CustomState
+from escort_mj.control.failure import FailureParameters
+from escort_mj.control.harmonics import HarmonicParameters
+from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
+from escort_mj.control.nsb import StackParameters
+from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
+from escort_mj.control.trigger import TriggerParameters, TriggerState
+from escort_mj.control.velocity import OuterLoopParameters
+from escort_mj.monitor.contacts import ContactState
+from escort_mj.monitor.lyapunov import LyapunovParameters, LyapunovState
+from escort_mj.monitor.motion import MotionState
+from escort_mj.monitor.sampling import SamplingParameters, SamplingState
+from escort_mj.monitor.truth import TruthParameters, TruthState
+from escort_mj.monitor.watch import ClearanceParameters, ClearanceState
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import inlined, vector_at
+from escort_mj.native.memory import FIRST, LENGTH, Layout, viewer
+from escort_mj.numerics.neighbors import NeighborState
+from escort_mj.numerics.program import ProgramParameters, ProgramState
+from escort_mj.numerics.reform import ReformingParameters, ReformingState
+from escort_mj.sensing.sensors import SensorParameters, SensorState
+from escort_mj.signals import Signals
+
+MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
+
+
+class Plan(
+    MissionParameters,
+    ObstacleParameters,
+    MoverParameters,
+    ComponentParameters,
+    SensorParameters,
+    ControllerParameters,
+    ProgramParameters,
+    HarmonicParameters,
+    SupervisorParameters,
+    StackParameters,
+    OuterLoopParameters,
+    TriggerParameters,
+    InnerLoopParameters,
+    ChordParameters,
+    VertexParameters,
+    FailureParameters,
+    ReformingParameters,
+    ClearanceParameters,
+    SamplingParameters,
+    TruthParameters,
+    LyapunovParameters,
+):
+    """What the compiled controller is given; SI units, world frame."""
+
+
+class State(
+    Signals,
+    MissionState,
+    ObstacleState,
+    MoverState,
+    SensorState,
+    ControllerState,
+    ProgramState,
+    SupervisorState,
+    TriggerState,
+    InnerLoopState,
+    ChordState,
+    VertexState,
+    ReformingState,
+    CustomState,
+    NeighborState,
+    ClearanceState,
+    MotionState,
+    ContactState,
+    TruthState,
+    LyapunovState,
+    SamplingState,
+):
+    """What the compiled controller writes: first what is recorded, last the samples that it keeps."""
+
+
+LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged"))
+LAYOUT.part(LawView)
+LAYOUT.part(BehaviorView)
+
+
+@inlined
+def axes_of(address: int) -> int:
+    """Return the dimension of the space of the packed plan at an address."""
+    return int(vector_at(address, FIRST + 1)[FIRST])
+
+
+@inlined
+def size_of(address: int) -> int:
+    """Return the length of the packed plan at an address."""
+    return int(vector_at(address, FIRST)[LENGTH])
+
+
+def unpack_plan(address: int, axes: int) -> Plan:
+    """View the packed plan at an address; nothing is copied, nothing owned.
+
+    Args:
+        address: Where the plan is.
+        axes: p; kernels pass a literal here, so that the compiler knows it and unrolls all loops over axes.
+    """
+    plan: Plan = LAYOUT.read(Plan, address, address)
+    return plan
+
+
+def unpack_state(plan_address: int, address: int, axes: int) -> State:
+    """View the state at an address, given the address of its plan and p; nothing is copied or owned."""
+    state: State = LAYOUT.read(State, plan_address, address)
+    return state
+
+
+viewer(LAYOUT, Plan, unpack_plan)
+viewer(LAYOUT, State, unpack_state)
+
+
+def state_size(plan: Array) -> int:
+    """Return the length of the state vector that belongs to a packed plan."""
+    return LAYOUT.state_size(plan)

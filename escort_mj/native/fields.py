@@ -1,0 +1,93 @@
+"""How a component declares what it keeps in flat memory: each field's shape, unit and meaning, once.
+
+    class TriggerParameters(Fields):
+        trigger_distance: Annotated[float, Value("m", "motion that is always enough")]
+
+    class TriggerState(Fields):
+        held_since: Annotated[Array, "n", Value("s", "time of the last update")]
+
+A field is a number (float, int or bool) or an array of doubles. An extent of an array is a whole number, the
+name of a dimension or a product of such, as in "n*p". What a run records has a `Recorded` in place of the
+`Value`. Several such classes become one by inheritance: its fields are theirs, base after base.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Extent = tuple[str | int, ...]
+"""A product of dimensions' names and whole numbers."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """What the numbers of a field are.
+
+    Attributes:
+        unit: SI unit, `1` for none.
+        meaning: In a few words.
+    """
+
+    unit: str
+    meaning: str
+
+
+class Recorded(Value):
+    """What the numbers of a field are that is recorded as a signal of the same name."""
+
+
+class Declared(NamedTuple):
+    """One field as its class declares it.
+
+    Attributes:
+        kind: `float`, `int` or `bool` for a number, ndarray for an array of doubles.
+        shape: Extent of each of an array's dimensions.
+        value: Its unit and meaning; None where the class does not say.
+    """
+
+    kind: Any
+    shape: tuple[Extent, ...]
+    value: Value | None
+
+
+class Fields:
+    """Base of classes that declare fields, and of those composed of them; an instance has the values."""
+
+    def __init__(self, **values: Any) -> None:
+        self.__dict__.update(values)
+
+
+def declared(kind: type) -> dict[str, Declared]:
+    """Return the fields that a class and its bases annotate, by name, the first base's first.
+
+    Raises:
+        TypeError: If two of them declare a field of the same name.
+    """
+    hints = get_type_hints(kind, include_extras=True)
+    found: dict[str, Declared] = {}
+    for owner in kind.__mro__:
+        for name in owner.__dict__.get("__annotations__", ()):
+            if name in found:
+                raise TypeError(f"{owner.__name__}.{name}: {kind.__name__} has a field of that name already")
+            found[name] = _declared(hints[name])
+    return found
+
+
+def _declared(hint: Any) -> Declared:
+    """Return a field from its annotation."""
+    if get_origin(hint) is not Annotated:
+        return Declared(hint, (), None)
+    kind, *rest = get_args(hint)
+    value = rest.pop() if isinstance(rest[-1], Value) else None
+    return Declared(np.ndarray if get_origin(kind) is np.ndarray else kind, tuple(map(_extent, rest)), value)
+
+
+def _extent(written: str | int) -> Extent:
+    """Return the factors of an extent as it is written in an annotation."""
+    parts = [part.strip() for part in str(written).split("*")]
+    return tuple(int(part) if part.isdigit() else part for part in parts)
