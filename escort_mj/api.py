@@ -124,6 +124,7 @@ def run(
     scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
     out: str | os.PathLike[str] | None = None,
     *,
+    overwrite: bool = False,
     figures: bool = True,
     video: bool = True,
     report: bool = False,
@@ -134,6 +135,7 @@ def run(
     Args:
         scenario: A scenario, or what `load_scenario` takes.
         out: Run folder to write; None keeps everything in memory.
+        overwrite: Whether a run that the folder holds already may be replaced.
         figures: Whether a run folder gets its figures.
         video: Whether a run folder gets its video; without GL there is none, and `outcome.json` is complete.
         report: Whether a run folder gets `report.html`: one page with everything, and a replay in it.
@@ -143,13 +145,14 @@ def run(
         Outcome, trace, metrics and verdicts.
 
     Raises:
+        UsageError: If the folder holds a run that may not be replaced, or something else.
         KeyboardInterrupt: If it comes; a run folder then holds the run as far as it came.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if out is None:
         return fly(scenario, None, progress)
-    with RunFolder.create(Path(out)) as folder:
+    with RunFolder.create(Path(out), overwrite=overwrite) as folder:
         result = fly(scenario, folder, progress)
     if figures:
         from escort_mj.report.figures.figures import draw_figures

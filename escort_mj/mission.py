@@ -32,6 +32,7 @@ from escort_mj.scenario.geometry.crowd import contact_physics
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.reader.catalog import catalog_of
+from escort_mj.scenario.reader.dump import short_dump
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
@@ -131,7 +132,9 @@ def fly(
     callbacks(scenario.axes)  # now, so that the clock below times the run alone
     if folder is not None:
         plugins = [file for each in catalog_of(scenario).plugins if (file := each.source.file)]
-        folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels_of(scenario, world), plugins)
+        forms = dump_scenario(scenario), short_dump(scenario)
+        labels = labels_of(scenario, world)
+        folder.begin(forms[0], world.xml, world.sizes, labels, plugins, short=forms[1])
     with stopping.deferred():
         clock = time.perf_counter() - waited()
         samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())

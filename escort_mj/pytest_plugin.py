@@ -179,7 +179,7 @@ def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
             if pytestconfig.getoption("escort_video"):
                 worker = os.environ.get("PYTEST_XDIST_WORKER", "main")
                 folder = _out(pytestconfig) / "runs" / f"{scenario.name}-{worker}-{len(known) + 1}"
-            known[key] = api.run(scenario, folder, figures=False, video=False)
+            known[key] = api.run(scenario, folder, overwrite=True, figures=False, video=False)
             if folder is not None:
                 pytestconfig.stash[FOLDERS][id(known[key])] = folder
         return known[key]

@@ -240,3 +240,13 @@ def test_a_folder_without_scenarios_is_named(check, tmp_path: Path, monkeypatch)
         assert (case.label, case.fault) == ("empty", f"{given}: this folder holds no scenario")
     code, out, err = check(".", "../s/good.yaml")
     assert (code, err) == (2, "") and "2 scenarios: 1 passed, 1 cannot run" in out
+
+
+def test_a_run_that_no_check_has_made_stays(check, tmp_path: Path) -> None:
+    api.run(tmp_path / "s" / "fails.yaml", tmp_path / "runs" / "s" / "fails", figures=False, video=False)
+    clip = tmp_path / "runs" / "s" / "fails" / "clip.mp4"
+    clip.write_text("of that run")
+    for _ in range(2):
+        code, out, _ = check("s/fails.yaml", "--out", "runs")
+        assert code == 1 and "kept: runs/s/fails-2" in out
+    assert clip.is_file() and sorted(path.name for path in clip.parents[1].iterdir()) == ["fails", "fails-2"]

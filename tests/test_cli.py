@@ -51,7 +51,15 @@ def test_a_good_run(command, tmp_path: Path) -> None:
     assert code == 0 and err == ""
     assert "five: completed" in out and "pass  contacts" in out
     folder = tmp_path / "renders" / "five"
-    written = {"scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json", "outcome.json"}
+    written = {
+        "scenario.yaml",
+        "resolved.yaml",
+        "model.xml",
+        "trace.nc",
+        "metrics.json",
+        "verdicts.json",
+        "outcome.json",
+    }
     assert {path.name for path in folder.iterdir()} == written
     verdicts = json.loads((folder / "verdicts.json").read_text())
     assert [verdict["metric"] for verdict in verdicts] == ["outcome", "contacts"]
@@ -62,6 +70,23 @@ def test_a_good_run(command, tmp_path: Path) -> None:
     assert 'id="replay"' in (folder / "report.html").read_text()
     code, _, err = command("report", str(folder), "--compare", "controller")
     assert code == 2 and "is a run; --compare and --png are for studies" in err
+
+
+def test_an_earlier_run_stays(command, tmp_path: Path) -> None:
+    short = ("run", "five.yaml", *QUIET, "--set", "duration=0.1")
+    assert command(*short)[0] == 0
+    (tmp_path / "renders" / "five" / "video.mp4").write_text("of the first run")
+    code, out, err = command(*short)
+    assert code == 0 and "wrote renders/five-2:" in out
+    assert err == "renders/five holds an earlier run, which stays; --overwrite would replace it\n"
+    code, _, err = command(*short, "--out", "renders/five")
+    assert code == 2 and err.endswith(
+        "holds a run already; --overwrite (in Python overwrite=True) replaces it\n"
+    )
+    assert (tmp_path / "renders" / "five" / "video.mp4").is_file()
+    code, out, _ = command(*short, "--overwrite")
+    assert code == 0 and "wrote renders/five:" in out
+    assert not (tmp_path / "renders" / "five" / "video.mp4").exists()
 
 
 def test_a_failed_verdict(command) -> None:

@@ -42,6 +42,9 @@ def run_command(
     overrides: SetOption = None,
     plugins: PluginOption = None,
     out: Annotated[Path | None, typer.Option(help="Run folder to write [default: renders/NAME].")] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the run that the folder holds, if there is one.")
+    ] = False,
     video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to draw the video.")] = True,
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
@@ -53,6 +56,8 @@ def run_command(
 ) -> None:
     """Run one scenario and write its run folder.
 
+    An earlier run in renders/NAME stays: this one goes to NAME-2, NAME-3 ... beside it.
+
     Example: escort-mj run main
 
     Example: escort-mj run mine.yaml --set controller=asmc --set mission.max_speed=1 --no-video
@@ -61,10 +66,18 @@ def run_command(
     from escort_mj.record.folder import RunFolder
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
-    path = out if out is not None else Path("renders") / mission.name
+    usual = Path("renders") / mission.name
+    if out is None and not overwrite:
+        created = RunFolder.create_beside(usual)
+        if created.path != usual:
+            words = f"{shown_path(usual)} holds an earlier run, which stays; --overwrite would replace it"
+            say(words, err=True)
+    else:
+        created = RunFolder.create(out if out is not None else usual, overwrite=overwrite)
+    path = created.path
     with (
         stopping.keeping(lambda: _interrupted(path)),
-        RunFolder.create(path) as folder,
+        created as folder,
         progress_bar("simulating", " s") as progress,
     ):
         result = api.fly(mission, folder, progress)
@@ -216,7 +229,7 @@ def schema_command(
 
 def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
     """Draws what was asked for; what the folder then holds."""
-    written = ["scenario.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
+    written = ["scenario.yaml", "resolved.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
     if figures:
         from escort_mj.report.figures.figures import draw_figures
 
@@ -240,7 +253,7 @@ def _interrupted(folder: Path) -> str:
     if said["pid"] != os.getpid() or not said.get("simulated_time"):
         return "the run had not taken its first step"
     end = "the whole run" if said["outcome"] == "completed" else f"the run up to then: {said['message']}"
-    return f"{shown_path(folder)} holds {end}; the same command makes it again from its start"
+    return f"{shown_path(folder)} holds {end}; the same command makes the run from its start, beside it"
 
 
 def _report(result: Run) -> None:

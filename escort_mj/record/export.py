@@ -27,7 +27,7 @@ def dataframe_of(trace: xarray.Dataset) -> pandas.DataFrame:
 
     Returns:
         Columns `time` [s] and `signal` or `signal.label.label ...`, with the labels of the signal's other
-        dimensions, such as `position.robot_1.x`; units are those of the trace.
+        dimensions, such as `q.robot_1.x`; units are those of the trace.
     """
     import pandas
 

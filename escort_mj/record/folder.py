@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, is_dataclass
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -32,6 +33,7 @@ from escort_mj.record.stored import (
     OUTCOME,
     PLUGINS,
     REPORT,
+    RESOLVED,
     SCENARIO,
     TRACE,
     VERDICTS,
@@ -56,11 +58,20 @@ __all__ = [
     "REPORT",
     "SCENARIO",
     "VIDEO",
+    "OccupiedError",
     "RunFolder",
     "StoredRun",
+    "free_place",
     "is_run",
     "open_run",
 ]
+
+
+RUN, CHECK, STUDY = "run", "check", "study"  # what can have made a run
+
+
+class OccupiedError(UsageError):
+    """A folder with a run that must not be replaced."""
 
 
 class RunFolder:
@@ -83,14 +94,24 @@ class RunFolder:
         self._finished = False
 
     @classmethod
-    def create(cls, path: Path) -> RunFolder:
-        """Makes a folder ready for a run; the results of an earlier run in it are removed.
+    def create(cls, path: Path, made_by: str = RUN, overwrite: bool = False) -> RunFolder:
+        """Makes a folder ready for a run.
+
+        Checks and studies replace runs that they have made there before; any other run stays, unless it
+        recorded nothing.
+
+        Args:
+            path: The folder.
+            made_by: `run`, `check` or `study`.
+            overwrite: Whether an earlier run may be replaced, whatever has made it.
 
         Raises:
-            UsageError: If the folder holds something else, or another run is writing in it now.
+            OccupiedError: If the folder holds a run that must not be replaced, or one that goes on.
+            UsageError: If it holds something else.
             RunFolderError: If it cannot be written.
         """
         outcome = identify() | {
+            "made_by": made_by,
             "outcome": Outcome.RUNNING.value,
             "message": Outcome.RUNNING.meaning,
             "started": _now(),
@@ -98,7 +119,7 @@ class RunFolder:
         with _writing(path, begun=False):
             path.mkdir(parents=True, exist_ok=True)
             with _alone(path):
-                _refuse_foreign_or_live(path)
+                _refuse_others(path, made_by, overwrite)
                 # First the journal, which must never pass for the new run's; then the old outcome, so that
                 # no outcome of a finished run stands beside results that are half gone.
                 _remove(path / JOURNAL)
@@ -110,6 +131,18 @@ class RunFolder:
                     _remove(left)
         return cls(path, outcome)
 
+    @classmethod
+    def create_beside(cls, path: Path, made_by: str = RUN) -> RunFolder:
+        """Makes a folder ready for a run: this one, or the first of NAME-2, NAME-3 ... that is free.
+
+        Raises:
+            UsageError: If the folder holds something else than a run.
+            RunFolderError: If it cannot be written.
+        """
+        while True:
+            with contextlib.suppress(OccupiedError):  # another process may be faster
+                return cls.create(free_place(path, made_by), made_by)
+
     def begin(
         self,
         scenario: str,
@@ -117,6 +150,7 @@ class RunFolder:
         sizes: Mapping[str, int],
         labels: Mapping[str, Any],
         plugins: Sequence[str] = (),
+        short: str = "",
     ) -> None:
         """Writes what is known before the first step, and opens the journal.
 
@@ -126,9 +160,12 @@ class RunFolder:
             sizes: Size of each dimension of a record.
             labels: As `recording.record` takes them; what JSON can hold.
             plugins: Files that the scenario names, of which the folder keeps copies.
+            short: The scenario without what is at its default; the folder has both forms then.
         """
         with _writing(self.path):
-            write_text(self.path / SCENARIO, scenario)
+            write_text(self.path / SCENARIO, short or scenario)
+            if short:
+                write_text(self.path / RESOLVED, scenario)
             write_text(self.path / MODEL, model)
             for plugin in plugins:
                 (self.path / PLUGINS).mkdir(exist_ok=True)
@@ -222,8 +259,25 @@ class RunFolder:
         return f"{self.path} holds no sample"
 
 
-def _refuse_foreign_or_live(path: Path) -> None:
-    """Raises UsageError unless the folder is empty or holds a run that has ended."""
+def free_place(path: Path, made_by: str = RUN) -> Path:
+    """A folder, or the first of NAME-2, NAME-3 ... without a run that must not be replaced.
+
+    Args:
+        path: The folder.
+        made_by: What is to make a run there, as for `RunFolder.create`.
+    """
+    for number in count(2):
+        try:
+            if path.is_dir():
+                _refuse_others(path, made_by)
+            return path
+        except OccupiedError:
+            path = path.with_name(f"{path.name if number == 2 else path.name.rpartition('-')[0]}-{number}")
+    raise AssertionError("there is always another number")
+
+
+def _refuse_others(path: Path, made_by: str, overwrite: bool = False) -> None:
+    """Raises UsageError unless the folder is empty or holds a run that may be replaced."""
     present = {entry.name for entry in path.iterdir() if not entry.name.endswith(TEMPORARY)}
     if not present:
         return
@@ -231,7 +285,12 @@ def _refuse_foreign_or_live(path: Path) -> None:
         raise UsageError(f"{path}: holds files but no run; choose an empty folder, or a run's to replace it")
     before = read_outcome(path)
     if before["outcome"] == Outcome.RUNNING.value and alive(before):
-        raise UsageError(f"{path}: process {before['pid']} is writing a run here now")
+        raise OccupiedError(f"{path}: process {before['pid']} is writing a run here now")
+    own = made_by != RUN and before.get("made_by", STUDY) == made_by  # older versions did not say it
+    if own or overwrite or present.isdisjoint((TRACE, JOURNAL)):
+        return
+    how = "--overwrite (in Python overwrite=True) replaces it" if made_by == RUN else "choose another folder"
+    raise OccupiedError(f"{path}: holds a run already; {how}")
 
 
 @contextlib.contextmanager

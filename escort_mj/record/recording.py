@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+CONVENTIONS = "CF-1.11"  # for names of attributes and units; names of signals are the project's own
 WHOLE = {
     "avoidance_active": "int8",
     "lost": "int8",
@@ -210,8 +211,10 @@ def record(
     for name, (dims, values, about) in episode_variables(episodes).items():
         variables[name] = Variable(dims, values, about)
     variables |= _of_bodies(labels)
-    attributes = {key: value for key, value in labels["attributes"].items() if value is not None}
-    return Recording(attributes, {"time": time} | _coordinates(sizes, labels), variables)
+    said = {key: value for key, value in labels["attributes"].items() if value is not None}
+    return Recording(
+        {"Conventions": CONVENTIONS} | said, {"time": time} | _coordinates(sizes, labels), variables
+    )
 
 
 def _of_bodies(labels: Mapping[str, Any]) -> dict[Hashable, Variable]:

@@ -22,11 +22,13 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
+RESOLVED = "resolved.yaml"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
 FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "report.html", "plugins"
 OURS = (
     OUTCOME,
     SCENARIO,
+    RESOLVED,
     MODEL,
     TRACE,
     METRICS,
@@ -50,7 +52,7 @@ class StoredRun:
         trace: Every recorded signal.
         metrics: Contents of metrics.json; empty where the run never came to it.
         verdicts: Contents of verdicts.json; empty likewise.
-        scenario_yaml: The complete scenario, to run it again.
+        scenario_yaml: The complete scenario with all defaults, to run it again.
     """
 
     path: Path
@@ -112,7 +114,7 @@ def open_run(path: str | os.PathLike[str]) -> StoredRun:
         trace,
         metrics,
         verdicts,
-        _read_scenario(folder / SCENARIO),
+        _read_scenario(folder / RESOLVED) or _read_scenario(folder / SCENARIO),
     )
 
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
 from escort_mj.mission import Run, fly
-from escort_mj.record.folder import RunFolder
+from escort_mj.record.folder import CHECK, RunFolder, free_place
 from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import expectation_lines
 from escort_mj.study.checked import BROKEN, GOOD, Case, Checked
@@ -81,8 +81,9 @@ def crashed(task: CheckJob, cause: str) -> Checked:
     words = (
         f"the process that ran it died each time ({cause}): a plugin that crashes, no memory, a full disk?"
     )
-    folder = task.folder if task.folder is not None and task.folder.is_dir() else None
-    return Checked(task.case.path, task.case.label, error=words, folder=folder)
+    folder = None if task.folder is None else free_place(task.folder, CHECK)
+    kept = folder if folder is not None and folder.is_dir() else None
+    return Checked(task.case.path, task.case.label, error=words, folder=kept)
 
 
 def perform_check(task: CheckJob) -> Checked:
@@ -101,7 +102,8 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
 
     Args:
         case: Which.
-        folder: Its run folder; None keeps nothing on disk.
+        folder: Its run folder; None keeps nothing on disk. A run that no check has made stays there: this one
+            goes to a folder beside it.
         keep: Whether a run that passes leaves its folder, too.
     """
     clock = time.perf_counter()
@@ -109,6 +111,7 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
     try:
         if case.fault:
             raise ScenarioError([Fault(case.fault)])
+        folder = None if folder is None else free_place(folder, CHECK)
         result = _fly(case, folder)
     except ScenarioError as error:
         return replace(bare, faults=error.faults, wall_time=time.perf_counter() - clock)
@@ -137,7 +140,7 @@ def _fly(case: Case, folder: Path | None) -> Checked:
     if folder is None:
         run = fly(scenario)
     else:
-        with RunFolder.create(folder) as writing:
+        with RunFolder.create(folder, CHECK) as writing:
             run = fly(scenario, writing)
     first = signal_that_differs(run, [fly(scenario) for _ in range(1, case.repeat)])
     return Checked(

@@ -130,9 +130,9 @@ def killed(start_run: Callable[..., subprocess.Popen]) -> Callable[..., int]:
 def finish() -> Callable[..., Any]:
     """A run that ended in order; its trace."""
 
-    def run(path: Path, made: Any, outcome: Outcome = Outcome.COMPLETED) -> Any:
+    def run(path: Path, made: Any, outcome: Outcome = Outcome.COMPLETED, overwrite: bool = False) -> Any:
         samples, sizes, labels = made
-        folder = RunFolder.create(path)
+        folder = RunFolder.create(path, overwrite=overwrite)
         folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
         folder.append(samples)
         trace = build_trace(samples, sizes, labels)

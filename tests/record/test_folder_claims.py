@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError
-from escort_mj.record.folder import RunFolder, open_run
+from escort_mj.record.folder import CHECK, RUN, STUDY, OccupiedError, RunFolder, free_place, open_run
 
 
 def outcome_of(path: Path) -> dict:
@@ -21,7 +21,7 @@ class TestWhoMayWrite:
         assert open_run(tmp_path / "run").outcome["outcome"] == "running"
         process.kill()
         process.wait()
-        finish(tmp_path / "run", record(2))
+        finish(tmp_path / "run", record(2), overwrite=True)
         assert open_run(tmp_path / "run").trace.sizes["time"] == 2
 
     def test_a_live_run_in_this_process_is_left_alone(self, tmp_path):
@@ -71,6 +71,44 @@ class TestWhoMayWrite:
         (tmp_path / "run" / "outcome.json").write_text(json.dumps(outcome_of(tmp_path / "run") | changes))
         assert open_run(tmp_path / "run").outcome["outcome"] == "killed"
 
+    def test_an_earlier_run_is_replaced_only_if_asked(self, tmp_path, record, finish):
+        finish(tmp_path / "run", record(30))
+        for made_by in (RUN, CHECK, STUDY):
+            with pytest.raises(OccupiedError, match="holds a run already"):
+                RunFolder.create(tmp_path / "run", made_by)
+        assert open_run(tmp_path / "run").trace.sizes["time"] == 30
+
+    @pytest.mark.parametrize("made_by", [CHECK, STUDY])
+    def test_checks_and_studies_replace_their_own(self, tmp_path, made_by):
+        RunFolder.create(tmp_path / "run", made_by).fail("broke")
+        (tmp_path / "run" / "trace.nc").touch()
+        RunFolder.create(tmp_path / "run", made_by).fail("broke")
+        (tmp_path / "run" / "trace.nc").touch()
+        with pytest.raises(OccupiedError):
+            RunFolder.create(tmp_path / "run")
+
+    def test_a_run_beside_earlier_ones(self, tmp_path, record, finish):
+        for name in ("run", "run-2", "run-3"):
+            assert free_place(tmp_path / "run") == tmp_path / name
+            finish(tmp_path / name, record(2))
+        going_on = RunFolder.create_beside(tmp_path / "run")
+        assert going_on.path == tmp_path / "run-4"
+        assert RunFolder.create_beside(tmp_path / "run").path == tmp_path / "run-5"
+        assert free_place(tmp_path / "new") == tmp_path / "new"
+        (tmp_path / "other").mkdir()
+        (tmp_path / "other" / "file").touch()
+        with pytest.raises(UsageError, match="holds files but no run"):
+            RunFolder.create_beside(tmp_path / "other")
+
+    def test_a_run_of_an_older_version_counts_as_a_study_s(self, tmp_path):
+        path = tmp_path / "run"
+        RunFolder.create(path).fail("broke")
+        (path / "trace.nc").touch()
+        found = {key: value for key, value in outcome_of(path).items() if key != "made_by"}
+        (path / "outcome.json").write_text(json.dumps(found))
+        assert free_place(path, CHECK) == tmp_path / "run-2"
+        assert free_place(path, STUDY) == path
+
     def test_an_earlier_run_is_replaced_whole(self, tmp_path, record, finish):
         path = tmp_path / "run"
         finish(path, record(30))
@@ -79,7 +117,7 @@ class TestWhoMayWrite:
         (path / "video.mp4").write_text("old")
         (path / ".trace.nc.123.partial").write_text("left by a kill")
         (path / "notes.txt").write_text("mine")
-        RunFolder.create(path)
+        RunFolder.create(path, overwrite=True)
         assert {entry.name for entry in path.iterdir()} == {"outcome.json", "notes.txt"}
 
     def test_a_link_in_place_of_the_figures_is_not_followed(self, tmp_path, record, finish):
@@ -88,7 +126,7 @@ class TestWhoMayWrite:
         (elsewhere / "keep").touch()
         finish(tmp_path / "run", record(3))
         (tmp_path / "run" / "figures").symlink_to(elsewhere)
-        RunFolder.create(tmp_path / "run")
+        RunFolder.create(tmp_path / "run", overwrite=True)
         assert (elsewhere / "keep").exists()
         assert not (tmp_path / "run" / "figures").is_symlink()
 

@@ -44,7 +44,7 @@ def told(run, tmp_path_factory) -> list[tuple]:
     with path.open("rb") as file:
         reader = reading.make_reader(file)
         names = {attachment.name: attachment.data for attachment in reader.iter_attachments()}
-        assert names["scenario.yaml"].decode() == run.scenario_yaml
+        assert names["scenario.yaml"].decode() == (run.path / "scenario.yaml").read_text()
         assert {one.name for one in reader.iter_metadata()} == {"escort_mj"}
         for schema, channel, message in reader.iter_messages():
             assert channel.message_encoding == "json" and schema.encoding == "jsonschema"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from escort_mj.errors import EscortError
 from escort_mj.mission import fly
-from escort_mj.record.folder import RunFolder, open_run
+from escort_mj.record.folder import STUDY, RunFolder, open_run
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.scenario import Scenario, dump_scenario
 
@@ -94,7 +94,7 @@ def run_once(task: RunJob[Any]) -> Ended:
     stored = None if task.again else finished(task)
     if stored is not None:
         return Ended(stored.outcome["outcome"], stored.outcome["message"], stored.trace, False)
-    folder = RunFolder.create(task.folder)
+    folder = RunFolder.create(task.folder, STUDY)
     try:
         with folder:
             run = fly(task.scenario, folder)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from escort_mj.errors import EscortError
 from escort_mj.mission import Room, fly
-from escort_mj.record.folder import RunFolder
+from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.reader.load import Template
@@ -67,7 +67,7 @@ def perform(job: Job) -> Row:
         if job.folder is None or job.only_failed:
             run = fly(scenario, room=_room())
         if job.folder is not None and (run is None or not run.passed):
-            with RunFolder.create(job.folder) as kept:
+            with RunFolder.create(job.folder, STUDY) as kept:
                 run = fly(scenario, kept)
             folder = f"{RUNS}/{job.key}"
         assert run is not None and run.recording is not None

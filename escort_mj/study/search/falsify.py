@@ -11,7 +11,7 @@ from escort_mj import stopping
 from escort_mj.errors import ScenarioError
 from escort_mj.mission import fly
 from escort_mj.record.files import write_json
-from escort_mj.record.folder import RunFolder
+from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
 from escort_mj.study.engine.work import Job
@@ -175,7 +175,7 @@ def _write(evaluator: Evaluator, number: int, words: str, point: Point, folder: 
     path = folder / f"{study}_{number}.yaml"
     cell = evaluator.design.template.scenario(row.settings | {"seed": row.seed})
     scenario = evaluator.write(path, small, cell, f"Found by escort-mj falsify {study}: {words}")
-    with RunFolder.create(folder / scenario.name) as kept:
+    with RunFolder.create(folder / scenario.name, STUDY) as kept:
         run = fly(scenario, kept)
     failed = [verdict.message for verdict in run.verdicts if not verdict.passed]
     return Counterexample(

@@ -118,4 +118,4 @@ def test_a_new_run_takes_the_old_clip_away(meeting, tmp_path):
     folder = RunFolder.create(tmp_path / "run")
     (folder.path / "clip.mp4").write_text("old")
     folder.fail("broke")
-    assert not (RunFolder.create(tmp_path / "run").path / "clip.mp4").exists()
+    assert not (RunFolder.create(tmp_path / "run", overwrite=True).path / "clip.mp4").exists()

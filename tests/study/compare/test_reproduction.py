@@ -89,7 +89,7 @@ def test_what_has_run_is_not_run_again_unless_it_changed(task):
     changed = task._replace(scenario=task.scenario.model_copy(update={"seed": 1}))
     assert measured_before(changed) is None
     assert fly_simulation(changed).ran
-    assert (task.folder / "scenario.yaml").read_text() == dump_scenario(changed.scenario)
+    assert (task.folder / "resolved.yaml").read_text() == dump_scenario(changed.scenario)
     assert fly_simulation(changed._replace(again=True)).ran
 
 

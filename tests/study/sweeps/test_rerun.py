@@ -65,9 +65,9 @@ def test_metrics_agree_within_the_tolerance_and_no_further(stored):
 
 
 def test_another_scenario_has_other_metrics_and_verdicts(stored):
-    text = (stored / "scenario.yaml").read_text()
+    text = (stored / "resolved.yaml").read_text()
     assert "at_most: 9.0" in text
-    (stored / "scenario.yaml").write_text(
+    (stored / "resolved.yaml").write_text(
         text.replace("at_most: 9.0", "at_most: 0.001").replace("mass: 1.0", "mass: 4.0")
     )
     found = rerun_folder(stored)
@@ -111,7 +111,8 @@ class TestNothingToRepeat:
             rerun_folder(tmp_path)
 
     def test_no_scenario(self, stored):
-        (stored / "scenario.yaml").unlink()
+        for name in ("scenario.yaml", "resolved.yaml"):
+            (stored / name).unlink()
         with pytest.raises(UsageError, match="recorded nothing, so there is nothing to repeat"):
             rerun_folder(stored)
 
