@@ -69,7 +69,7 @@ def run_command(
     usual = Path("renders") / mission.name
     if out is None and not overwrite:
         created = RunFolder.create_beside(usual)
-        if created.path != usual:
+        if created.path != usual and not OUTPUT.quiet:
             words = f"{shown_path(usual)} holds an earlier run, which stays; --overwrite would replace it"
             say(words, err=True)
     else:
