@@ -113,8 +113,8 @@ def mission() -> list[list[str]]:
         size = (folder / "trace.nc").stat().st_size / 1e6
     facts = [
         ["processor time, whole process", f"{used.ru_utime + used.ru_stime:.0f} s"],
-        ["wall time, with whatever else the machine did", f"{wall:.0f} s"],
-        ["most memory", f"{used.ru_maxrss / 1e6:.1f} GB"],
+        ["wall time, machine not idle", f"{wall:.0f} s"],
+        ["peak memory", f"{used.ru_maxrss / 1e6:.1f} GB"],
         ["trace", f"{size:.0f} MB, {run.trace.sizes['time']} samples"],
     ]
     for verdict in run.verdicts:
@@ -127,7 +127,13 @@ def main(arguments: Any = None) -> None:
     """Measures everything."""
     write = wants_docs(__doc__, PAGE, arguments)
     heads = {
-        "building": ["robots", "read, placed, checked", "even figure, once", "built, compiled", "MJCF [MB]"],
+        "building": [
+            "robots",
+            "read, placed, checked",
+            "even formation, once",
+            "built, compiled",
+            "MJCF [MB]",
+        ],
         "squeezed": ["robots", "contacts", "few [ms]", "crowd [ms]", "ratio", "arena [MiB]"],
         "mission": ["", MISSION],
     }
