@@ -26,7 +26,6 @@ from escort_mj.components.component import reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.custom.calls import own_wishes
-from escort_mj.control.outer_loops import BARRIER_FILTER
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, merged
 from escort_mj.native.lanes import (
@@ -99,7 +98,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     active, highest = everywhere(0.0), levels
     for level in range(levels - 1, -1, -1):
         escort = plan.level_in_world[first + level] == 0.0
-        if not escort and plan.outer == BARRIER_FILTER:  # which does that in its own way
+        if not escort and plan.outer_avoids:
             for k in range(p):
                 set_row(parts, p * level + k, everywhere(0.0))
             continue
@@ -109,7 +108,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
                 continue
             active = greatest(active, task.active)
             if plan.level_behavior[first + level] == AVOID_OBSTACLES:
-                share = read_avoidance(parameters_at(first + level, plan), 0).sidestep
+                share = avoidance_of(first + level, plan).sidestep
                 if share > 0.0:
                     sidestep(level, levels, share, task.active, x, carried, parts)
         for lower in range(level + 1, levels):
@@ -173,13 +172,14 @@ def wish(i: int, level: int, plan: Plan, state: State, x: Array, parts: Array, a
         parts: Result: the wished velocities [m/s], in p rows of lanes; 0 where the task is inactive.
         at: The first of these rows.
     """
-    return _wish_of(int(plan.level_behavior[level]), parameters_at(level, plan), i, plan, state, x, parts, at)
+    behavior, block = int(plan.level_behavior[level]), block_at(int(plan.level_place[level]), plan)
+    return _wish_of(behavior, block, i, plan, state, x, parts, at)
 
 
 @inlined
-def parameters_at(level: int, plan: Plan) -> int:
-    """Return the address of the parameters of the behavior of a level."""
-    return data_address(plan.parameters) + DOUBLE * int(plan.level_place[level])
+def block_at(place: int, plan: Plan) -> int:
+    """Return the address of the block of a component's parameters that begins at a place."""
+    return data_address(plan.parameters) + DOUBLE * place
 
 
 def _wish_by(behavior: type[Behavior]) -> Callable[..., Any]:
@@ -195,7 +195,13 @@ def _wish_by(behavior: type[Behavior]) -> Callable[..., Any]:
 
 _wish_of = one_of([*map(_wish_by, BEHAVIORS), own_wishes])
 AVOID_OBSTACLES = BEHAVIORS.index(AvoidObstacles)
-read_avoidance = reader(AvoidObstacles)
+_read_avoidance = reader(AvoidObstacles)
+
+
+@inlined
+def avoidance_of(level: int, plan: Plan) -> Any:
+    """Return the parameters of avoid_obstacles, of which a level is."""
+    return _read_avoidance(block_at(int(plan.level_place[level]), plan), 0)
 
 
 @inlined

@@ -25,7 +25,6 @@ from escort_mj.control.failure import Team, motors
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Supervisor
 from escort_mj.control.trigger import Holder
-from escort_mj.control.velocity import reference_velocity
 from escort_mj.sensing.measure import Instruments
 
 Array = NDArray[np.float64]
@@ -185,7 +184,7 @@ class ReferenceController:
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
         for number in np.unique(phase):
             ladder = self._supervisor.ladder(int(number))
-            wanted, active = reference_velocity(ladder, now)
+            wanted, active = self.setup.outer.velocities(ladder, now)
             mine = (phase == number) & fresh
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]
             if sampled:

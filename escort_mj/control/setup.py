@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles, Behavior
 from escort_mj.control.failure import Failure
-from escort_mj.control.outer_loops import BarrierFilter, Nsb, OuterLoop
+from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import Phase
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import Law
@@ -145,7 +145,7 @@ class Setup:
         safe = [b.safe_distance for ladder in ladders for b in ladder if isinstance(b, AvoidObstacles)]
         conditions = [phase.when for phase in self.phases if phase.when is not None]
         bounds = [bound for when in conditions for bound in (when.threshold, when.release)]
-        if isinstance(self.outer, BarrierFilter):
+        if self.outer.looks_far:
             return math.inf
         return max([1.0, *safe, *self.expected_distances, *(bound for bound in bounds if bound is not None)])
 

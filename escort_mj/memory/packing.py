@@ -14,7 +14,7 @@ from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.custom.native import block_of
 from escort_mj.control.failure import failure_parameters
 from escort_mj.control.harmonics import sum_of, tabulate
-from escort_mj.control.outer_loops import OUTER_LOOPS, BarrierFilter, PotentialField
+from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Phase, phase_parameters
 from escort_mj.control.trigger import trigger_parameters
@@ -64,7 +64,8 @@ def pack(
     values |= failure_parameters(setup.failures, setup.force_limit) | {
         "parameters": parameters,
         "level_behavior": [_number(behavior, BEHAVIORS) for behavior in behaviors],
-        "level_place": places,
+        "outer_place": places[1],
+        "level_place": places[2:],
         "level_column": [setup.kinds.index(behavior.behavior) for behavior in behaviors],
         "level_gain": [behavior.convergence for behavior in behaviors],
         "level_in_world": [behavior.frame == "world" for behavior in behaviors],
@@ -128,11 +129,6 @@ def _scalars(setup: Setup) -> dict[str, Any]:
     """Numbers of the plan, by name."""
     law, outer = setup.law, setup.outer
     sliding = law if isinstance(law, SlidingModeLaw) else ApdSmc()  # the others have no Lyapunov function
-    gain = distance = 0.0
-    if isinstance(outer, PotentialField):
-        gain, distance = outer.gain, outer.least_distance
-    elif isinstance(outer, BarrierFilter):
-        gain = outer.rate
     return {
         "timestep": setup.timestep,
         "seed": setup.seed,
@@ -140,8 +136,8 @@ def _scalars(setup: Setup) -> dict[str, Any]:
         "target_feedforward": setup.target_feedforward,
         "max_speed": setup.max_speed,
         "outer": OUTSIDE if setup.outside else OUTER_LOOPS.index(type(outer)),
-        "outer_gain": gain,
-        "outer_distance": distance,
+        "outer_composes": outer.composes,
+        "outer_avoids": outer.avoids,
         "law": OUTSIDE if setup.outside == "force" else _number(law, LAWS),
         "acceleration_filter": getattr(law, "acceleration_filter", 0.0),
         "estimate_at_start": law.estimate_at_start,
@@ -190,11 +186,11 @@ def _functions(setup: Setup) -> dict[str, Any]:
 
 
 def _parameters(setup: Setup, behaviors: Sequence[Behavior]) -> tuple[Array, list[int]]:
-    """Return the parameters of law and behaviors as kernels read them, and where each behavior's begin."""
+    """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begin."""
     blocks, places, end = [], [], 0
-    everything: list[Law | Behavior] = [setup.law, *behaviors]
+    everything: list[Law | OuterLoop | Behavior] = [setup.law, setup.outer, *behaviors]
     for each in everything:
-        ships = type(each) in (*LAWS, *BEHAVIORS)
+        ships = type(each) in (*LAWS, *OUTER_LOOPS, *BEHAVIORS)
         places.append(end)
         if ships:
             layout = shipped_layout(type(each))
@@ -202,7 +198,7 @@ def _parameters(setup: Setup, behaviors: Sequence[Behavior]) -> tuple[Array, lis
         else:
             blocks.append(block_of(each, setup.axes))
         end += len(blocks[-1])
-    return np.concatenate(blocks), places[1:]
+    return np.concatenate(blocks), places
 
 
 def _number(member: Component, known: Sequence[type[Component]]) -> int:

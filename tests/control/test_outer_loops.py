@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import AvoidObstacles, Surface
-from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.outer_loops import OUTER_LOOPS, BarrierFilter, OuterLoop, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import STIFFNESS, filter_velocity, filtered, least_change
 from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.native.compiler.declarations import jitted
+from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.sensing.sensors import Sensors
 
 
@@ -229,3 +230,21 @@ def test_the_least_change_is_the_least() -> None:
 
         x = least_change(rows, missing)
         assert all(cost(x) <= cost(x + 1e-4 * rng.normal(size=3)) for _ in range(50))
+
+
+@pytest.mark.parametrize("loop", OUTER_LOOPS, ids=lambda loop: loop.__name__)
+def test_a_file_of_an_outer_loop_says_all_of_it(loop: type[OuterLoop]) -> None:
+    name = loop.model_fields["loop"].default
+    assert loop.__module__ == f"escort_mj.control.outer_loops.{name}"
+    assert loop.title and loop.__doc__
+    assert [other for other in OUTER_LOOPS if name == other.model_fields["loop"].default] == [loop]
+    assert loop.velocities is not OuterLoop.velocities, "its equation in NumPy"
+    assert set(loop.numbers()) == set(loop.model_fields) - {"loop"}, "what its kernel reads"
+    assert loop.composes or "velocity_lanes" in vars(loop), "something writes the velocities"
+    assert not loop.avoids or "velocity_lanes" in vars(loop), "something avoids"
+
+
+def test_a_scenario_may_name_every_outer_loop() -> None:
+    for loop in OUTER_LOOPS:
+        named = Scenario.model_validate({"mission": {"outer": loop.model_fields["loop"].default}})
+        assert named.mission.outer == loop.model_validate({})

@@ -20,7 +20,6 @@ from escort_mj.components.component import Component, layout_of
 from escort_mj.components.views import LawView
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import CompilerMissingError, PluginError
-from escort_mj.laws.law import Law
 from escort_mj.native import artifacts, cache
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, external, place, vector_at
@@ -71,7 +70,7 @@ _seen: dict[int, tuple[int, Any, Any]] = {}  # by address of the state: own bloc
 _failures: dict[int, Failure] = {}  # by address of the state
 
 
-def block_of(own: Law | Behavior, axes: int) -> Array:
+def block_of(own: Component, axes: int) -> Array:
     """The numbers of a law or behavior for the plan; what it runs is compiled or found.
 
     Raises:

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors import AvoidObstacles
-from escort_mj.components.parameters import Parameters
+from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors.task import Situation
+from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.native.lanes import WIDTH
 from escort_mj.sensing.measure import in_range
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 STIFFNESS = 1e4  # weight of a violated constraint against the change of velocity: violations of 1e-4 of it
@@ -26,7 +31,7 @@ HALVINGS = 40
 CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
 
 
-class BarrierFilter(Parameters):
+class BarrierFilter(OuterLoop):
     """The escort behaviors by priority, and a filter in place of the avoidance task (Ames et al. 2017).
 
     With h = d - d_0 the room left to an obstacle, d_0 the safe distance of avoid_obstacles, the velocity is
@@ -35,9 +40,41 @@ class BarrierFilter(Parameters):
     least in the square.
     """
 
+    title: ClassVar[str] = "barrier filter"
+    avoids: ClassVar[bool] = True
+    looks_far: ClassVar[bool] = True
     loop: Literal["barrier_filter"] = "barrier_filter"
     rate: PositiveFloat = 1.0
     """Share of the room left that may be used up per second, or of missing room that is won back [1/s]."""
+
+    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
+        """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are.
+
+        Slowing down the result breaks no constraint unless a distance is too small already: rest keeps them.
+        """
+        escorting, avoiding = split(behaviors)
+        active = np.zeros(len(now.q), dtype=bool)
+        velocity, _ = outer_loop(escorting, now)
+        for avoid in avoiding:
+            velocity, active = filtered(self, avoid, velocity, now.q, now.setup, now.team.lost)
+        return slowed(velocity, now.setup.max_speed), active
+
+    def velocity_lanes(self, i: int, phase: int, plan: Plan, state: State) -> None:
+        """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
+        first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
+        for robot in range(i, min(i + WIDTH, state.q.shape[0])):
+            if not runs_now(robot, phase, plan, state):
+                continue
+            moved = False
+            for level in range(first, first + levels):
+                if plan.level_behavior[level] == AVOID_OBSTACLES:
+                    moved = filter_velocity(
+                        robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
+                        plan.obstacle_radius, plan.robot_radius, avoidance_of(level, plan),
+                        plan.sensing_robots, plan.sensing_obstacles, self.rate, state.v_d[robot],
+                    )  # fmt: skip
+            state.avoidance_active[robot] = 1.0 if moved else 0.0
+            slow_down(robot, plan, state)
 
 
 @inlined

@@ -1,13 +1,22 @@
-"""Null-space-based composition, the paper's outer loop; its kernel is `control/nsb.py`."""
+"""Null-space-based composition, the paper's outer loop: its forms are in `control/nsb.py`."""
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
-from escort_mj.components.parameters import Parameters
+from escort_mj.behaviors import Behavior
+from escort_mj.behaviors.task import Situation
+from escort_mj.control.nsb import outer_loop
+from escort_mj.control.outer_loops.outer_loop import Mask, OuterLoop
+from escort_mj.native.fields import Array
 
 
-class Nsb(Parameters):
+class Nsb(OuterLoop):
     """Behaviors strictly by priority: each acts only where those above it leave room (paper eq. 2)."""
 
+    title: ClassVar[str] = "NSB"
     loop: Literal["nsb"] = "nsb"
+
+    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
+        """Return the behaviors composed by priority, and who avoids."""
+        return outer_loop(behaviors, now)

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
-from escort_mj.behaviors import AvoidObstacles
-from escort_mj.components.parameters import Parameters
+from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors.task import Situation
+from escort_mj.behaviors.wish import MAX_DIRECTIONS
+from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, set_velocities, wish
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, reach_of
-from escort_mj.native.kernels import inlined
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.lanes import WIDTH, everywhere, row_of, set_row, stack_rows
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-class PotentialField(Parameters):
+class PotentialField(OuterLoop):
     """Behaviors without priorities: v_d is the sum of what each of them wants by itself.
 
     In place of the avoidance task every obstacle and teammate nearer than the safe distance d_0 of
@@ -28,11 +34,53 @@ class PotentialField(Parameters):
     what pushes may cancel: such fields have local minima, and nothing guarantees a distance.
     """
 
+    title: ClassVar[str] = "potential field"
+    composes: ClassVar[bool] = False
+    avoids: ClassVar[bool] = True
     loop: Literal["potential_field"] = "potential_field"
     gain: PositiveFloat = 0.3
     """Gain of the repulsion [m^4/s]."""
     least_distance: PositiveFloat = 0.2
     """Distance below which the repulsion grows no further [m]."""
+
+    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
+        """Return the sum of all wishes and repulsions, within the speed limit, and who is repelled."""
+        escorting, avoiding = split(behaviors)
+        active = np.zeros(len(now.q), dtype=bool)
+        velocity = np.tile(now.c_dot * now.setup.target_feedforward, (len(now.q), 1))
+        for behavior in escorting:
+            velocity = velocity + behavior.velocity(now)
+        for avoid in avoiding:
+            push, active = repulsions(self, avoid, now.q, now.setup, now.team.lost)
+            velocity = velocity + push
+        return slowed(velocity, now.setup.max_speed), active
+
+    def velocity_lanes(self, i: int, phase: int, plan: Plan, state: State) -> None:
+        """The same for robots i to i + 7, compiled."""
+        n, p = state.q.shape
+        first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
+        x, part, total = stack_rows(MAX_DIRECTIONS * p), stack_rows(p), stack_rows(p)
+        for k in range(p):
+            moved = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
+            set_row(total, k, everywhere(moved))
+        for level in range(first, first + levels):
+            if plan.level_in_world[level] == 0.0:
+                wish(i, level, plan, state, x, part, 0)
+                for k in range(p):
+                    set_row(total, k, row_of(total, k) + row_of(part, k))
+        set_velocities(i, phase, total, everywhere(0.0), plan, state)
+        for robot in range(i, min(i + WIDTH, n)):
+            if not runs_now(robot, phase, plan, state):
+                continue
+            for level in range(first, first + levels):
+                if plan.level_behavior[level] == AVOID_OBSTACLES:
+                    repelled = repulsion(
+                        robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
+                        plan.obstacle_radius, plan.robot_radius, avoidance_of(level, plan), self.gain,
+                        self.least_distance, vector_at(stack_memory(), p), state.v_d[robot],
+                    )  # fmt: skip
+                    state.avoidance_active[robot] = 1.0 if repelled else 0.0
+            slow_down(robot, plan, state)
 
 
 @inlined

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
+from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.errors import UsageError
 from escort_mj.laws import LAWS as SHIPPED
 from escort_mj.metrics import METRICS
@@ -15,7 +16,7 @@ from escort_mj.study.compare.measured import ComparedQuantity
 
 LAWS = {str(law.model_fields["law"].default): law.title_of() for law in SHIPPED}
 """Titles of the laws that come with the package."""
-OUTERS = {"nsb": "NSB", "potential_field": "potential field", "barrier_filter": "barrier filter"}
+OUTERS = {str(loop.model_fields["loop"].default): loop.title for loop in OUTER_LOOPS}
 
 TRUE_ERROR, TRUE_PEAK = "true_error_rms", "true_error_max"
 _OF_METRICS = {metric.name: ComparedQuantity(metric.unit, metric.meaning) for metric in METRICS}

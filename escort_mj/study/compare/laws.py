@@ -30,4 +30,4 @@ def outer_of(base: Scenario, loop: str) -> OuterLoop:
     if base.mission.outer.loop == loop:
         return base.mission.outer
     (model,) = [model for model in OUTER_LOOPS if model.model_fields["loop"].default == loop]
-    return model()
+    return model.model_validate({})

@@ -1,0 +1,95 @@
+"""Base of outer loops: how a robot's behaviors become one velocity."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors.task import Situation
+from escort_mj.components.component import Component
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import merged
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+Mask = NDArray[np.bool_]
+
+
+class OuterLoopParameters(Fields):
+    """Which outer loop a mission has."""
+
+    outer: Annotated[int, Value("1", "place in OUTER_LOOPS; OUTSIDE for none")]
+    outer_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
+    outer_composes: Annotated[bool, Value("1", "whether behaviors are composed by priority first")]
+    outer_avoids: Annotated[bool, Value("1", "whether it leaves avoid_obstacles out of that")]
+
+
+class OuterLoop(Component):
+    """How a robot's behaviors become one velocity.
+
+    A subclass has a key `loop` with its name, parameters, and its equation as `velocities`. What it does
+    beyond composing behaviors by priority stands beside that, compiled: `velocity_lanes(self, i, phase, plan,
+    state)` writes `v_d` and `avoidance_active` of robots i to i + 7, as far as the phase rules them.
+    """
+
+    python_only: ClassVar[frozenset[str]] = frozenset({"loop"})
+    title: ClassVar[str]
+    """What tables and figures call it."""
+    composes: ClassVar[bool] = True
+    """Whether behaviors are composed by priority first."""
+    avoids: ClassVar[bool] = False
+    """Whether it avoids obstacles in its own way, with the parameters of avoid_obstacles."""
+    looks_far: ClassVar[bool] = False
+    """Whether it matters how far away an obstacle is, however far that is."""
+
+    loop: str
+
+    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
+        """Return v_d, shape (n, p) [m/s], and who avoids, shape (n,).
+
+        Args:
+            behaviors: By priority, the most important first.
+            now: The situation.
+        """
+        raise NotImplementedError
+
+
+@merged
+def runs_now(robot: int, phase: int, plan: Plan, state: State) -> bool:
+    """Whether a robot is left and runs its outer loop now, by the priority stack of a phase."""
+    now = plan.alike or (int(state.phase[robot]) == phase and state.fresh[robot] != 0.0)
+    return now and state.lost[robot] == 0.0
+
+
+@merged
+def slow_down(robot: int, plan: Plan, state: State) -> None:
+    """Keeps the speed limit, along the same direction."""
+    square = 0.0
+    for k in range(state.q.shape[1]):
+        square += state.v_d[robot, k] * state.v_d[robot, k]
+    if plan.max_speed < UNLIMITED and square > plan.max_speed * plan.max_speed:
+        share = plan.max_speed / math.sqrt(square)
+        for k in range(state.q.shape[1]):
+            state.v_d[robot, k] *= share
+
+
+# The same in plain NumPy.
+
+
+def slowed(velocity: Array, max_speed: float) -> Array:
+    """Return velocities within the speed limit, along the same directions, shape (n, p) [m/s]."""
+    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return velocity * np.where(speed > max_speed, max_speed / speed, 1.0)
+
+
+def split(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], list[AvoidObstacles]]:
+    """Return the escort behaviors, and those that avoid obstacles."""
+    escorting = tuple(behavior for behavior in behaviors if behavior.frame == "target")
+    return escorting, [behavior for behavior in behaviors if isinstance(behavior, AvoidObstacles)]
