@@ -101,8 +101,8 @@ def formation(case: str, tolerance: float) -> Callable[[Runs], Conclusion]:
         radius, spacing = run.value("radius_error"), run.value("spacing_error")
         worst = value_text(run.values["radius_error_max"], "m")
         words = (
-            f"tail error of radius {value_text(radius, 'm')} (at most {worst}), "
-            f"of spacing {value_text(spacing, 'm')}"
+            f"tail errors: radius {value_text(radius, 'm')} (at most {worst}), "
+            f"spacing {value_text(spacing, 'm')}"
         )
         return Conclusion(max(radius, spacing) <= tolerance * RADIUS, words)
 
@@ -158,7 +158,7 @@ def avoids(case: str) -> Callable[[Runs], Conclusion]:
             return Conclusion(False, _ended(run))
         obstacle, robot = run.value("obstacle_distance"), run.value("robot_distance")
         words = (
-            f"least distance to an obstacle {value_text(obstacle, 'm')}, "
+            f"minimum distance to an obstacle {value_text(obstacle, 'm')}, "
             f"between robots {value_text(robot, 'm')};"
             f" {value_text(run.value('contacts'), '1')} touches"
         )
@@ -168,15 +168,15 @@ def avoids(case: str) -> Callable[[Runs], Conclusion]:
 
 
 def meets(case: str, robots: tuple[int, ...]) -> Callable[[Runs], Conclusion]:
-    """Rule: avoidance ruled these robots, one at each obstacle."""
+    """Rule: avoidance was active for these robots, one at each obstacle."""
 
     def decide(runs: Runs) -> Conclusion:
         run = runs[case, "apd_smc"]
         if not run.completed:
             return Conclusion(False, _ended(run))
         words = [
-            f"obstacle {index}: robot {near.robot} came nearest, avoidance ruled"
-            f" {'robot ' + ', '.join(map(str, near.avoided)) if near.avoided else 'nobody'}"
+            f"obstacle {index}: robot {near.robot} closest, avoidance active for"
+            f" {'robot ' + ', '.join(map(str, near.avoided)) if near.avoided else 'no robot'}"
             for index, near in enumerate(run.approaches, 1)
         ]
         met = [robot in near.avoided for robot, near in zip(robots, run.approaches, strict=True)]
@@ -186,13 +186,13 @@ def meets(case: str, robots: tuple[int, ...]) -> Callable[[Runs], Conclusion]:
 
 
 def saturates(runs: Runs) -> Conclusion:
-    """Rule: APD-SMC reaches the end of every case; says nothing where there is no limit."""
+    """Rule: APD-SMC completes every case; undecided without a force limit."""
     every = [runs[case, "apd_smc"] for case in CASES]
     if any(run.simulation.reading == "unlimited" for run in every):
-        return Conclusion(None, "no limit here")
+        return Conclusion(None, "no limit in this reading")
     lost = [CASES[run.simulation.case] for run in every if not run.completed]
-    words = f"reaches the end of {len(every) - len(lost)} of {len(every)} cases"
-    return Conclusion(not lost, words + (f"; not of {', '.join(lost)}" if lost else ""))
+    words = f"completes {len(every) - len(lost)} of {len(every)} cases"
+    return Conclusion(not lost, words + (f"; incomplete: {'; '.join(lost)}" if lost else ""))
 
 
 def avoids_better(runs: Runs) -> Conclusion:
@@ -237,18 +237,18 @@ def more_precise(case: str) -> Callable[[Runs], Conclusion]:
 
 _STAYS = f"mean tail errors of radius and spacing at most {100 * EVEN:g} % of R"
 _HOLDS = f"mean tail errors of radius and spacing at most {100 * KEPT:g} % of R"
-_FARTHER = f"nothing touched, one obstacle kept farther away by {1000 * NOISE:g} mm, none nearer"
-_CLEAR = f"no touch, and no distance below {SAFE - NOISE:g} m (safe distance 2 m, noise)"
-_FASTER = f"settling or tracking time sooner by {100 * MARGIN:g} %, neither later"
-_MUCH_WORSE = f"|e| without noise or |e_dot| at least {MUCH:g} times APD-SMC's, and less precise"
-_PRECISE = f"one of the tail errors of radius, |e|, |e_dot| smaller by {100 * MARGIN:g} %, none larger"
+_FARTHER = f"no touch, distance to one obstacle larger by {1000 * NOISE:g} mm, to none smaller"
+_CLEAR = f"no touch, and no distance below {SAFE - NOISE:g} m (safe distance 2 m minus noise)"
+_FASTER = f"settling or tracking time shorter by {100 * MARGIN:g} %, neither longer"
+_MUCH_WORSE = f"|e| without noise or |e_dot| at least {MUCH:g} times that of APD-SMC, and less precise"
+_PRECISE = f"one tail error (radius, |e|, |e_dot|) smaller by {100 * MARGIN:g} %, none larger"
 
 CLAIMS = (
     Claim(
         "5",
         "5 to 17",
-        "The forces saturate at 10 N, and the mission works with it",
-        "APD-SMC reaches the end of every case",
+        "The missions succeed although forces saturate at 10 N",
+        "APD-SMC completes every case",
         saturates,
     ),
     Claim(
@@ -264,22 +264,22 @@ CLAIMS = (
     Claim(
         "5.1.2",
         "7",
-        "It works in space as well: an octahedron around a target at rest",
+        "It also works in space: the robots form an octahedron around a target at rest",
         _STAYS,
         formation("case1_3d", EVEN),
     ),
     Claim(
         "5.2.1",
         "8",
-        "It escorts a target at constant velocity in the plane",
+        "The team escorts a target at constant velocity in the plane",
         _HOLDS,
         formation("case2_2d", KEPT),
     ),
     Claim(
         "5.2.1",
         "9, 10",
-        "The obstacles come into the safe distance of robots 1 and 4",
-        "avoidance rules robot 1 at obstacle 1 and robot 4 at obstacle 2",
+        "Obstacles enter the safe distance of robots 1 and 4",
+        "avoidance is active for robot 1 at obstacle 1 and for robot 4 at obstacle 2",
         meets("case2_2d_obstacles", (1, 4)),
     ),
     Claim(
@@ -288,7 +288,7 @@ CLAIMS = (
     Claim(
         "5.2.2",
         "11, 12",
-        "It escorts a target at constant velocity in space",
+        "The team escorts a target at constant velocity in space",
         _HOLDS,
         formation("case2_3d", KEPT),
     ),
@@ -297,28 +297,28 @@ CLAIMS = (
     Claim(
         "5.3.1",
         "14, 15",
-        "It escorts a target of changing velocity in the plane",
+        "The team escorts a target of changing velocity in the plane",
         _HOLDS,
         formation("case3_2d", KEPT),
     ),
     Claim(
         "5.3.2",
         "16, 17",
-        "It escorts such a target in space past an obstacle",
+        "The team escorts such a target in space past an obstacle",
         _CLEAR,
         avoids("case3_3d_obstacle"),
     ),
     Claim(
         "5.3.2",
         "5 to 17",
-        "In sum, APD-SMC is faster than ASMC",
+        "Overall, APD-SMC is faster than ASMC",
         _FASTER + ", in every case",
         better_everywhere(SPEED, ("settling time", "tracking time"), "faster"),
     ),
     Claim(
         "5.3.2",
         "5 to 17",
-        "In sum, APD-SMC performs better than ASMC",
+        "Overall, APD-SMC performs better than ASMC",
         _PRECISE + ", in every case",
         better_everywhere(PRECISION, ("radius", "|e|", "|e_dot|"), "more precise"),
     ),
