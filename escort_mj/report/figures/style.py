@@ -79,7 +79,7 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
     """
     with matplotlib.rc_context(_STYLE):
         canvas = Figure(figsize=(width, height), dpi=DPI)
-        FigureCanvasAgg(canvas)
+        surface = FigureCanvasAgg(canvas)
         line = 1.5 * TITLE / 72 / height
         canvas.text(0.01, 1.0 - 0.4 * line, title, va="top", fontsize=TITLE, fontweight="bold")
         if note:
@@ -92,9 +92,10 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         make_folder(path.parent)
         kind = path.suffix.removeprefix(".")
         with replaced(path) as temporary:
-            canvas.savefig(
-                temporary, format=kind, dpi=DPI, metadata={"Date": None} if kind == "svg" else None
-            )
+            if kind == "png":
+                surface.print_png(temporary)  # savefig would draw it twice, once only to lay it out
+            else:
+                canvas.savefig(temporary, format=kind, metadata={"Date": None} if kind == "svg" else None)
 
 
 def name_robots(

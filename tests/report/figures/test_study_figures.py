@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 from PIL import Image
 
@@ -47,11 +47,12 @@ EXPECTED = {
 def unreadable(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What sticks out of a figure that is saved, and labels of one kind that lie on each other."""
     found: list[str] = []
-    save = Figure.savefig
+    save = FigureCanvasAgg.print_png
 
-    def look(figure: Figure, *arguments, **options) -> None:
-        save(figure, *arguments, **options)
-        renderer, (_, _, right, top) = figure.canvas.get_renderer(), figure.bbox.extents
+    def look(canvas: FigureCanvasAgg, *arguments) -> None:
+        save(canvas, *arguments)
+        figure = canvas.figure
+        renderer, (_, _, right, top) = canvas.get_renderer(), figure.bbox.extents
         shown = [axes for axes in figure.axes if axes.get_visible()]
         for part in [*shown, *figure.texts, *figure.legends]:
             box = part.get_tightbbox(renderer)
@@ -65,7 +66,7 @@ def unreadable(monkeypatch: pytest.MonkeyPatch) -> list[str]:
             labels = [label for label in axes.get_xticklabels() if low <= label.get_position()[0] <= high]
             found.extend(_on_each_other(labels, renderer))
 
-    monkeypatch.setattr(Figure, "savefig", look)
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", look)
     return found
 
 
