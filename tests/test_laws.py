@@ -322,7 +322,13 @@ class Swing(Constant):
         return np.array([2.0 * math.sin(1.5 * t), 1.5 * math.cos(2.0 * t)])
 
 
-@pytest.mark.parametrize("push", [Constant(0.0, 2.0), Swing()], ids=["constant", "swinging"])
+@pytest.mark.parametrize(
+    "push",
+    [
+        pytest.param(Constant(0.0, 2.0), id="constant", marks=pytest.mark.slow),
+        pytest.param(Swing(), id="swinging"),
+    ],
+)
 def test_super_twisting_reaches_the_surface_in_finite_time(push) -> None:
     """And stays: s is zero but for the steps, w becomes the push; PD-SMC keeps an s."""
     pushed = replace(SETUP, law=SuperTwisting(), disturbance=push, force_limit=np.array([math.inf]))

@@ -1,4 +1,4 @@
-"""Kernels of plugins in the cache: found by later processes, mended when damaged, never read as pickles."""
+"""Kernels of plugins in the cache: found by later processes, unless damaged, never read as pickles."""
 
 import os
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.native import cache
+from escort_mj.native import artifacts, cache
 from tests.plugged import KERNEL, LAW
 
 PLAIN = LAW + KERNEL
@@ -57,7 +57,7 @@ def flown(folder: Path, *laws: str) -> list[tuple[str, str, bool]]:
     return [(law, digest, compiled == "True") for law, digest, compiled in lines]
 
 
-def test_a_kernel_is_found_by_the_next_process_and_mended_when_damaged(folder: Path) -> None:
+def test_a_kernel_is_found_by_the_next_process_and_not_when_damaged(folder: Path) -> None:
     before = set(kept())
     ((_, first, compiles),) = flown(folder, "pid")
     assert compiles
@@ -65,12 +65,24 @@ def test_a_kernel_is_found_by_the_next_process_and_mended_when_damaged(folder: P
     whole = file.read_bytes()
     assert b"force_kernel" in whole and file.stat().st_mode & 0o777 == 0o600
     assert flown(folder, "pid") == [("pid", first, False)], "the same bits, not compiled again"
+    name = file.name.removeprefix("plugin.").removesuffix(".o")
+    assert artifacts.kept_plugged(name) is not None
     file.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
-    assert flown(folder, "pid") == [("pid", first, True)]
-    assert len(file.read_bytes()) == len(whole)
+    assert artifacts.kept_plugged(name) is None, "damaged: as if it were not there"
     assert not [path for path in cache.kernels.folder.rglob("*force_kernel*")], (
         "numba's own cache has pickles"
     )
+
+
+@pytest.mark.slow
+def test_a_damaged_kernel_is_mended(folder: Path) -> None:
+    before = set(kept())
+    first = flown(folder, "pid")
+    (file,) = set(kept()) - before
+    whole = file.read_bytes()
+    file.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
+    assert flown(folder, "pid") == first
+    assert len(file.read_bytes()) == len(whole)
 
 
 @pytest.mark.slow

@@ -4,7 +4,9 @@ import os
 import re
 import subprocess
 import sys
+from contextlib import redirect_stdout
 from importlib.metadata import entry_points
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -44,14 +46,14 @@ check.fly = noted
 video.render_clip = lambda folder: folder / "clip.mp4"
 """
 INSTALLED = any(one.value == "escort_mj.pytest_plugin" for one in entry_points(group="pytest11"))
+PLUGIN = [] if INSTALLED else ["-p", "escort_mj.pytest_plugin"]
 
 
 class Session:
     """What one call of pytest printed."""
 
     def __init__(self, folder: Path, *arguments: str) -> None:
-        plugin = [] if INSTALLED else ["-p", "escort_mj.pytest_plugin"]
-        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *plugin, *arguments]
+        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *PLUGIN, *arguments]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=_environment())
         self.out, self.code = done.stdout, done.returncode
         assert not done.stderr, done.stderr
@@ -66,6 +68,14 @@ class Session:
     def part(self, title: str) -> str:
         """What is printed of one failure."""
         return re.split(r"\n(?:_{3}|={3})", re.split(rf"_ {title} _+", self.out)[1])[0] + "\n"
+
+
+def collected(*arguments: str) -> str:
+    """What a session in this process collects in its folder."""
+    without = ("-p", "no:cacheprovider", "-p", "no:xdist", "-p", "no:timeout")
+    with redirect_stdout(StringIO()) as out:
+        pytest.main(["--collect-only", "--capture=no", *without, *PLUGIN, *arguments])
+    return out.getvalue()
 
 
 def _environment() -> dict[str, str]:
@@ -154,14 +164,16 @@ class TestWhatIsCollected:
         found = Session(tmp_path, "-p", "no:hypothesispytest")
         assert " 1 passed" in found.out and "loaded: []" in found.out
 
-    def test_what_looks_like_one_if_asked(self, tmp_path):
+    def test_what_looks_like_one_if_asked(self, tmp_path, monkeypatch):
         write(tmp_path, head="", good=GOOD, study="vary: {}\n")
-        assert "3 tests collected" in Session(tmp_path, "--collect-only", "--escort").out
+        monkeypatch.chdir(tmp_path)
+        assert "3 tests collected" in collected("--escort")
 
-    def test_what_the_settings_name(self, tmp_path):
+    def test_what_the_settings_name(self, tmp_path, monkeypatch):
         write(tmp_path, head="", good=GOOD, other=GOOD)
         (tmp_path / "pytest.ini").write_text("[pytest]\nescort_files = goo*.yaml missions/*\n")
-        found = Session(tmp_path, "--collect-only").out
+        monkeypatch.chdir(tmp_path)
+        found = collected()
         assert "3 tests collected" in found and "ScenarioFile good.yaml" in found
 
     def test_our_own_tests_collect_none(self, pytestconfig):

@@ -17,7 +17,7 @@ from escort_mj.report.video.clip import LENGTH, plan_clip
 from escort_mj.scenario.schema.scenario import Video
 from tests.report.video.test_video import needs_gl, read
 
-SMALL = Video(width=320, height=180, rate=10)
+SMALL = Video(width=320, height=180, rate=5)
 
 
 def verdict(passed=False, time=None, bodies=(), message="contacts none: 1"):
