@@ -139,8 +139,8 @@ def measure() -> list[dict[str, Any]]:
     """Measures every case."""
     rows = [{"case": f"{name}: whole missions"} | whole(*case) for name, case in CASES.items()]
     alone = stepping(*next(iter(CASES.values())))
-    named = {"threads": "our threads", "batch": "`mujoco.batch`, nothing taken"}
-    what = f"{SAMPLES} samples of each, stepped alone"
+    named = {"threads": "threads", "batch": "`mujoco.batch`, without samples"}
+    what = f"{SAMPLES} samples of each, steps only"
     return [*rows, *({"case": f"{what}: {named[way]}"} | row for way, row in alone.items())]
 
 
@@ -155,5 +155,11 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
         ]
         for row in rows
     ]
-    head = ["missions", "1 thread [1/s]", f"{THREADS} threads [1/s]", "ratio", "memory kept a mission [MB]"]
+    head = [
+        "missions",
+        "1 thread [1/s]",
+        f"{THREADS} threads [1/s]",
+        "ratio",
+        "memory growth per mission [MB]",
+    ]
     return {"batch": table(head, cells)}

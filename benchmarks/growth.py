@@ -87,7 +87,7 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
         costs.append([case, *(f"{cost:.0f}" for cost in own), f"**{grown:.2f}**"])
     head = ["native / bare", *map(str, SIZES)]
     last = f"{SIZES[-1]} / {REFERENCE}"
-    return {"growth": table(head, ratios), "costs": table(["control [ns a robot]", *head[1:], last], costs)}
+    return {"growth": table(head, ratios), "costs": table(["control [ns per robot]", *head[1:], last], costs)}
 
 
 def draw(rows: list[dict[str, Any]], folder: Path) -> None:

@@ -30,12 +30,12 @@ TEAMS = {
     "n = 1000, space": (1000, 3),
 }
 PARTS: dict[str, dict[str, Any]] = {
-    "noise of measurements": {"sensing": {}},
+    "measurement noise": {"sensing": {}},
     "disturbance": {"uncertainty.disturbance": None},
-    "places in the formation": {"mission.behaviors": [BEHAVIORS[0], BEHAVIORS[2]]},
+    "formation": {"mission.behaviors": [BEHAVIORS[0], BEHAVIORS[2]]},
     "avoidance of obstacles and teammates": {"mission.behaviors": BEHAVIORS[2:]},
 }
-WATCH, REST, BARE = "watching every step, sampling", "all else of the law", "MuJoCo"
+WATCH, REST, BARE = "monitoring and sampling", "rest of the law", "MuJoCo"
 STAGES = {
     "collisions": "POS_COLLISION",
     "kinematics": "POS_KINEMATICS",

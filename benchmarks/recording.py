@@ -27,7 +27,7 @@ from escort_mj.world.plant import Plant
 CASES = {
     "n = 5, plane, 4 obstacles": ("main", UNTIL_FAR),
     "n = 6, space, 4 obstacles": ("main_3d", UNTIL_FAR),
-    "n = 5, plane, 4 obstacles, every step kept": ("main", [*UNTIL_FAR, "recording.rate=500"]),
+    "n = 5, plane, 4 obstacles, every step": ("main", [*UNTIL_FAR, "recording.rate=500"]),
 }
 
 
@@ -83,11 +83,11 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     cells = [
         [
             row["case"],
-            f"{row['numbers']} every {row['stride']} steps",
+            f"{row['numbers']} every {row['stride']} steps".replace(" 1 steps", " step"),
             f"{row['alone']:.2f}",
             *(f"**{row[f'{name}/alone']:.2f}**" for name in ("sampled", "written")),
         ]
         for row in rows
     ]
-    head = ["case", "numbers kept", "alone [us]", "in memory / alone", "and in a run folder / alone"]
+    head = ["case", "numbers recorded", "without [us]", "in memory / without", "in a run folder / without"]
     return {"recording": table(head, cells)}

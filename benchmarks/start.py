@@ -87,12 +87,12 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """Seconds, and ratios of processor time."""
     head = [
         "mission",
-        "imports of MuJoCo and numba [s]",
+        "import of MuJoCo and numba [s]",
         "warm [s]",
-        "of it processor [s]",
-        "/ imports",
+        "processor time [s]",
+        "/ import",
         "cold [s]",
     ]
-    head += ["of it processor [s]", "/ imports"]
+    head += ["processor time [s]", "/ import"]
     keys = ("bare_wall", "warm_wall", "warm_effort", "warm_ratio", "cold_wall", "cold_effort", "cold_ratio")
     return {"start": table(head, [[row["name"], *(f"{row[key]:.2f}" for key in keys)] for row in rows])}

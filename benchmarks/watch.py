@@ -27,7 +27,7 @@ CASES: dict[str, tuple[str, list[str], int]] = {
     "n = 5, plane, 4 obstacles": ("main", QUIET, 1000),
     "n = 6, space": ("paper/case1_3d", QUIET, 1000),
     "n = 6, space, 1 obstacle": ("paper/case3_3d_obstacle", QUIET, 1000),
-    "100 in a crowd, space": (
+    "n = 100 in a crowd, space": (
         "paper/case1_3d",
         [
             *QUIET,
@@ -36,7 +36,7 @@ CASES: dict[str, tuple[str, list[str], int]] = {
         ],
         50,
     ),
-    "100 balls on the floor": (
+    "n = 100 balls on the floor": (
         "paper/case1_2d",
         [
             *QUIET,
@@ -110,6 +110,6 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     ]
     return {
         "watch": table(
-            ["case", "blind [us]", "watched [us]", "share of the loop", "contacts at the end"], cells
+            ["case", "without [us]", "with [us]", "share of the loop", "contacts at the end"], cells
         )
     }

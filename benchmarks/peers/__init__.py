@@ -39,7 +39,7 @@ def _row(mode: Mode, n: int) -> dict[str, Any]:
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
     """Rates side by side, and what differs in what is computed."""
-    head = ["simulator", "n", "robot-steps/s", "ours", "ours / its", "per core", "simulated s/s", "ours"]
+    head = ["simulator", "n", "robot-steps/s", "escort_mj", "ratio", "per core", "simulated s/s", "escort_mj"]
     cells = [[row["mode"], str(row["n"]), *_rates(row)] for row in rows]
     return {"peers": table(head, cells), "differences": table(*_differences(rows))}
 
@@ -67,13 +67,22 @@ def _differences(rows: list[dict[str, Any]]) -> tuple[list[str], list[list[str]]
         measured = [found["version"], f"{1e3 * found['theirs']['timestep']:.3g} ms"] if found else ["", ""]
         said = [mode.dynamics, mode.contacts, mode.control, mode.precision, _ours(mode)]
         cells.append([mode.title, *measured, *said])
-    head = ["simulator", "version", "step", "its robots", "contacts", "control", "numbers", "our robots"]
+    head = [
+        "simulator",
+        "version",
+        "step",
+        "robots",
+        "contacts",
+        "control",
+        "precision",
+        "robots in escort_mj",
+    ]
     return head, cells
 
 
 def _ours(mode: Mode) -> str:
     """What of ours takes turns with it."""
-    return mode.kind.replace("_", " ") + (", a mission on each core" if mode.many else "")
+    return mode.kind.replace("_", " ") + (", one mission per core" if mode.many else "")
 
 
 def _short(rate: float) -> str:

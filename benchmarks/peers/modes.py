@@ -43,13 +43,13 @@ DRONES, BALLS, DISCS, CARTS, FLOW = (
     "rigid quadrotors, 6 degrees of freedom",
     "rigid balls, 6 degrees of freedom",
     "discs with mass and drag, 2 degrees of freedom",
-    "kinematic discs: velocities are obeyed",
+    "kinematic discs",
     "rigid quadrotors with rotor dynamics, 6 degrees of freedom",
 )
 SOLVED, PUSHED, MOVED, NONE = (
     "constraint solver",
     "penalty forces",
-    "moved apart after each step",
+    "separated after each step",
     "none: drones pass through each other",
 )
 MODES = (
@@ -62,7 +62,7 @@ MODES = (
         3,
         DRONES,
         SOLVED,
-        "its PID for each drone in Python, at 48 Hz",
+        "its PID, in Python for each drone, at 48 Hz",
         "double",
     ),
     Mode(
@@ -86,7 +86,7 @@ MODES = (
         3,
         BALLS,
         SOLVED,
-        "one PD law in NumPy, each step",
+        "a PD law in NumPy at each step",
         "double",
     ),
     Mode(
@@ -98,7 +98,7 @@ MODES = (
         3,
         FLOW,
         NONE,
-        "its Mellinger controller, told from Python at each step",
+        "its Mellinger controller, commanded from Python at each step",
         "single",
     ),
     Mode(
@@ -110,7 +110,7 @@ MODES = (
         3,
         FLOW,
         NONE,
-        "its Mellinger controller, told within the compiled loop",
+        "its Mellinger controller, commanded in the compiled loop",
         "single",
     ),
     Mode(
@@ -136,7 +136,7 @@ MODES = (
         2,
         DISCS,
         PUSHED,
-        "one PD law in PyTorch, each step",
+        "a PD law in PyTorch at each step",
         "single",
     ),
     Mode(
@@ -162,7 +162,7 @@ MODES = (
         2,
         CARTS,
         MOVED,
-        "one velocity law in NumPy, each step",
+        "a velocity law in NumPy at each step",
         "double",
     ),
     Mode(
