@@ -41,7 +41,7 @@ SECTIONS = {
     "": "Missions",
     "robots": "Kinds of robots",
     "worlds": "Worlds",
-    "paper": "The paper's seven",
+    "paper": "The paper's seven cases",
 }
 
 
