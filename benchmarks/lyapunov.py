@@ -12,7 +12,7 @@ import numpy as np  # noqa: E402
 
 from benchmarks.document import publish, several, table, wants_docs  # noqa: E402
 from escort_mj.api import load_scenario  # noqa: E402
-from escort_mj.mission import Run, fly  # noqa: E402
+from escort_mj.mission import Flight, fly  # noqa: E402
 
 PAGE = "theory.md"
 TIMESTEPS = (0.002, 0.001, 0.0005, 0.00025)
@@ -43,7 +43,7 @@ GROWTH = {
 }
 
 
-def run(scenario: str, overrides: list[str]) -> Run:
+def run(scenario: str, overrides: list[str]) -> Flight:
     """One run with the truth channel."""
     return fly(load_scenario(scenario, [*overrides, *COMMON]))
 

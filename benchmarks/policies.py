@@ -15,7 +15,7 @@ from numpy.typing import NDArray  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from escort_mj.api import fly, load_scenario  # noqa: E402
 from escort_mj.environments import Simulation  # noqa: E402
-from escort_mj.mission import Run  # noqa: E402
+from escort_mj.mission import Flight  # noqa: E402
 from escort_mj.record.outcome import Outcome  # noqa: E402
 from escort_mj.scenario import Scenario  # noqa: E402
 from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
@@ -73,7 +73,7 @@ def _push(ways: Array, reach: float) -> Array:
     return np.asarray(np.where(length > 0.0, share * ways, 0.0))
 
 
-def flown(scenario: Scenario, chosen: Policy) -> tuple[Run, float]:
+def flown(scenario: Scenario, chosen: Policy) -> tuple[Flight, float]:
     """A mission by a policy, and its mean reward per robot and sample."""
     simulation = Simulation(scenario)
     simulation.reset()
@@ -107,7 +107,7 @@ def trained() -> Array:
     return found
 
 
-def _row(name: str, runs: list[Run]) -> list[str]:
+def _row(name: str, runs: list[Flight]) -> list[str]:
     values = [[run.measures[metric].value for run in runs] for metric in METRICS]
     touched = sum((run.measures["contacts"].value or 0.0) > 0.0 for run in runs)
     passed = sum(run.passed for run in runs)

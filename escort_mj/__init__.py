@@ -2,7 +2,7 @@
 
 >>> import escort_mj
 >>> run = escort_mj.run(escort_mj.load_scenario("main", {"duration": 20}))
->>> print(run.outcome.value, run.metrics["radius_error_mean"]["unit"], run.trace.q.dims)
+>>> print(run.outcome, run.metrics["radius_error_mean"]["unit"], run.trace.q.dims)
 completed m ('time', 'robot', 'axis')
 """
 
@@ -11,11 +11,10 @@ from __future__ import annotations
 import typing as _typing
 
 if _typing.TYPE_CHECKING:
-    from escort_mj.api import load_scenario, run, run_many
+    from escort_mj.api import load_scenario, open_run, run, run_many
     from escort_mj.errors import EscortError, ScenarioError
-    from escort_mj.mission import Run
-    from escort_mj.record.folder import open_run
     from escort_mj.record.outcome import Outcome
+    from escort_mj.runs import Run, table
     from escort_mj.scenario.schema.scenario import Scenario
 
     __version__: str
@@ -24,8 +23,9 @@ _HOMES = {
     "load_scenario": "api",
     "run": "api",
     "run_many": "api",
-    "Run": "mission",
-    "open_run": "record.folder",
+    "open_run": "api",
+    "Run": "runs",
+    "table": "runs",
     "Outcome": "record.outcome",
     "Scenario": "scenario.schema.scenario",
     "EscortError": "errors",
@@ -42,6 +42,7 @@ __all__ = [
     "open_run",
     "run",
     "run_many",
+    "table",
 ]
 
 

@@ -11,9 +11,11 @@ from typing import Any
 
 from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
-from escort_mj.mission import Progress, Run, fly
+from escort_mj.mission import Progress, fly
 from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scenarios_in, study_names
 from escort_mj.record.folder import RunFolder
+from escort_mj.record.folder import open_run as read_run
+from escort_mj.runs import Run
 from escort_mj.scenario import Scenario, load_file
 from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.reader.load import scenario_of
@@ -142,7 +144,7 @@ def run(
         progress: Called now and then with the simulated time reached and the time to reach [s].
 
     Returns:
-        Outcome, trace, metrics and verdicts.
+        The run: outcome, trace, metrics, verdicts, and what draws it.
 
     Raises:
         UsageError: If the folder holds a run that may not be replaced, or something else.
@@ -151,9 +153,9 @@ def run(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if out is None:
-        return fly(scenario, None, progress)
+        return Run(fly(scenario, None, progress))
     with RunFolder.create(Path(out), overwrite=overwrite) as folder:
-        result = fly(scenario, folder, progress)
+        flight = fly(scenario, folder, progress)
     if figures:
         from escort_mj.report.figures.figures import draw_figures
 
@@ -171,7 +173,19 @@ def run(
         from escort_mj.report.pages.run_page import write_run_page
 
         write_run_page(folder.path)
-    return result
+    return Run(flight, folder.path)
+
+
+def open_run(path: str | os.PathLike[str]) -> Run:
+    """Opens a run folder.
+
+    A run that still goes on shows its trace so far. A run whose process died gets its trace from the journal
+    and the outcome `killed`, written to the folder where that can be.
+
+    Raises:
+        RunFolderError: If it is not a run folder, or the run has recorded nothing.
+    """
+    return Run(read_run(path))
 
 
 def run_many(
@@ -208,6 +222,6 @@ def run_many(
         for done, ended in enumerate(fly_many(loaded, threads or cores(), traces), 1):
             if progress is not None:
                 progress(done, total)
-            yield ended
+            yield Run(ended)
 
     return runs()

@@ -18,7 +18,7 @@ from itertools import islice
 from typing import TypeVar
 
 from escort_mj import stopping
-from escort_mj.mission import Room, Run, failed, fly
+from escort_mj.mission import Flight, Room, failed, fly
 from escort_mj.scenario.schema.scenario import Scenario
 
 Item = TypeVar("Item")
@@ -27,7 +27,7 @@ Result = TypeVar("Result")
 AHEAD = 2  # missions that each thread may be ahead of who takes the results
 
 
-def fly_many(scenarios: Iterable[Scenario], threads: int, traces: bool = False) -> Iterator[Run]:
+def fly_many(scenarios: Iterable[Scenario], threads: int, traces: bool = False) -> Iterator[Flight]:
     """Runs scenarios side by side; whatever goes wrong with one is its own outcome.
 
     Args:
@@ -43,7 +43,7 @@ def fly_many(scenarios: Iterable[Scenario], threads: int, traces: bool = False) 
     """
     rooms = threading.local()
 
-    def one(scenario: Scenario) -> Run:
+    def one(scenario: Scenario) -> Flight:
         if traces:
             return _flown(scenario, None)
         if not hasattr(rooms, "mine"):
@@ -53,7 +53,7 @@ def fly_many(scenarios: Iterable[Scenario], threads: int, traces: bool = False) 
     yield from in_threads(one, scenarios, threads)
 
 
-def _flown(scenario: Scenario, room: Room | None) -> Run:
+def _flown(scenario: Scenario, room: Room | None) -> Flight:
     try:
         return fly(scenario, room=room)
     except Exception as error:

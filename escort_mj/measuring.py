@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from escort_mj.metrics import METRICS
@@ -99,6 +99,8 @@ def summarize(
             "time": one.time,
             "who": one.who,
         } | ({"reason": one.reason} if one.reason else {})
+        if found[metric.name].value == math.inf:
+            summary[metric.name]["infinite"] = True
     return summary
 
 
@@ -107,3 +109,10 @@ def _finite(found: Measure) -> Measure:
     if found.value is None or math.isfinite(found.value):
         return found
     return found._replace(value=None, reason=found.reason or f"the value is {found.value}")
+
+
+def metric_value(entry: Mapping[str, Any]) -> float:
+    """The value of a metric as metrics.json has it, as a number: NaN for none, infinite for "never"."""
+    if entry["value"] is not None:
+        return float(entry["value"])
+    return math.inf if entry.get("infinite") else math.nan

@@ -72,8 +72,8 @@ DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whic
 
 
 @dataclass
-class Run:
-    """What came of a scenario.
+class Flight:
+    """What came of a scenario that was run now; users have it as a `runs.Run`.
 
     Attributes:
         scenario: What was run.
@@ -115,7 +115,7 @@ def fly(
     folder: RunFolder | None = None,
     progress: Progress | None = None,
     room: Room | None = None,
-) -> Run:
+) -> Flight:
     """Runs a scenario to its end, or to where it broke.
 
     Args:
@@ -131,10 +131,7 @@ def fly(
     plant = Plant(world)
     callbacks(scenario.axes)  # now, so that the clock below times the run alone
     if folder is not None:
-        plugins = [file for each in catalog_of(scenario).plugins if (file := each.source.file)]
-        forms = dump_scenario(scenario), short_dump(scenario)
-        labels = labels_of(scenario, world)
-        folder.begin(forms[0], world.xml, world.sizes, labels, plugins, short=forms[1])
+        begin_folder(folder, scenario, world)
     with stopping.deferred():
         clock = time.perf_counter() - waited()
         samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
@@ -143,6 +140,13 @@ def fly(
             raise KeyboardInterrupt(message)
         run = conclude(scenario, plant, samples, episodes, outcome, message, wall, folder)
     return run
+
+
+def begin_folder(folder: RunFolder, scenario: Scenario, world: World) -> None:
+    """Writes what is known of a run before its first step."""
+    plugins = [file for each in catalog_of(scenario).plugins if (file := each.source.file)]
+    labels, short = labels_of(scenario, world), short_dump(scenario)
+    folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels, plugins, short)
 
 
 def conclude(
@@ -154,7 +158,7 @@ def conclude(
     message: str,
     wall: float,
     folder: RunFolder | None = None,
-) -> Run:
+) -> Flight:
     """Sums up and judges what was simulated.
 
     Args:
@@ -181,18 +185,18 @@ def conclude(
         outcome, message = Outcome.FAILED, f"a plugin raised an error after the run: {errors[0]}"
         verdicts = judge(scenario.expect, recording, outcome)
     metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall, metrics=known)
-    run = Run(scenario, outcome, message, recording, measures, metrics, verdicts)
+    run = Flight(scenario, outcome, message, recording, measures, metrics, verdicts)
     if folder is not None:
         folder.finish(outcome, message, recording, metrics, verdicts)
     return run
 
 
-def failed(scenario: Scenario, error: Exception) -> Run:
+def failed(scenario: Scenario, error: Exception) -> Flight:
     """The run of a scenario that an error broke: nothing but that."""
     message = str(error) if isinstance(error, EscortError) else f"{type(error).__name__}: {error}"
     nothing = Recording({}, {"time": Variable("time", [], {})}, {})
     verdicts = judge([], nothing, Outcome.FAILED)
-    return Run(scenario, Outcome.FAILED, message, None, {}, {}, verdicts)
+    return Flight(scenario, Outcome.FAILED, message, None, {}, {}, verdicts)
 
 
 def _simulate(

@@ -10,23 +10,17 @@ def test_the_team_gathers(escort_run):
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.expect.verdicts import Verdict, judge_one
-from escort_mj.mission import Run
-from escort_mj.record.folder import StoredRun
-from escort_mj.record.outcome import Outcome
+from escort_mj.runs import Run
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.findings import key_path
 from escort_mj.scenario.reader import explain
-from escort_mj.scenario.reader.load import stored_scenario
-
-if TYPE_CHECKING:
-    import xarray
 
 Sides = tuple[str, str]
 
@@ -39,29 +33,25 @@ class VerdictError(AssertionError):
         verdicts: Those that failed.
     """
 
-    def __init__(self, run: Run | StoredRun, *verdicts: Verdict) -> None:
+    def __init__(self, run: Run, *verdicts: Verdict) -> None:
         self.run = run
         self.verdicts = verdicts
         super().__init__("\n".join(verdict.message for verdict in verdicts))
 
 
-def assert_passed(run: Run | StoredRun) -> None:
+def assert_passed(run: Run) -> None:
     """Every verdict of a run holds, that of its outcome among them.
 
     Raises:
         VerdictError: With those that do not.
     """
     __tracebackhide__ = True
-    if isinstance(run, StoredRun):
-        verdicts = [Verdict(**verdict) for verdict in run.verdicts]
-    else:
-        verdicts = run.verdicts
-    if failed := [verdict for verdict in verdicts if not verdict.passed]:
+    if failed := [verdict for verdict in run.verdicts if not verdict.passed]:
         raise VerdictError(run, *failed)
 
 
 def assert_no_contacts(
-    run: Run | StoredRun, between: Sides | None = None, after: float = 0.0, before: float | None = None
+    run: Run, between: Sides | None = None, after: float = 0.0, before: float | None = None
 ) -> None:
     """Nothing touches anything else, but for the floor.
 
@@ -80,7 +70,7 @@ def assert_no_contacts(
 
 
 def assert_clearance(
-    run: Run | StoredRun, between: Sides, at_least: float, after: float = 0.0, before: float | None = None
+    run: Run, between: Sides, at_least: float, after: float = 0.0, before: float | None = None
 ) -> None:
     """Two groups or bodies stay apart, surface to surface, at every physics step.
 
@@ -100,7 +90,7 @@ def assert_clearance(
     assert_expected(run, clearance=between, at_least=at_least, after=after, before=before)
 
 
-def assert_settled(run: Run | StoredRun, within: float, by: float, before: float | None = None) -> None:
+def assert_settled(run: Run, within: float, by: float, before: float | None = None) -> None:
     """Every robot is at the mission's radius by some time, and stays.
 
     Args:
@@ -117,7 +107,7 @@ def assert_settled(run: Run | StoredRun, within: float, by: float, before: float
 
 
 def assert_metric(
-    run: Run | StoredRun,
+    run: Run,
     metric: str,
     at_most: float | None = None,
     at_least: float | None = None,
@@ -142,7 +132,7 @@ def assert_metric(
     assert_expected(run, metric=metric, at_most=at_most, at_least=at_least, after=after, before=before)
 
 
-def assert_sane(run: Run | StoredRun, *checks: str) -> None:
+def assert_sane(run: Run, *checks: str) -> None:
     """The simulation can be trusted.
 
     Args:
@@ -156,7 +146,7 @@ def assert_sane(run: Run | StoredRun, *checks: str) -> None:
     assert_expected(run, sanity=checks or "all")
 
 
-def assert_expected(run: Run | StoredRun, **expectation: Any) -> Verdict:
+def assert_expected(run: Run, **expectation: Any) -> Verdict:
     """Any expectation, with the keys that it has in a scenario.
 
     Args:
@@ -171,19 +161,10 @@ def assert_expected(run: Run | StoredRun, **expectation: Any) -> Verdict:
         ScenarioError: If it is not an expectation, or none of the run's scenario.
     """
     __tracebackhide__ = True
-    scenario, trace, outcome = _parts(run)
-    verdict = judge_one(_with(scenario, expectation).expect[0], trace, outcome)
+    verdict = judge_one(_with(run.scenario, expectation).expect[0], run.trace, run.outcome)
     if not verdict.passed:
         raise VerdictError(run, verdict)
     return verdict
-
-
-def _parts(run: Run | StoredRun) -> tuple[Scenario, xarray.Dataset, Outcome]:
-    """What a verdict needs of a run."""
-    if isinstance(run, StoredRun):
-        scenario = stored_scenario(run.scenario_yaml, run.path)
-        return scenario, run.trace, Outcome(run.outcome["outcome"])
-    return run.scenario, run.trace, run.outcome
 
 
 def _with(scenario: Scenario, expectation: dict[str, Any]) -> Scenario:

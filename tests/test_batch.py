@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import escort_mj
+from escort_mj import Run
 from escort_mj.batch import in_threads
 from escort_mj.errors import ScenarioError, UsageError
-from escort_mj.mission import Run
 from escort_mj.world.plant import Plant
 
 SHORT = ["duration=2", "expect=[]"]
@@ -46,7 +46,7 @@ def digest(run: Run) -> str:
 def told(run: Run) -> Any:
     """Everything else, but for the time that it took."""
     summary = {key: value for key, value in run.metrics.items() if key != "run"}
-    return run.outcome, run.message, run.measures, summary, run.verdicts
+    return run.outcome, run.message, str(run.values), summary, run.verdicts
 
 
 @pytest.fixture(scope="module")

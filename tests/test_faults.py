@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from escort_mj.api import load_scenario
-from escort_mj.mission import Run, fly
+from escort_mj.mission import Flight, fly
 
 FAULTS = sorted((Path(__file__).parents[1] / "scenarios" / "faults").glob("*.yaml"))
 ROBOTS, TARGET, ROCK = ("robot_1", "robot_2"), ("robot_1", "target"), ("robot_1", "rock")
@@ -25,17 +25,17 @@ TOUCHES = {  # pair and time of first touch [s]: distance over speed, where that
 
 
 @pytest.fixture(scope="module", params=FAULTS, ids=lambda path: path.stem)
-def run(request: pytest.FixtureRequest) -> Run:
+def run(request: pytest.FixtureRequest) -> Flight:
     return fly(load_scenario(request.param))
 
 
-def test_it_fails_for_its_own_reason_and_for_no_other(run: Run) -> None:
+def test_it_fails_for_its_own_reason_and_for_no_other(run: Flight) -> None:
     assert run.passed, [verdict.message for verdict in run.verdicts if not verdict.passed]
     known = [verdict for verdict in run.verdicts if verdict.xfail]
     assert known and not any(verdict.held for verdict in known)
 
 
-def test_its_touches_are_found_and_nothing_else(run: Run) -> None:
+def test_its_touches_are_found_and_nothing_else(run: Flight) -> None:
     trace, names = run.trace, run.trace["body"].values
     found = [
         (str(names[i]), str(names[j])) for i, j in zip(trace.episode_first, trace.episode_second, strict=True)

@@ -79,8 +79,8 @@ def test_the_paper_as_printed_diverges_in_space_and_leaves_a_readable_folder(tmp
     result = escort_mj.run(scenario, tmp_path, figures=False, video=False)
     assert result.outcome is Outcome.DIVERGED and not result.passed
     stored = escort_mj.open_run(tmp_path)
-    assert stored.outcome["outcome"] == "diverged"
-    assert "m from the target at" in stored.outcome["message"]
+    assert stored.outcome == "diverged"
+    assert "m from the target at" in stored.message
     for name, variable in stored.trace.variables.items():
         if variable.dtype.kind == "f":
             assert not np.isnan(variable.values).any(), name
@@ -150,13 +150,13 @@ def started(folder: Path) -> subprocess.Popen[bytes]:
 def test_a_killed_run_opens_and_says_how_far_it_came(tmp_path: Path) -> None:
     child = started(tmp_path / "run")
     live = escort_mj.open_run(tmp_path / "run")
-    assert live.outcome["outcome"] == "running"
+    assert live.outcome == "running"
     child.kill()
     child.wait()
     stored = escort_mj.open_run(tmp_path / "run")
-    assert stored.outcome["outcome"] == "killed"
+    assert stored.outcome == "killed"
     reached = float(stored.trace.time[-1])
-    assert f"{reached:.2f} s" in stored.outcome["message"]
+    assert f"{reached:.2f} s" in stored.message
     samples = min(stored.trace.sizes["time"], 200)
     expected = run("main", f"duration={samples / 10 - 0.1:.1f}", "recording.rate=10").trace
     np.testing.assert_array_equal(stored.trace.q[:samples], expected.q)
@@ -188,7 +188,7 @@ def test_an_interrupt_is_no_result(tmp_path: Path) -> None:
     finally:
         signal.signal(signal.SIGINT, before)
     stored = escort_mj.open_run(tmp_path / "run")
-    assert 1.0 < stored.outcome["simulated_time"] < 20.0
+    assert 1.0 < stored.metrics["run"]["simulated_time"] < 20.0
     assert {path.name for path in (tmp_path / "run").iterdir()} >= {"metrics.json", "verdicts.json"}
 
 

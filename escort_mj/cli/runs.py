@@ -33,7 +33,7 @@ from escort_mj.cli.streams import OUTPUT
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
-    from escort_mj.mission import Run
+    from escort_mj.mission import Flight
 
 
 @app.command("run")
@@ -256,7 +256,7 @@ def _interrupted(folder: Path) -> str:
     return f"{shown_path(folder)} holds {end}; the same command makes the run from its start, beside it"
 
 
-def _report(result: Run) -> None:
+def _report(result: Flight) -> None:
     """Prints the outcome and the verdicts."""
     from escort_mj.expect.verdicts import verdict_lines
 
@@ -270,7 +270,7 @@ def _report(result: Run) -> None:
         say(line)
 
 
-def _report_failures(result: Run) -> None:
+def _report_failures(result: Flight) -> None:
     """Prints the verdicts that failed."""
     from escort_mj.expect.verdicts import verdict_lines
 
@@ -278,7 +278,7 @@ def _report_failures(result: Run) -> None:
         say(line)
 
 
-def _exit_code(result: Run) -> int:
+def _exit_code(result: Flight) -> int:
     """What a run means to a shell or a CI job."""
     if not result.verdicts[0].passed:  # how it ended
         return BROKEN

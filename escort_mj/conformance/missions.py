@@ -9,7 +9,7 @@ from escort_mj.batch import fly_many
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.stand import CheckResult, trying
 from escort_mj.laws.law import Law
-from escort_mj.mission import Run
+from escort_mj.mission import Flight
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -27,7 +27,7 @@ def check_missions(member: type[Any], kind: type[Scenario]) -> Iterator[CheckRes
     """
     most = member.most_axes if issubclass(member, RobotKind) else max(AXES)
     scenarios = [mission_with(member, kind, axes) for axes in AXES if axes <= most]
-    runs: list[Run] = []
+    runs: list[Flight] = []
     for scenario in scenarios:
         trying(member, f"in a mission in {scenario.axes} axes")
         runs += fly_many([scenario], 1, traces=True)
@@ -68,5 +68,5 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
     return kind.model_validate(table)
 
 
-def _bits(run: Run) -> tuple[bytes, ...]:
+def _bits(run: Flight) -> tuple[bytes, ...]:
     return tuple(run.trace[name].values.tobytes() for name in ("q", "v_d", "tau", "rho_hat"))

@@ -13,9 +13,10 @@ from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.errors import UsageError
-from escort_mj.mission import Run, bound_of, completed, conclude, examine, take_back
+from escort_mj.mission import bound_of, completed, conclude, examine, take_back
 from escort_mj.native.on_demand import waited
 from escort_mj.record.outcome import Outcome
+from escort_mj.runs import Run
 from escort_mj.scenario import Scenario
 from escort_mj.signals import columns
 from escort_mj.world.callback import native_loop
@@ -253,4 +254,5 @@ class Simulation:
             self._taken_back = None
         samples = np.concatenate([np.zeros((0, self.world.record_size)), *self._samples])
         episodes = np.vstack([*self._episodes, self.plant.under_way()])
-        return conclude(self.scenario, self.plant, samples, episodes, outcome, message, self._wall)
+        flight = conclude(self.scenario, self.plant, samples, episodes, outcome, message, self._wall)
+        return Run(flight)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import StrEnum
 
 
-class Outcome(Enum):
-    """How a run ended; only `completed` is good."""
+class Outcome(StrEnum):
+    """How a run ended, equal to its name; only `completed` is good."""
 
     COMPLETED = "completed"
     DIVERGED = "diverged"

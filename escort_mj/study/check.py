@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError, Fault, ScenarioError
-from escort_mj.mission import Run, fly
+from escort_mj.mission import Flight, fly
 from escort_mj.record.folder import CHECK, RunFolder, free_place
 from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import expectation_lines
@@ -160,7 +160,7 @@ def _replaces_expectations(case: Case) -> bool:
     return any(text.startswith("expect") for text in case.overrides)
 
 
-def signal_that_differs(run: Run, others: Sequence[Run]) -> str:
+def signal_that_differs(run: Flight, others: Sequence[Flight]) -> str:
     """Return the first signal in which a run differs from others, bit by bit; empty if there is none."""
     for other in (each.recording for each in others):
         assert run.recording is not None and other is not None, "single runs keep their recording"

@@ -10,7 +10,7 @@ import escort_mj
 from escort_mj.expect.verdicts import judge
 from escort_mj.measuring import measures_of
 from escort_mj.metrics import METRICS
-from escort_mj.mission import Run
+from escort_mj.mission import Flight
 from escort_mj.record.recording import record as recording_of
 from escort_mj.record.trace import build_trace
 from escort_mj.record.window import window
@@ -24,18 +24,18 @@ MISSIONS = {
 
 
 @pytest.fixture(scope="module", params=MISSIONS)
-def flown(request: pytest.FixtureRequest) -> Run:
+def flown(request: pytest.FixtureRequest) -> Flight:
     """Missions that together have every kind of signal: touches, losses, the truth."""
     name, overrides = MISSIONS[request.param]
     return escort_mj.run(escort_mj.load_scenario(name, overrides))
 
 
-def test_metrics_and_verdicts_are_those_of_the_trace(flown: Run) -> None:
+def test_metrics_and_verdicts_are_those_of_the_trace(flown: Flight) -> None:
     assert measures_of(flown.recording) == measures_of(flown.trace)
     assert flown.verdicts == judge(flown.scenario.expect, flown.trace, flown.outcome)
 
 
-def test_so_is_every_metric_of_a_window(flown: Run) -> None:
+def test_so_is_every_metric_of_a_window(flown: Flight) -> None:
     end = float(flown.trace.time[-1])
     for after, before in ((0.3 * end, 0.7 * end), (0.5 * end, None), (0.0, 0.4 * end)):
         part, expected = (window(one, after, before) for one in (flown.recording, flown.trace))
@@ -44,7 +44,7 @@ def test_so_is_every_metric_of_a_window(flown: Run) -> None:
             assert metric.of(part) == metric.of(expected), metric.name
 
 
-def test_its_parts_are_those_of_the_trace(flown: Run) -> None:
+def test_its_parts_are_those_of_the_trace(flown: Flight) -> None:
     some = np.arange(flown.recording.sizes["time"]) % 7 == 0
     part, expected = (one.isel(time=some) for one in (flown.recording, flown.trace))
     assert dict(part.sizes) == dict(expected.sizes)

@@ -12,10 +12,14 @@ from matplotlib.figure import Figure
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, open_run
 from escort_mj.report.figures import nearness, paths, tasks, timelines, truth
-from escort_mj.report.figures.style import figure
+from escort_mj.report.figures.style import canvas_of, figure, png_of
 
 if TYPE_CHECKING:
     import xarray
+
+
+NOTHING = "the trace holds no sample, so there is nothing to draw"
+THUMBNAIL_DPI = 60
 
 
 class Plot(NamedTuple):
@@ -90,18 +94,53 @@ def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png"
     """
     run = open_run(folder)
     if run.trace.sizes["time"] == 0:
-        raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
+        raise RenderError(f"{run.path}: {NOTHING}")
     written = []
-    for plot in PLOTS:
-        if not plot.applies(run.trace):
-            continue
+    for plot in plots_of(run.trace).values():
         for suffix in formats:
             path = run.path / FIGURES / f"{plot.name}.{suffix}"
-            title = f"{run.trace.attrs['title']}: {plot.title}"
-            with figure(path, plot.height(run.trace), title, _note(run)) as canvas:
+            with figure(path, plot.height(run.trace), _title(run.trace, plot), _note(run)) as canvas:
                 plot.draw(canvas, run.trace)
             written.append(path)
     return written
+
+
+def plots_of(trace: xarray.Dataset) -> dict[str, Plot]:
+    """The figures that a trace has data for, by their names."""
+    return {plot.name: plot for plot in PLOTS if plot.applies(trace)}
+
+
+def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "") -> Figure:
+    """Draws one figure of a trace.
+
+    Args:
+        trace: Of a run.
+        name: Which, of `plots_of`; None for the first.
+        note: What a reader must know of the run; empty for nothing.
+
+    Raises:
+        RenderError: If there is no sample to draw.
+    """
+    if trace.sizes["time"] == 0:
+        raise RenderError(NOTHING)
+    plots = plots_of(trace)
+    plot = next(iter(plots.values())) if name is None else plots[name]
+    with canvas_of(plot.height(trace), _title(trace, plot), note) as canvas:
+        plot.draw(canvas, trace)
+    return canvas
+
+
+def thumbnail_of(trace: xarray.Dataset) -> bytes:
+    """The paths of a trace as a small PNG.
+
+    Raises:
+        RenderError: If there is no sample to draw.
+    """
+    return png_of(figure_of(trace, "paths"), THUMBNAIL_DPI)
+
+
+def _title(trace: xarray.Dataset, plot: Plot) -> str:
+    return f"{trace.attrs['title']}: {plot.title}"
 
 
 def _note(run: StoredRun) -> str:

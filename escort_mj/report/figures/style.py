@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,7 @@ from escort_mj.report.figures.letters import FONT, spell, take_literally
 
 WIDTH = 7.2  # inches: two columns of a journal page
 DPI = 200
+SHOWN_DPI = 110  # in notebooks
 LEGEND_LETTERS = 104  # that fit side by side in a legend
 TITLE = 10.0
 FAILED = palette.from_hex("B00020")
@@ -63,23 +65,39 @@ _STYLE: Any = {
 }
 
 
-@contextmanager
-def figure(path: Path, height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Figure]:
-    """A figure in this project's style, saved when the block ends.
+class Canvas(Figure):
+    """A figure that notebooks show, whatever backend matplotlib has there."""
+
+    def _repr_png_(self) -> bytes:
+        return png_of(self, SHOWN_DPI)
+
+
+def png_of(figure: Figure, dpi: float) -> bytes:
+    """A figure as PNG.
 
     Args:
-        path: Where to save it; the suffix chooses the format.
+        figure: The figure.
+        dpi: Pixels per inch.
+    """
+    buffer = io.BytesIO()
+    with matplotlib.rc_context(_STYLE):
+        figure.savefig(buffer, format="png", dpi=dpi)
+    return buffer.getvalue()
+
+
+@contextmanager
+def canvas_of(height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Canvas]:
+    """A figure in this project's style, complete when the block ends.
+
+    Args:
         height: In inches.
         title: Name of the scenario and what is shown.
         note: What a reader must know of the run, such as that it diverged; drawn in red.
         width: In inches.
-
-    Raises:
-        WriteError: If it cannot be saved; an earlier file of that name stays.
     """
     with matplotlib.rc_context(_STYLE):
-        canvas = Figure(figsize=(width, height), dpi=DPI)
-        surface = FigureCanvasAgg(canvas)
+        canvas = Canvas(figsize=(width, height), dpi=DPI)
+        FigureCanvasAgg(canvas)
         line = 1.5 * TITLE / 72 / height
         canvas.text(0.01, 1.0 - 0.4 * line, title, va="top", fontsize=TITLE, fontweight="bold")
         if note:
@@ -89,11 +107,31 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         yield canvas
         spell(canvas)
         take_literally(canvas)
+
+
+@contextmanager
+def figure(path: Path, height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Figure]:
+    """A figure in this project's style, saved when the block ends.
+
+    Args:
+        path: Where to save it; the suffix chooses the format.
+        height: As of `canvas_of`.
+        title: As of `canvas_of`.
+        note: As of `canvas_of`.
+        width: As of `canvas_of`.
+
+    Raises:
+        WriteError: If it cannot be saved; an earlier file of that name stays.
+    """
+    with matplotlib.rc_context(_STYLE):
+        with canvas_of(height, title, note, width) as canvas:
+            yield canvas
         make_folder(path.parent)
         kind = path.suffix.removeprefix(".")
         with replaced(path) as temporary:
             if kind == "png":
-                surface.print_png(temporary)  # savefig would draw it twice, once only to lay it out
+                agg: Any = canvas.canvas
+                agg.print_png(temporary)  # savefig would draw it twice, once only to lay it out
             else:
                 canvas.savefig(temporary, format=kind, metadata={"Date": None} if kind == "svg" else None)
 

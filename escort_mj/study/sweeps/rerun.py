@@ -13,7 +13,7 @@ import numpy as np
 
 from escort_mj.errors import UsageError
 from escort_mj.measuring import measures_of
-from escort_mj.mission import Progress, Run, fly
+from escort_mj.mission import Flight, Progress, fly
 from escort_mj.record.folder import RunFolder, StoredRun, open_run
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.stored import PLUGINS
@@ -45,7 +45,7 @@ class Agreement:
         plugins: What became of plugin files since.
     """
 
-    run: Run
+    run: Flight
     until: float
     outcomes: tuple[str, str]
     versions: dict[str, tuple[str, str]]
@@ -120,7 +120,7 @@ def _changed_plugins(stored: StoredRun) -> tuple[str, ...]:
     return tuple(said)
 
 
-def compare_runs(stored: StoredRun, run: Run, tolerance: float = TOLERANCE) -> Agreement:
+def compare_runs(stored: StoredRun, run: Flight, tolerance: float = TOLERANCE) -> Agreement:
     """Compares a stored run with one made of the same scenario."""
     then, now = stored.trace, run.trace
     ended = stored.outcome["outcome"] in FINAL

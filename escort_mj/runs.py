@@ -1,0 +1,306 @@
+"""A run as users have it: what came of a scenario, in memory or in a run folder."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from escort_mj.errors import RenderError, UsageError
+from escort_mj.expect.verdicts import Verdict
+from escort_mj.measuring import metric_value
+from escort_mj.mission import Flight, begin_folder
+from escort_mj.record.folder import VIDEO, RunFolder, StoredRun
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import Scenario
+from escort_mj.scenario.findings import did_you_mean
+from escort_mj.scenario.reader.load import stored_scenario
+from escort_mj.shown import Page, Video
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+MOST_SHOWN = 5  # failed verdicts in a text of a few lines
+
+
+class Run:
+    """What came of a scenario, in memory or in a run folder.
+
+    Attributes:
+        name: The scenario's.
+        outcome: How it ended.
+        message: The same in one sentence, with the moment.
+        metrics: What metrics.json has: of each metric its value, unit, window, moment and bodies.
+        verdicts: What was expected, and whether it held.
+        folder: Its run folder; None where it is in memory alone.
+    """
+
+    name: str
+    outcome: Outcome
+    message: str
+    metrics: dict[str, Any]
+    verdicts: list[Verdict]
+    folder: Path | None
+
+    def __init__(self, source: Flight | StoredRun, folder: Path | None = None) -> None:
+        """Takes over what there is of a run.
+
+        Args:
+            source: A run that was made now, or one that was read.
+            folder: Where the one that was made now was written; None for nowhere.
+        """
+        self._source = source
+        self._temporary: tempfile.TemporaryDirectory[str] | None = None
+        if isinstance(source, StoredRun):
+            self.name, self.folder = str(source.trace.attrs.get("title", source.path.name)), source.path
+            self.outcome, self.message = Outcome(source.outcome["outcome"]), str(source.outcome["message"])
+            stored = [verdict for verdict in source.verdicts if "metric" in verdict]
+            self.verdicts = [Verdict(**one | {"bodies": tuple(one.get("bodies", ()))}) for one in stored]
+        else:
+            self.name, self.folder = source.scenario.name, folder
+            self.outcome, self.message = source.outcome, source.message
+            self.verdicts = source.verdicts
+        self.metrics = source.metrics
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """What was run.
+
+        Raises:
+            ScenarioError: If a run folder's scenario is none to this version of the program.
+        """
+        if isinstance(self._source, StoredRun):
+            return stored_scenario(self._source.scenario_yaml, self._source.path)
+        return self._source.scenario
+
+    @property
+    def trace(self) -> xarray.Dataset:
+        """Every recorded signal, labelled, with unit and meaning.
+
+        Raises:
+            UsageError: If it was not kept.
+        """
+        return self._source.trace
+
+    @property
+    def passed(self) -> bool:
+        """Whether every verdict holds, the outcome itself among them."""
+        return bool(self.verdicts) and all(verdict.passed for verdict in self.verdicts)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Every metric as a number: NaN where it says nothing of this run, infinite for "never"."""
+        return {name: metric_value(found) for name, found in self.metrics.items() if name != "run"}
+
+    def summary(self) -> pandas.Series[Any]:
+        """Return the run in one row: its name, seed, how it ended, and every metric as a number."""
+        import pandas
+
+        about = self.metrics.get("run", {})
+        row = {
+            "name": self.name,
+            "seed": self.scenario.seed,
+            "outcome": self.outcome.value,
+            "passed": self.passed,
+            "simulated_time": about.get("simulated_time"),
+            "wall_time": about.get("wall_time"),
+        }
+        return pandas.Series(row | self.values, name=self.name, dtype=object)
+
+    def to_dataframe(self, signals: str | Sequence[str] | None = None) -> pandas.DataFrame:
+        """Return recorded signals over time, one number a column, such as `q.robot_1.x`.
+
+        Args:
+            signals: Names of signals (`trace.data_vars`); None for all.
+
+        Returns:
+            A table with the time [s] as its index; units are those of the trace.
+
+        Raises:
+            UsageError: If there is no such signal over time.
+        """
+        from escort_mj.record.export import dataframe_of
+
+        trace = self.trace
+        if signals is not None:
+            known = [str(name) for name, one in trace.data_vars.items() if one.dims[:1] == ("time",)]
+            wanted = [signals] if isinstance(signals, str) else list(signals)
+            for name in wanted:
+                if name not in known:
+                    hint = did_you_mean(name, known) or f"; allowed are {', '.join(known)}"
+                    raise UsageError(f"{name}: is not a signal over time{hint}")
+            trace = trace[wanted]
+        return dataframe_of(trace).set_index("time")
+
+    @property
+    def figures(self) -> tuple[str, ...]:
+        """Names of the figures that `plot` can draw of this run."""
+        from escort_mj.report.figures.figures import plots_of
+
+        return tuple(plots_of(self.trace))
+
+    def plot(self, name: str | None = None) -> Figure:
+        """Draw a figure of the run.
+
+        Args:
+            name: One of `figures`; None for the first, distances and tracking errors.
+
+        Returns:
+            A figure of matplotlib, which notebooks show; `savefig` writes it.
+
+        Raises:
+            UsageError: If the run has no such figure.
+            RenderError: If there is no sample to draw.
+        """
+        from escort_mj.report.figures.figures import figure_of
+
+        if name is not None and name not in self.figures:
+            raise UsageError(f"{name}: is not a figure of this run; allowed are {', '.join(self.figures)}")
+        words = "" if self.outcome.good else f"{self.outcome.value}: {self.message}"
+        return figure_of(self.trace, name, words)
+
+    def video(self, path: str | os.PathLike[str] | None = None, **changes: Any) -> Video:
+        """Draw the video of the run, unless its folder has it already.
+
+        Args:
+            path: File to write (.mp4); None for the run folder's, or a temporary one of a run in memory.
+            changes: Keys of the scenario's `video` and other values: `speed=8`, `camera="follow"`.
+
+        Returns:
+            The file, which notebooks show.
+
+        Raises:
+            RenderError: If nothing can be drawn on this machine.
+            ScenarioError: If a key or value is wrong.
+        """
+        from escort_mj.report.video.video import render_video
+
+        folder = self._on_disk()
+        file = folder / VIDEO
+        if changes:
+            wanted = self.scenario.replace({f"video.{key}": value for key, value in changes.items()}).video
+            file = render_video(folder, wanted)
+        elif not file.is_file():
+            file = render_video(folder)
+        if path is not None:
+            shutil.copyfile(file, path)
+        return Video(file if path is None else Path(path))
+
+    def report(self, path: str | os.PathLike[str] | None = None) -> Page:
+        """Write the run as one self-contained HTML page, with a replay in it.
+
+        Args:
+            path: File to write; None for the run folder's, or a temporary one of a run in memory.
+
+        Raises:
+            RenderError: If there is no sample to show.
+        """
+        from escort_mj.report.pages.run_page import write_run_page
+
+        return Page(write_run_page(self._on_disk(), None if path is None else Path(path)))
+
+    def view(self, speed: float = 1.0, host: str = "127.0.0.1", port: int = 8080) -> None:
+        """Show the run in the browser, until it is interrupted (Ctrl-C, or a notebook's stop button).
+
+        Args:
+            speed: Simulated seconds per second at first.
+            host: Where to listen: this machine only, unless another is given.
+            port: The first port to try; 0 for any.
+
+        Raises:
+            UsageError: If viser is not installed.
+        """
+        import contextlib
+        from threading import Event
+
+        from escort_mj.view.tape import Stored
+        from escort_mj.view.viewer import Viewer, require_viser
+
+        require_viser()
+        with Viewer(Stored(self._on_disk()), host, port, speed) as viewer:
+            print(f"{self.name} at {viewer.url}", flush=True)
+            with contextlib.suppress(KeyboardInterrupt):
+                viewer.run(Event())
+
+    def save(self, path: str | os.PathLike[str], overwrite: bool = False) -> Run:
+        """Write a run folder of a run in memory.
+
+        Args:
+            path: The folder.
+            overwrite: Whether a run that the folder holds already may be replaced.
+
+        Returns:
+            The same run, with its folder.
+
+        Raises:
+            UsageError: If it has no trace, or the folder holds another run or something else.
+        """
+        from escort_mj.world.model.build import build
+
+        source = self._source
+        if isinstance(source, StoredRun):
+            raise UsageError(f"{source.path}: holds this run already; copy the folder")
+        if source.recording is None:
+            raise UsageError("this run's trace was not kept: ask for traces")
+        with RunFolder.create(Path(path), overwrite=overwrite) as folder:
+            begin_folder(folder, source.scenario, build(source.scenario))
+            folder.finish(source.outcome, source.message, source.recording, source.metrics, source.verdicts)
+        return Run(source, folder.path)
+
+    def _on_disk(self) -> Path:
+        """The run's folder, or a temporary one, which lasts as long as the run."""
+        if self.folder is not None:
+            return self.folder
+        if self._temporary is None:
+            made = tempfile.TemporaryDirectory(prefix="escort_mj_")
+            self.save(Path(made.name) / self.name)
+            self._temporary = made
+        return Path(self._temporary.name) / self.name
+
+    def _in_words(self) -> str:
+        """How the run ended, and how many verdicts held."""
+        passed = sum(verdict.passed for verdict in self.verdicts)
+        ending = self.message if self.outcome.good else f"{self.outcome.value}: {self.message}"
+        return f"{ending}; {passed} of {len(self.verdicts)} verdicts passed"
+
+    def __repr__(self) -> str:
+        failed = [verdict.message for verdict in self.verdicts if not verdict.passed]
+        lines = [
+            f"<Run {self.name}: {self._in_words()}>",
+            *(f"  FAIL  {words}" for words in failed[:MOST_SHOWN]),
+        ]
+        if len(failed) > MOST_SHOWN:
+            lines.append(f"  ... and {len(failed) - MOST_SHOWN} more")
+        return "\n".join(lines)
+
+    @cached_property
+    def _thumbnail(self) -> bytes | None:
+        """The paths as a small PNG; None where they cannot be drawn."""
+        from escort_mj.report.figures.figures import thumbnail_of
+
+        try:
+            return thumbnail_of(self.trace)
+        except (RenderError, UsageError):
+            return None
+
+    def _repr_html_(self) -> str:
+        from escort_mj.report.pages.notebook import run_in_html
+
+        return run_in_html(self.name, self._in_words(), self.passed, self.verdicts, self._thumbnail)
+
+
+def table(runs: Iterable[Run]) -> pandas.DataFrame:
+    """Return many runs as one table: a row each, with the columns of `Run.summary`.
+
+    Args:
+        runs: Such as those of `run_many`.
+    """
+    import pandas
+
+    return pandas.DataFrame([dict(run.summary()) for run in runs])

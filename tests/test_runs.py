@@ -1,0 +1,120 @@
+"""Runs as users have them: the same in memory and from a folder, short in text, drawn in notebooks."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+import escort_mj
+from escort_mj.errors import UsageError
+from escort_mj.runs import Run
+
+TEXT = {
+    "name": "two",
+    "duration": 1.0,
+    "robots": {"positions": [[5, 0], [-5, 0]]},
+    "mission": {"radius": 5, "behaviors": ["surface"]},
+    "expect": [{"contacts": "none"}, {"metric": "force_rms", "at_least": 50}, {"settled": 1e-9, "by": 0.5}],
+}
+
+
+@pytest.fixture(scope="module")
+def made(compiled: None) -> Run:
+    return escort_mj.run(TEXT)
+
+
+@pytest.fixture(scope="module")
+def opened(made: Run, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    folder = tmp_path_factory.mktemp("runs") / "two"
+    assert made.save(folder).folder == folder
+    return escort_mj.open_run(folder)
+
+
+def test_a_stored_run_is_the_run_that_was_made(made: Run, opened: Run) -> None:
+    assert type(made) is type(opened) is escort_mj.Run
+    for name in ("name", "outcome", "message", "metrics", "verdicts", "scenario", "passed", "figures"):
+        assert getattr(made, name) == getattr(opened, name), name
+    assert repr(made) == repr(opened) and str(made.values) == str(opened.values)
+    assert made.trace.equals(opened.trace)
+    assert made.folder is None and opened.folder is not None
+    assert made.to_dataframe().equals(opened.to_dataframe())
+
+
+def test_the_text_is_short_and_says_what_failed(made: Run) -> None:
+    first, *failed = repr(made).splitlines()
+    assert first == "<Run two: completed 1 s; 2 of 4 verdicts passed>"
+    assert len(failed) == 2 and failed[0].startswith("  FAIL  force_rms at least 50 N: ")
+
+
+def test_the_cell_of_a_notebook_has_verdicts_and_a_picture(made: Run) -> None:
+    html = made._repr_html_()
+    assert html.count("<tr>") == 4 and "force_rms" in html and 'src="data:image/png;base64,' in html
+    assert len(html) < 100_000
+    many = next(escort_mj.run_many([TEXT], 1))
+    assert "<img" not in many._repr_html_(), "its trace was not kept"
+    hostile = escort_mj.run(TEXT | {"name": "a<b>c", "duration": 0.1, "expect": []})
+    assert "<b>c" not in hostile._repr_html_()
+
+
+def test_metrics_are_numbers_and_runs_are_rows(made: Run, opened: Run) -> None:
+    assert made.values["force_rms"] == made.metrics["force_rms"]["value"]
+    never = escort_mj.run(
+        TEXT | {"duration": 0.1, "mission": {"radius": 4, "behaviors": ["surface"]}, "expect": []}
+    )
+    assert never.metrics["settling_time"]["value"] is None and never.values["settling_time"] == math.inf
+    assert math.isnan(made.values["obstacle_clearance_min"])
+    rows = escort_mj.table([made, opened])
+    assert list(rows.columns[:4]) == ["name", "seed", "outcome", "passed"]
+    assert rows["force_rms"].dtype == float and rows["passed"].tolist() == [False, False]
+    assert dict(made.summary())["force_rms"] == rows["force_rms"][0]
+
+
+def test_signals_are_chosen(made: Run) -> None:
+    frame = made.to_dataframe(["q", "target_speed_max"])
+    assert list(frame.columns) == [f"q.robot_{i}.{x}" for i in (1, 2) for x in "xy"] + ["target_speed_max"]
+    assert frame.index.name == "time" and len(frame) == 51
+    with pytest.raises(UsageError, match='tauu: is not a signal over time; did you mean "tau"'):
+        made.to_dataframe("tauu")
+
+
+def test_figures_are_drawn_of_runs_in_memory(made: Run) -> None:
+    assert made.plot()._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(UsageError, match="path: is not a figure of this run; allowed are panels, paths"):
+        made.plot("path")
+
+
+def test_the_video_of_a_folder_is_drawn_once(opened: Run, tmp_path: Path, monkeypatch) -> None:
+    drawn = []
+
+    def render(folder: Path, video=None) -> Path:
+        drawn.append(video)
+        (folder / "video.mp4").write_bytes(b"film")
+        return folder / "video.mp4"
+
+    monkeypatch.setattr("escort_mj.report.video.video.render_video", render)
+    assert opened.video().path == opened.folder / "video.mp4"
+    copy = opened.video(tmp_path / "copy.mp4")
+    assert Path(copy).read_bytes() == b"film" and "ZmlsbQ==" in copy._repr_html_()
+    assert drawn == [None]
+    opened.video(speed=8, camera="top")
+    assert (drawn[1].speed, drawn[1].camera) == (8.0, "top")
+    with pytest.raises(escort_mj.ScenarioError, match="video.camera: found "):
+        opened.video(camera="side")
+
+
+def test_a_page_of_a_run_in_memory(made: Run, tmp_path: Path) -> None:
+    page = made.report(tmp_path / "page.html")
+    assert str(page) == str(tmp_path / "page.html") and 'id="replay"' in page.path.read_text()
+    assert page._repr_html_().startswith('<a href="file:///')
+    assert made.folder is None
+
+
+def test_a_saved_run_stays(made: Run, opened: Run) -> None:
+    assert opened.folder is not None
+    with pytest.raises(UsageError, match="holds a run already"):
+        made.save(opened.folder)
+    assert made.save(opened.folder, overwrite=True).folder == opened.folder
+    with pytest.raises(UsageError, match="ask for traces"):
+        next(escort_mj.run_many([TEXT], 1)).save(opened.folder.with_name("other"))
