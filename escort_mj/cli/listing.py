@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import typer
 
@@ -14,7 +14,9 @@ from escort_mj.cli import complete
 from escort_mj.cli.app import BAD_INPUT, GOOD, JsonOption, PluginOption, SetOption, app, finish, shown_path
 from escort_mj.errors import EscortError, Fault, ScenarioError, UsageError
 from escort_mj.recognize import scenario_names, scenarios_folder, study_names
-from escort_mj.study.checked import Case
+
+if TYPE_CHECKING:
+    from escort_mj.study.checked import Case
 
 TAGS = {"laws": "law", "behaviors": "behavior", "robots": "kind", "outer-loops": "loop"}
 Kind = Literal[
@@ -209,6 +211,7 @@ def validate_command(
     Example: escort-mj validate scenarios/ studies/minute
     """
     from escort_mj import api
+    from escort_mj.study.checked import Case
 
     studies = [path for path in paths if _is_study(path)]
     if studies and (overrides or plugins):
