@@ -33,7 +33,7 @@ from escort_mj.monitor.signals import (
     MotionSignals,
     TruthSignals,
 )
-from escort_mj.native.fields import Extent, declared
+from escort_mj.native.fields import Extent, Recorded, declared
 from escort_mj.sensing.sensors import SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
@@ -83,6 +83,7 @@ class Signal(NamedTuple):
             `cause`, `group`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
+        dtype: Of its values in a trace.
         channel: Recorded only where `sizes` has 1 under this name; empty for what is always recorded.
     """
 
@@ -90,7 +91,8 @@ class Signal(NamedTuple):
     dims: tuple[str, ...]
     unit: str
     meaning: str
-    channel: str = ""
+    dtype: str
+    channel: str
 
     def recorded(self, sizes: Mapping[str, int]) -> bool:
         """Whether a record of these sizes has this signal."""
@@ -104,10 +106,10 @@ class Signal(NamedTuple):
 def _signals(kind: type) -> Iterator[Signal]:
     """Yield what a class of recorded fields declares."""
     for name, field in declared(kind).items():
-        assert field.value is not None
+        assert isinstance(field.value, Recorded)
         dims = tuple(dim for extent in field.shape for dim in DIMS[extent])
         channel = next((CHANNELS[extent] for extent in field.shape if extent in CHANNELS), "")
-        yield Signal(name, dims, field.value.unit, field.value.meaning, channel)
+        yield Signal(name, dims, field.value.unit, field.value.meaning, field.value.dtype, channel)
 
 
 SIGNALS: tuple[Signal, ...] = tuple(_signals(Signals))

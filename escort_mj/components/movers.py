@@ -57,9 +57,9 @@ def drive(plan: Plan, state: State) -> None:
         square = 0.0
         for k in range(p):
             first, count = int(plan.mover_paths[b * p + k, 0]), int(plan.mover_paths[b * p + k, 1])
-            wanted, _ = evaluate_program(plan.code, first, count, plan.pieces, time, state.stack)
+            wanted, _ = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
             _, speed = evaluate_program(
-                plan.code, first, count, plan.pieces, time + plan.timestep, state.stack
+                plan.code, first, count, plan.segments, time + plan.timestep, state.operands
             )
             lag = wanted - state.mover_position[b, k]
             change = speed + plan.mover_gain[b] * lag - state.mover_velocity[b, k]

@@ -182,20 +182,20 @@ class Tasks(NamedTuple):
     task_angle: Array  # (n, behaviors)
 
 
-def weigh(ladder: tuple[Behavior, ...], now: Situation) -> Tasks:
-    """Task signals of all robots under one ladder; arguments as of `outer.outer_loop`."""
+def weigh(stack: tuple[Behavior, ...], now: Situation) -> Tasks:
+    """Task signals of all robots under one priority stack; arguments as of `nsb.outer_loop`."""
     n, columns, lost = len(now.q), len(now.setup.kinds), now.team.lost
     ruling, angle = np.full(n, -1.0), np.full((n, columns), np.pi / 2)
     error, wish, removed = np.zeros((n, columns)), np.zeros((n, columns)), np.zeros((n, columns))
     above: list[Array] = []  # projectors of higher tasks
     spaces: list[list[list[Array]]] = []  # of higher tasks, robot by robot, their row spaces
-    for behavior in ladder:
+    for behavior in stack:
         column = now.setup.kinds.index(behavior.behavior)
         tasks, active = behavior.team_tasks(now), behavior.active(now)
         velocity, projector = resolve_all(tasks)
         axes = now.setup.axes
         rows = [
-            [_basis(row_spaces(task, i, axes).T) for task in tasks] if active[i] and len(ladder) > 1 else []
+            [_basis(row_spaces(task, i, axes).T) for task in tasks] if active[i] and len(stack) > 1 else []
             for i in range(n)
         ]
         left = velocity

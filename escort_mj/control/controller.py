@@ -165,12 +165,12 @@ def follow_time(plan: Plan, state: State) -> None:
             for k in range(p):
                 if plan.target[k, 1] > 0.0:
                     position[k], velocity[k] = evaluate_program(
-                        plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.pieces, time,
-                        state.stack,
+                        plan.code, int(plan.target[k, 0]), int(plan.target[k, 1]), plan.segments, time,
+                        state.operands,
                     )  # fmt: skip
                 first, count = int(plan.disturbance[k, 0]), int(plan.disturbance[k, 1])
                 if count > 0:
-                    push[k] = value_of(plan.code, first, count, plan.pieces, time, state.stack)
+                    push[k] = value_of(plan.code, first, count, plan.segments, time, state.operands)
             state.next_known[0], state.next_time[0] = 1.0, time
         if later == 0:
             for k in range(p):

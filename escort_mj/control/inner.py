@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.components.component import OUTSIDE, reader
 from escort_mj.components.dispatch import one_of
-from escort_mj.control.custom.calls import own_law
+from escort_mj.control.custom.calls import custom_law
 from escort_mj.laws import LAWS, ApdSmc, Law
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import data_address, inlined, reachable
@@ -101,7 +101,7 @@ def _loop_of(law: type[Law]) -> Callable[..., Any]:
 @on_demand
 def _force_of_plugin(plan: Plan, state: State) -> None:
     """Have a plugin's law demand the forces of all robots."""
-    own_law(plan, state)
+    custom_law(plan, state)
     for at in range(0, state.q.shape[0] * state.q.shape[1], WIDTH):
         _demand(plan, state, at, load(state.tau, at), load(state.rho_hat_rate, at))
 

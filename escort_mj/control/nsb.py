@@ -5,8 +5,8 @@ projector I - x x^T / |x|^2: the composition needs dot products only. Chords in 
 (cycles) and sum over them: w' = sum_c [v_c + N_c w]. Where a task asks nothing of a robot its weight is 0, so
 that nothing is projected out and no lane takes another way than its neighbors.
 
-The part of each behavior is kept apart, p rows of lanes for each level of the ladder, already projected by
-everything of higher priority, so that the speed limit can be spent by priority.
+The part of each behavior is kept apart, p rows of lanes for each level of the priority stack, already
+projected by everything of higher priority, so that the speed limit can be spent by priority.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
 from escort_mj.components.component import reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.control.custom.calls import own_wishes
+from escort_mj.control.custom.calls import custom_wishes
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, merged
 from escort_mj.native.lanes import (
@@ -68,7 +68,7 @@ class StackParameters(Fields):
 
 @inlined
 def ruled(i: int, phase: int, plan: Plan, state: State) -> Any:
-    """Which of robots i to i + 7 run their outer loop now, by the ladder of a phase."""
+    """Which of robots i to i + 7 run their outer loop now, by the priority stack of a phase."""
     here = there(state.q.shape[0] - i)
     if plan.alike:
         return here
@@ -77,7 +77,7 @@ def ruled(i: int, phase: int, plan: Plan, state: State) -> Any:
 
 @merged
 def compose(i: int, phase: int, plan: Plan, state: State) -> None:
-    """Composes the behaviors of a phase in the order of its ladder (eq. 2).
+    """Composes the behaviors of a phase in the order of its priority stack (eq. 2).
 
     Escort behaviors are relative to the target's motion (feed-forward), avoidance is not:
     v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order.
@@ -193,7 +193,7 @@ def _wish_by(behavior: type[Behavior]) -> Callable[..., Any]:
     return inlined(wish_by)
 
 
-_wish_of = one_of([*map(_wish_by, BEHAVIORS), own_wishes])
+_wish_of = one_of([*map(_wish_by, BEHAVIORS), custom_wishes])
 AVOID_OBSTACLES = BEHAVIORS.index(AvoidObstacles)
 _read_avoidance = reader(AvoidObstacles)
 

@@ -183,12 +183,12 @@ class ReferenceController:
         chosen: dict[int, Tasks] = {}
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
         for number in np.unique(phase):
-            ladder = self._supervisor.ladder(int(number))
-            wanted, active = self.setup.outer.velocities(ladder, now)
+            stack = self._supervisor.stack(int(number))
+            wanted, active = self.setup.outer.velocities(stack, now)
             mine = (phase == number) & fresh
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]
             if sampled:
-                chosen[int(number)] = weigh(ladder, now)
+                chosen[int(number)] = weigh(stack, now)
         v_d[team.lost], avoiding[team.lost] = 0.0, False
         self._v_d, self._avoiding = v_d, avoiding
         if not sampled:

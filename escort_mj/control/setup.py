@@ -38,7 +38,7 @@ class FunctionOfTime(Protocol):
         ...
 
     def programs(self) -> tuple[Array, NDArray[np.int64], Array]:
-        """Instructions (ops, 3), first row and count per axis (p, 2), pieces (rows, 5)."""
+        """Instructions (ops, 3), first row and count per axis (p, 2), segments (rows, 5)."""
         ...
 
 
@@ -130,8 +130,8 @@ class Setup:
     @property
     def kinds(self) -> list[str]:
         """Names of all behaviors that may rule, in the order in which the mission names them."""
-        ladders = [self.behaviors, *(phase.behaviors for phase in self.phases)]
-        return list(dict.fromkeys(behavior.behavior for ladder in ladders for behavior in ladder))
+        stacks = [self.behaviors, *(phase.behaviors for phase in self.phases)]
+        return list(dict.fromkeys(behavior.behavior for stack in stacks for behavior in stack))
 
     @property
     def axes(self) -> int:
@@ -141,8 +141,8 @@ class Setup:
     @property
     def nearest_within(self) -> float:
         """Gap to a shape from which on it makes no difference to anything by how much it is farther [m]."""
-        ladders = [self.behaviors, *(phase.behaviors for phase in self.phases)]
-        safe = [b.safe_distance for ladder in ladders for b in ladder if isinstance(b, AvoidObstacles)]
+        stacks = [self.behaviors, *(phase.behaviors for phase in self.phases)]
+        safe = [b.safe_distance for stack in stacks for b in stack if isinstance(b, AvoidObstacles)]
         conditions = [phase.when for phase in self.phases if phase.when is not None]
         bounds = [bound for when in conditions for bound in (when.threshold, when.release)]
         if self.outer.looks_far:

@@ -12,16 +12,18 @@ class OuterLoopSignals(Fields):
 
     v_d: Annotated[Array, "n", "p", Recorded("m/s", "reference velocity from the behaviors (outer loop)")]
     avoidance_active: Annotated[
-        Array, "n", Recorded("1", "1 while obstacle avoidance rules the robot, else 0")
+        Array, "n", Recorded("1", "1 while obstacle avoidance rules the robot, else 0", "int8")
     ]
-    outer_updates: Annotated[Array, "n", Recorded("1", "runs of the outer loop so far")]
+    outer_updates: Annotated[Array, "n", Recorded("1", "runs of the outer loop so far", "int64")]
 
 
 class SupervisorSignals(Fields):
     """Who rules."""
 
     phase: Annotated[
-        Array, "n", Recorded("1", "phase of the supervisor that rules the robot, 0 for the mission's own")
+        Array,
+        "n",
+        Recorded("1", "phase of the supervisor that rules the robot, 0 for the mission's own", "int8"),
     ]
 
 
@@ -29,7 +31,7 @@ class FailureSignals(Fields):
     """Whose motors have failed."""
 
     lost: Annotated[
-        Array, "n", Recorded("1", "1 once the team knows that the robot's motors have failed, else 0")
+        Array, "n", Recorded("1", "1 once the team knows that the robot's motors have failed, else 0", "int8")
     ]
 
 
@@ -39,7 +41,7 @@ class TaskSignals(Fields):
     ruling: Annotated[
         Array,
         "n",
-        Recorded("1", "active behavior of highest priority, by its place in `behavior`; -1: none"),
+        Recorded("1", "active behavior of highest priority, by its place in `behavior`; -1: none", "int8"),
     ]
     task_error: Annotated[
         Array,

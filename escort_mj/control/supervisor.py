@@ -83,7 +83,7 @@ class Condition(Parameters):
 
 
 class Phase(NamedTuple):
-    """A stretch of the mission with a ladder of its own.
+    """A stretch of the mission with a priority stack of its own.
 
     Attributes:
         name: For the trace.
@@ -243,6 +243,6 @@ class Supervisor:
             phase[self.latched[number]] = number + 1
         return phase
 
-    def ladder(self, phase: int) -> tuple[Behavior, ...]:
+    def stack(self, phase: int) -> tuple[Behavior, ...]:
         """Behaviors of a phase."""
         return self.setup.phases[phase - 1].behaviors if phase else self.setup.behaviors

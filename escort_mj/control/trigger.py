@@ -192,11 +192,9 @@ class Holder:
         fired = (self.phase != phase) | avoided | lost | (lost.sum() != self.lost)
         self.lost = int(lost.sum())
         for i, number in enumerate(phase):
-            ladder = supervisor.ladder(int(number))
-            gain = next(
-                (b.convergence for b in ladder if b.frame == "target" and b.convergence > 0.0), np.inf
-            )
-            for behavior in ladder:
+            stack = supervisor.stack(int(number))
+            gain = next((b.convergence for b in stack if b.frame == "target" and b.convergence > 0.0), np.inf)
+            for behavior in stack:
                 if isinstance(behavior, AvoidObstacles):
                     fired[i] |= behavior.intrusion(q, self.setup, lost)[0][i] > 0.0
             bound = trigger.distance + trigger.share * float(np.linalg.norm(w[i])) / gain

@@ -8,6 +8,8 @@ m obstacles, `packing` says what the others are.
 
 from __future__ import annotations
 
+import hashlib
+
 from escort_mj.behaviors.chords import ChordParameters, ChordState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
@@ -24,13 +26,13 @@ from escort_mj.control.nsb import StackParameters
 from escort_mj.control.outer_loops.outer_loop import OuterLoopParameters
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
+from escort_mj.monitor.clearances import ClearanceParameters, ClearanceState
 from escort_mj.monitor.contacts import ContactState
 from escort_mj.monitor.lyapunov import LyapunovParameters, LyapunovState
 from escort_mj.monitor.motion import MotionState
 from escort_mj.monitor.sampling import SamplingParameters, SamplingState
 from escort_mj.monitor.truth import TruthParameters, TruthState
-from escort_mj.monitor.watch import ClearanceParameters, ClearanceState
-from escort_mj.native.fields import Array
+from escort_mj.native.fields import Array, declared
 from escort_mj.native.kernels import inlined, vector_at
 from escort_mj.native.memory import FIRST, LENGTH, Layout, viewer
 from escort_mj.numerics.neighbors import NeighborState
@@ -38,8 +40,6 @@ from escort_mj.numerics.program import ProgramParameters, ProgramState
 from escort_mj.numerics.reform import ReformingParameters, ReformingState
 from escort_mj.sensing.sensors import SensorParameters, SensorState
 from escort_mj.signals import Signals
-
-MAGIC = 4144.20190919  # marks a model as ours: the paper's article number and date
 
 
 class Plan(
@@ -94,6 +94,14 @@ class State(
     """What the compiled controller writes: first what is recorded, last the samples that it keeps."""
 
 
+def _mark() -> float:
+    """Return a number that tells these fields: models with other fields are not ours."""
+    both = (*declared(Plan).items(), *declared(State).items())
+    fields = [(name, field.kind.__name__, field.shape) for name, field in both]
+    return float(int.from_bytes(hashlib.sha256(repr(fields).encode()).digest()[:6]))
+
+
+MAGIC = _mark()
 LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged"))
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)

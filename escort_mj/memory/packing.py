@@ -154,17 +154,17 @@ def _scalars(setup: Setup) -> dict[str, Any]:
 
 def _functions(setup: Setup) -> dict[str, Any]:
     """Programs of the functions of time, and where each has its instructions."""
-    code, target, pieces = setup.target.programs()
+    code, target, segments = setup.target.programs()
     spans: list[Array] = [np.asarray(target, dtype=float)]
     for function in (setup.disturbance, *(mover.path for mover in setup.movers)):
         if function is None:
             spans.append(np.zeros((setup.axes, 2)))
             continue
-        more_code, more_spans, more_pieces = function.programs()
+        more_code, more_spans, more_segments = function.programs()
         more_code = more_code.copy()
-        more_code[more_code[:, 0] == Op.PIECEWISE, 1] += len(pieces)
+        more_code[more_code[:, 0] == Op.PIECEWISE, 1] += len(segments)
         spans.append(np.asarray(more_spans) + [len(code), 0])
-        code, pieces = np.vstack([code, more_code]), np.vstack([pieces, more_pieces])
+        code, segments = np.vstack([code, more_code]), np.vstack([segments, more_segments])
     sums = []
     for span in (row for table in spans[:2] for row in table):
         first, count = map(int, span)
@@ -173,7 +173,7 @@ def _functions(setup: Setup) -> dict[str, Any]:
             span[:] = 0.0  # nothing is left to the program
     return {
         "code": code,
-        "pieces": pieces,
+        "segments": segments,
         **tabulate(sums),
         "target": spans[0],
         "disturbance": spans[1],

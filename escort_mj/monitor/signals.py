@@ -51,13 +51,15 @@ class ClearanceSignals(Fields):
         Array,
         "n",
         "watched",
-        Recorded("1", "the body of the group that was so near, as an index into `body`; -1 for none"),
+        Recorded(
+            "1", "the body of the group that was so near, as an index into `body`; -1 for none", "int32"
+        ),
     ]
     target_clearance: Annotated[
         Array, "watched", Recorded("m", "the same of the target: least distance since the previous sample")
     ]
     target_clearance_body: Annotated[
-        Array, "watched", Recorded("1", "the body that was so near to the target; -1 for none")
+        Array, "watched", Recorded("1", "the body that was so near to the target; -1 for none", "int32")
     ]
 
 
@@ -92,7 +94,7 @@ class ContactSignals(Fields):
     """What the log of contacts has no room for."""
 
     contacts_untold: Annotated[
-        Array, 1, Recorded("1", "contacts so far that the contact log had no room for")
+        Array, 1, Recorded("1", "contacts so far that the contact log had no room for", "int64")
     ]
 
 
@@ -145,8 +147,10 @@ class LyapunovSignals(Fields):
 class Episode(Fields):
     """A contact episode: one unbroken touch of one pair of bodies, watched at every physics step."""
 
-    episode_first: Annotated[float, Recorded("1", "the body that touches, as an index into `body`")]
-    episode_second: Annotated[float, Recorded("1", "the body that it touches, the later one in `body`")]
+    episode_first: Annotated[float, Recorded("1", "the body that touches, as an index into `body`", "int32")]
+    episode_second: Annotated[
+        float, Recorded("1", "the body that it touches, the later one in `body`", "int32")
+    ]
     episode_start: Annotated[float, Recorded("s", "time of the first physics step in which they touch")]
     episode_end: Annotated[float, Recorded("s", "end of the last physics step in which they touch")]
     episode_touch_time: Annotated[

@@ -16,7 +16,7 @@ from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
-    from escort_mj.world.loop.wiring import Wiring
+    from escort_mj.world.loop.addresses import Addresses
 
 
 class TruthParameters(Fields):
@@ -37,7 +37,7 @@ class TruthState(Fields):
 def observe(
     plan: Plan,
     state: State,
-    wiring: Wiring,
+    addresses: Addresses,
     mass: int,
     row_sizes: int,
     row_starts: int,
@@ -45,12 +45,12 @@ def observe(
     bias: int,
     acceleration: int,
 ) -> None:
-    """Writes the truth channel of one solved physics step; before `watch`, which counts the step as seen.
+    """Writes the truth channel of one solved physics step; before `note_step`, which counts the step as seen.
 
     Args:
         plan: What the controller is told.
         state: `q`, `v` and the law's signals are read, the truth channel is written.
-        wiring: Where robots are in MuJoCo's arrays.
+        addresses: Where robots are in MuJoCo's arrays.
         mass: Address of MuJoCo's sparse mass matrix, rows with their columns up to the diagonal.
         row_sizes: Address of the number of entries of each row.
         row_starts: Address of the first entry of each row.
@@ -64,14 +64,14 @@ def observe(
     first = state.watched_step[0] == 0.0
     n, p = state.q.shape
     for i in range(n):
-        dof = int(wiring.dof_address[i])
+        dof = int(addresses.dof_address[i])
         for c in range(p * p):
             state.mass_before[i, c] = state.mass_matrix[i, c]
         mass_block(mass, row_sizes, row_starts, columns, dof, p, state.mass_matrix[i])
-        end = int(wiring.tree_end[i])
+        end = int(addresses.tree_end[i])
         state.mass_coupling[i] = _coupling(dof, p, end, mass, row_sizes, row_starts, columns)
         for a in range(p):
-            state.bias_force[i, a] = double_at(bias + DOUBLE * (dof + a)) - wiring.lift[i, a]
+            state.bias_force[i, a] = double_at(bias + DOUBLE * (dof + a)) - addresses.lift[i, a]
             external = state.bias_force[i, a] - state.force[i, a]
             for b in range(p):
                 external += state.mass_matrix[i, a * p + b] * double_at(acceleration + DOUBLE * (dof + b))

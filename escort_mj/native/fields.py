@@ -37,8 +37,15 @@ class Value:
     meaning: str
 
 
+@dataclass(frozen=True)
 class Recorded(Value):
-    """What the numbers of a field are that is recorded as a signal of the same name."""
+    """What the numbers of a field are that is recorded as a signal of the same name.
+
+    Attributes:
+        dtype: Of the signal in a trace.
+    """
+
+    dtype: str = "float64"
 
 
 class Declared(NamedTuple):

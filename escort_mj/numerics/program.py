@@ -15,7 +15,7 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, kernel
 
 INSTRUCTION_SIZE = 3  # opcode, a, b
-PIECE_SIZE = 5  # start time, then the coefficients of (t - start)^0 .. (t - start)^3
+SEGMENT_SIZE = 5  # start time, then the coefficients of (t - start)^0 .. (t - start)^3
 STACK_DEPTH = 32
 
 
@@ -23,15 +23,15 @@ class ProgramParameters(Fields):
     """All programs of a mission, one behind the other."""
 
     code: Annotated[Array, "instructions", INSTRUCTION_SIZE, Value("1", "opcode and operands of each")]
-    pieces: Annotated[
-        Array, "pieces", PIECE_SIZE, Value("1", "of piecewise cubics: start time, then coefficients")
+    segments: Annotated[
+        Array, "segments", SEGMENT_SIZE, Value("1", "of piecewise cubics: start time, then coefficients")
     ]
 
 
 class ProgramState(Fields):
     """What a program works on."""
 
-    stack: Annotated[Array, 2 * STACK_DEPTH, Value("1", "scratch: dual numbers")]
+    operands: Annotated[Array, 2 * STACK_DEPTH, Value("1", "scratch: a stack of dual numbers")]
 
 
 class Op(IntEnum):
@@ -135,7 +135,7 @@ def evaluate(
         code: Instructions of all programs, shape (instructions, 3).
         first: Row of the program's first instruction.
         count: Number of its instructions; 0 gives (0, 0).
-        table: Pieces of all piecewise cubics, shape (pieces, 5).
+        table: Segments of all piecewise cubics, shape (segments, 5).
         t: Time [s].
         stack: Scratch, shape (2 * STACK_DEPTH,).
 

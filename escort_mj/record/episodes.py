@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-WHOLE = ("episode_first", "episode_second")
+BODIES = ("episode_first", "episode_second")
 NONE: Array = np.zeros((0, len(COLUMNS)))
 """No episode at all."""
 
@@ -31,7 +31,7 @@ def episode_variables(episodes: Array) -> dict[str, Any]:
     return {
         column.name: (
             "episode",
-            episodes[order, place].astype("int32" if column.name in WHOLE else "float64"),
+            episodes[order, place].astype(column.dtype),
             {"units": column.unit, "long_name": column.meaning},
         )
         for place, column in enumerate(COLUMNS)
@@ -73,7 +73,7 @@ def by_geometry(trace: Recorded) -> NDArray[np.bool_]:
 
     So are those of a target that is led with what stands, and all beyond three axes.
     """
-    first, second = (trace[name].values for name in WHOLE)
+    first, second = (trace[name].values for name in BODIES)
     if without_forces(trace):
         return np.ones(len(first), dtype=bool)
     led, still = moving_as(trace, "led"), moving_as(trace, "still")
@@ -83,7 +83,7 @@ def by_geometry(trace: Recorded) -> NDArray[np.bool_]:
 
 def pair(trace: Recorded, episode: int) -> tuple[str, str]:
     """Names of the two bodies of an episode."""
-    first, second = (str(trace["body"].values[int(trace[name][episode])]) for name in WHOLE)
+    first, second = (str(trace["body"].values[int(trace[name][episode])]) for name in BODIES)
     return first, second
 
 
@@ -95,7 +95,7 @@ def touched(trace: Recorded) -> NDArray[np.bool_]:
     for episode in np.flatnonzero(apart_from(trace, "floor")):
         first = int(np.searchsorted(time, start[episode] - 0.5 * step))
         last = int(np.searchsorted(time, end[episode] - 1.5 * step))  # of its last step, or the next one
-        for name in WHOLE:
+        for name in BODIES:
             body = int(trace[name].values[episode])
             if body < robots:
                 flags[first : last + 1, body] = True

@@ -28,16 +28,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 CONVENTIONS = "CF-1.11"  # for names of attributes and units; names of signals are the project's own
-WHOLE = {
-    "avoidance_active": "int8",
-    "lost": "int8",
-    "phase": "int8",
-    "ruling": "int8",
-    "outer_updates": "int64",
-    "clearance_body": "int32",
-    "target_clearance_body": "int32",
-    "contacts_untold": "int64",
-}
 
 
 class Variable:
@@ -204,9 +194,10 @@ def record(
         values = samples[:, place : place + size].reshape(len(samples), *(sizes[dim] for dim in signal.dims))
         place += size
         if signal.name not in absent:
-            kind = WHOLE.get(signal.name, "float64")
             about = _said(signal.unit, signal.meaning)
-            variables[signal.name] = Variable(("time", *signal.dims), values.astype(kind, copy=False), about)
+            variables[signal.name] = Variable(
+                ("time", *signal.dims), values.astype(signal.dtype, copy=False), about
+            )
     time = variables.pop("time")
     for name, (dims, values, about) in episode_variables(episodes).items():
         variables[name] = Variable(dims, values, about)

@@ -23,7 +23,7 @@ TURNS = tuple(x * y for x, y in QUARTERS)  # sign of the torque about z that eac
 
 
 class Craft(NamedTuple):
-    """What the loop knows of one quadrotor; the rows of `Wiring.crafts`."""
+    """What the loop knows of one quadrotor; the rows of `Addresses.crafts`."""
 
     stiffness: float  # of the attitude over the moment of inertia [1/s^2]
     damping: float  # likewise [1/s]

@@ -33,7 +33,7 @@ from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
-    from escort_mj.world.loop.wiring import Wiring
+    from escort_mj.world.loop.addresses import Addresses
 
 Array = NDArray[np.float64]
 
@@ -181,7 +181,9 @@ class Quadrotor(RobotKind):
 
 
 @on_demand
-def pilot(i: int, qpos: Array, qvel: Array, plan: Plan, state: State, wiring: Wiring, rotors: Array) -> None:
+def pilot(
+    i: int, qpos: Array, qvel: Array, plan: Plan, state: State, addresses: Addresses, rotors: Array
+) -> None:
     """Find thrusts of one quadrotor for the force that the law wants, within its limit, and the lift.
 
     Args:
@@ -190,16 +192,16 @@ def pilot(i: int, qpos: Array, qvel: Array, plan: Plan, state: State, wiring: Wi
         qvel: Its generalized velocities.
         plan: Gives force limits.
         state: Gives the law's commands.
-        wiring: Where the robot's coordinates are, and what it is like.
+        addresses: Where the robot's coordinates are, and what it is like.
         rotors: Result: commands of its rotors, shape (4,) [N].
     """
     p = state.q.shape[1]
-    craft = wiring.crafts[int(wiring.pilot[i])]
-    place, dof = int(wiring.qpos_address[i]), int(wiring.dof_address[i])
+    craft = addresses.crafts[int(addresses.pilot[i])]
+    place, dof = int(addresses.qpos_address[i]), int(addresses.dof_address[i])
     force = vector_at(stack_memory(), 3)
     limit = plan.force_limit[i]
     for k in range(3):
-        force[k] = wiring.lift[i, k]
+        force[k] = addresses.lift[i, k]
     for k in range(p):
         force[k] += min(max(state.command[i, k], -limit), limit)
     if p == 2:
@@ -208,7 +210,7 @@ def pilot(i: int, qpos: Array, qvel: Array, plan: Plan, state: State, wiring: Wi
 
 
 @merged
-def push(i: int, rotors: int, activations: int, qpos: Array, wiring: Wiring) -> None:
+def push(i: int, rotors: int, activations: int, qpos: Array, addresses: Addresses) -> None:
     """Command the thrust of all rotors of one quadrotor, along its z axis, to the motors that push it.
 
     Args:
@@ -216,18 +218,18 @@ def push(i: int, rotors: int, activations: int, qpos: Array, wiring: Wiring) -> 
         rotors: Address of its controls: four rotors, then the thrust along the world's axes.
         activations: Address of the states of MuJoCo's motors that lag.
         qpos: MuJoCo's generalized positions.
-        wiring: Where the robot's coordinates are, and what it is like.
+        addresses: Where the robot's coordinates are, and what it is like.
     """
-    flyer = int(wiring.pilot[i])
+    flyer = int(addresses.pilot[i])
     turning = rotors
-    if wiring.rotor_state[flyer] >= 0.0:
-        turning = activations + DOUBLE * int(wiring.rotor_state[flyer])
+    if addresses.rotor_state[flyer] >= 0.0:
+        turning = activations + DOUBLE * int(addresses.rotor_state[flyer])
     pushes, thrust = vector_at(turning, ROTORS), 0.0
     for rotor in range(ROTORS):
-        made = wiring.rotor_gain[flyer, rotor] * pushes[rotor]
-        thrust += min(max(made, 0.0), wiring.crafts[flyer, ROTOR_LIMIT])
+        made = addresses.rotor_gain[flyer, rotor] * pushes[rotor]
+        thrust += min(max(made, 0.0), addresses.crafts[flyer, ROTOR_LIMIT])
     axes = matrix_at(stack_memory(), 3, 3)
-    place = int(wiring.qpos_address[i])
+    place = int(addresses.qpos_address[i])
     axes_of_body(qpos[place + 3 : place + 7], axes)
     motors = vector_at(rotors + DOUBLE * ROTORS, 3)
     for k in range(3):

@@ -44,7 +44,7 @@ Callbacks = tuple[Any, Any]
 def callbacks(axes: int) -> Callbacks:
     """The callbacks for models of so many axes, compiled or read from the cache; others are left alone.
 
-    `control` evaluates the law before MuJoCo solves for accelerations. `look` runs as a sensor after the
+    `control` evaluates the law before MuJoCo solves for accelerations. `monitor` runs as a sensor after the
     solve: only then do contact forces belong to this step.
     """
     return _of_class(min(axes, MANY))

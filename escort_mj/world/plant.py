@@ -18,7 +18,7 @@ from escort_mj.monitor.sampling import MOST_SAMPLES
 from escort_mj.monitor.signals import EPISODE_SIZE
 from escort_mj.native.kernels import DOUBLE
 from escort_mj.world.loop import layout
-from escort_mj.world.loop.wiring import behind, unpack_wiring
+from escort_mj.world.loop.addresses import behind, unpack_addresses
 from escort_mj.world.model.build import World
 from escort_mj.world.properties import MassProperties
 
@@ -79,8 +79,8 @@ class Plant:
     def _trees(self) -> NDArray[np.int32]:
         """Kinematic tree of each robot."""
         model = self.world.model
-        wiring = unpack_wiring(behind(model.numeric_data.ctypes.data), self.world.setup.axes)
-        trees: NDArray[np.int32] = model.dof_treeid[wiring.dof_address.astype(int)]
+        addresses = unpack_addresses(behind(model.numeric_data.ctypes.data), self.world.setup.axes)
+        trees: NDArray[np.int32] = model.dof_treeid[addresses.dof_address.astype(int)]
         return trees
 
     def step(self, count: int) -> bool:

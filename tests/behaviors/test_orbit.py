@@ -23,8 +23,8 @@ MISSION = [
 @pytest.mark.parametrize("axes", [2, 3, 5])
 def test_kernel_and_numpy_agree(axes: int) -> None:
     setup, q, v = mission(axes, seed=21)
-    for ladder in ((Orbit(rate=-0.7), Surface()), (AvoidObstacles(safe_distance=2.5), Orbit(), Surface())):
-        compare(replace(setup, behaviors=ladder), q, v)
+    for stack in ((Orbit(rate=-0.7), Surface()), (AvoidObstacles(safe_distance=2.5), Orbit(), Surface())):
+        compare(replace(setup, behaviors=stack), q, v)
 
 
 def test_the_figure_turns_at_the_rate_and_stays_even() -> None:

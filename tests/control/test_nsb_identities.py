@@ -146,7 +146,7 @@ def test_avoidance_leaves_the_tangent_to_the_escort(axes: int, seed: int) -> Non
 
 
 @cases
-def test_ladders_with_one_row_each(axes: int, seed: int) -> None:
+def test_stacks_with_one_row_each(axes: int, seed: int) -> None:
     """The robot-by-robot form of eq. 2 in the plane, and for the surface alone."""
     setup, q, v = crowded(axes, seed)
     c, c_dot = setup.target.position(0.7), setup.target.velocity(0.7)
@@ -170,10 +170,10 @@ def test_ladders_with_one_row_each(axes: int, seed: int) -> None:
 def test_feedforward_moves_the_whole_escort_with_the_target(axes: int, seed: int) -> None:
     setup, q, v = crowded(axes, seed)
     for behaviors in [(CHORDS,), (CHORDS, SURFACE), (SURFACE, CHORDS)]:
-        ladder = replace(setup, behaviors=behaviors)
-        paper = evaluate(replace(ladder, target_feedforward=False), q, v).v_d
+        stack = replace(setup, behaviors=behaviors)
+        paper = evaluate(replace(stack, target_feedforward=False), q, v).v_d
         np.testing.assert_allclose(
-            evaluate(ladder, q, v).v_d - paper, TARGET_VELOCITY[:axes] + 0.0 * q, atol=1e-12
+            evaluate(stack, q, v).v_d - paper, TARGET_VELOCITY[:axes] + 0.0 * q, atol=1e-12
         )
 
 

@@ -19,7 +19,7 @@ from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import (
     AVOID,
     CHORDS,
-    LADDERS,
+    STACKS,
     SURFACE,
     VERTICES,
     Kernel,
@@ -38,17 +38,17 @@ from tests.control.twins import (
         (BarrierFilter(rate=3.0), math.inf, 3),
     ],
 )
-@pytest.mark.parametrize("ladder", LADDERS, ids=lambda ladder: "-".join(b.behavior for b in ladder))
-def test_every_outer_loop(outer, ladder, max_speed: float, axes: int) -> None:
+@pytest.mark.parametrize("stack", STACKS, ids=lambda stack: "-".join(b.behavior for b in stack))
+def test_every_outer_loop(outer, stack, max_speed: float, axes: int) -> None:
     """The filter's program is solved in two ways, which agree to what least squares can tell.
 
-    On every ladder, every pair of the other three.
+    On every priority stack, every pair of the other three.
     """
     setup, q, v = mission(axes, seed=6)
     q = 0.5 * q  # into the crowd
-    setup = replace(setup, behaviors=ladder, outer=outer, max_speed=max_speed, law=ComputedTorque())
-    assert compare(setup, q, v, tolerance=1e-8).any() == (AVOID in ladder)
-    if axes == 2 or CHORDS not in ladder:  # chords in space have no figure of five
+    setup = replace(setup, behaviors=stack, outer=outer, max_speed=max_speed, law=ComputedTorque())
+    assert compare(setup, q, v, tolerance=1e-8).any() == (AVOID in stack)
+    if axes == 2 or CHORDS not in stack:  # chords in space have no figure of five
         failures = (Failure(robot=2, at=0.0, notice=0.003),)
         compare(replace(setup, failures=failures, reforming=reforming(6, axes, 1)), q, v, tolerance=1e-8)
 
@@ -57,13 +57,13 @@ def test_every_outer_loop(outer, ladder, max_speed: float, axes: int) -> None:
     ("feedforward", "max_speed", "axes"),
     [(True, math.inf, 2), (True, 1.5, 3), (False, 1.5, 2), (False, math.inf, 3)],
 )
-@pytest.mark.parametrize("ladder", LADDERS, ids=lambda ladder: "-".join(b.behavior for b in ladder))
-def test_every_ladder(ladder, feedforward: bool, max_speed: float, axes: int) -> None:
+@pytest.mark.parametrize("stack", STACKS, ids=lambda stack: "-".join(b.behavior for b in stack))
+def test_every_stack(stack, feedforward: bool, max_speed: float, axes: int) -> None:
     """Every pair of the other three on each."""
     setup, q, v = mission(axes, seed=1)
-    setup = replace(setup, behaviors=ladder, target_feedforward=feedforward, max_speed=max_speed)
+    setup = replace(setup, behaviors=stack, target_feedforward=feedforward, max_speed=max_speed)
     active = compare(setup, q, v)
-    if AVOID in ladder:
+    if AVOID in stack:
         assert active.any() and not active.all()
 
 
@@ -144,7 +144,7 @@ def test_random_missions(seed: int) -> None:
     }
     setup = replace(
         setup,
-        behaviors=LADDERS[rng.integers(len(LADDERS))],
+        behaviors=STACKS[rng.integers(len(STACKS))],
         law=law(anti_windup=bool(rng.integers(2)), **(switching if issubclass(law, SlidingModeLaw) else {})),
         radius=float(rng.uniform(1.0, 8.0)),
         target_feedforward=bool(rng.integers(2)),
@@ -155,10 +155,10 @@ def test_random_missions(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("ladder", "axes"),  # chords has no formation in space for fewer than six
-    [(ladder, axes) for ladder in LADDERS for axes in (2, 3) if axes == 2 or CHORDS not in ladder],
+    ("stack", "axes"),  # chords has no formation in space for fewer than six
+    [(stack, axes) for stack in STACKS for axes in (2, 3) if axes == 2 or CHORDS not in stack],
 )
-def test_failures_on_every_ladder(ladder, axes: int) -> None:
+def test_failures_on_every_stack(stack, axes: int) -> None:
     """Every kind, one after another and two at once, with and without the team's knowing."""
     setup, q, v = mission(axes, seed=10)
     failures = (
@@ -168,7 +168,7 @@ def test_failures_on_every_ladder(ladder, axes: int) -> None:
         Failure(robot=4, at=0.006, kind="mad", notice=0.002, force=40.0),
         Failure(robot=3, at=0.008, kind="stuck", notice=0.01),
     )
-    setup = replace(setup, behaviors=ladder, failures=failures, reforming=reforming(6, axes, len(failures)))
+    setup = replace(setup, behaviors=stack, failures=failures, reforming=reforming(6, axes, len(failures)))
     compare(setup, q, v, steps=12)
 
 
@@ -179,16 +179,16 @@ def crowded(axes: int, seed: int, count: int) -> tuple[Setup, np.ndarray, np.nda
     return setup, q, v
 
 
-MANY = [ladder for ladder in LADDERS if CHORDS not in ladder]  # which has no formation in so many axes
+MANY = [stack for stack in STACKS if CHORDS not in stack]  # which has no formation in so many axes
 
 
 @pytest.mark.parametrize("axes", [4, 5, 9])
-@pytest.mark.parametrize("ladder", MANY, ids=lambda ladder: "-".join(b.behavior for b in ladder))
-def test_more_than_three_axes(ladder, axes: int) -> None:
+@pytest.mark.parametrize("stack", MANY, ids=lambda stack: "-".join(b.behavior for b in stack))
+def test_more_than_three_axes(stack, axes: int) -> None:
     setup, q, v = crowded(axes, seed=11, count=7)
-    setup = replace(setup, behaviors=ladder)
+    setup = replace(setup, behaviors=stack)
     active = compare(setup, q, v)
-    if AVOID in ladder:
+    if AVOID in stack:
         assert active.any() and not active.all()
     compare(replace(setup, max_speed=1.5, target_feedforward=False), q, v)
     failures = (Failure(robot=2, at=0.002, notice=0.002), Failure(robot=5, at=0.004, kind="stuck"))
@@ -218,9 +218,9 @@ def test_robots_in_impossible_places(axes: int) -> None:
     q[0] = setup.obstacle_position[2]
     q[1] = q[setup.arrangement.predecessors[0, 1]]
     q[3] = setup.target.position(0.0)
-    for ladder in LADDERS:
+    for stack in STACKS:
         for max_speed in (math.inf, 1.0):
-            compare(replace(setup, behaviors=ladder, max_speed=max_speed), q, v, steps=2)
+            compare(replace(setup, behaviors=stack, max_speed=max_speed), q, v, steps=2)
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -251,8 +251,8 @@ def test_two_obstacles_equally_near() -> None:
 
 def test_a_lone_robot_in_free_space() -> None:
     setup, q, v = mission(3, seed=7, count=1, obstacles=0)
-    for ladder in ((AVOID, SURFACE), (AVOID,), (SURFACE,)):
-        assert not compare(replace(setup, behaviors=ladder), q, v).any()
+    for stack in ((AVOID, SURFACE), (AVOID,), (SURFACE,)):
+        assert not compare(replace(setup, behaviors=stack), q, v).any()
 
 
 def test_teammates_that_do_not_count_may_overlap() -> None:

@@ -27,7 +27,7 @@ TOLERANCE = 1e-10
 
 AVOID, CHORDS, SURFACE = AvoidObstacles(safe_distance=2.5), Chords(), Surface()
 VERTICES, REPULSION = Vertices(), Repulsion()
-LADDERS = (
+STACKS = (
     (AVOID, CHORDS, SURFACE),
     (AVOID, SURFACE, CHORDS),
     (CHORDS, SURFACE, AVOID),
@@ -135,7 +135,7 @@ def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[S
     setup = Setup(
         timestep=0.002,
         seed=int(rng.integers(2**53)),
-        behaviors=LADDERS[0],
+        behaviors=STACKS[0],
         law=ApdSmc(),
         radius=5.0,
         target_feedforward=True,

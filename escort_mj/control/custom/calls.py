@@ -51,7 +51,7 @@ def _function(block: int) -> int:
 
 
 @merged
-def own_law(plan: Plan, state: State) -> None:
+def custom_law(plan: Plan, state: State) -> None:
     """Has a plugin's law write forces and rates; where it fails, no force is a number any more."""
     n, p = state.q.shape
     memory, rate = state.law_memory, state.law_memory_rate
@@ -93,7 +93,7 @@ def _finite(state: State, p: int) -> bool:
 
 
 @inlined
-def own_wishes(block: int, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+def custom_wishes(block: int, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
     """What a plugin's behavior wants of robots i to i + 7.
 
     Args:

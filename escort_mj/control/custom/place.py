@@ -8,7 +8,7 @@ from typing import Any
 
 
 def place_of(error: BaseException, function: Callable[..., Any]) -> str:
-    """Where in a plugin an error was raised, and what it says: `own_law.py:12: ZeroDivisionError: ...`."""
+    """Where in a plugin an error was raised, and what it says: `custom_law.py:12: ZeroDivisionError: ...`."""
     file = function.__code__.co_filename
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
     line = lines[-1] if lines else function.__code__.co_firstlineno

@@ -14,7 +14,7 @@ from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.schema.scenario import Scenario
 
 
-def _ladders(scenario: Scenario) -> Iterator[tuple[Path, tuple[Behavior, ...]]]:
+def _stacks(scenario: Scenario) -> Iterator[tuple[Path, tuple[Behavior, ...]]]:
     """The mission's own behaviors and those of each phase, with their places in the file."""
     yield ("mission", "behaviors"), scenario.mission.behaviors
     for index, phase in enumerate(scenario.mission.supervisor):
@@ -23,15 +23,15 @@ def _ladders(scenario: Scenario) -> Iterator[tuple[Path, tuple[Behavior, ...]]]:
 
 def behaviors_of(scenario: Scenario) -> Iterator[tuple[Path, Behavior]]:
     """Every behavior with its place in the file."""
-    for path, ladder in _ladders(scenario):
-        yield from (((*path, index), behavior) for index, behavior in enumerate(ladder))
+    for path, stack in _stacks(scenario):
+        yield from (((*path, index), behavior) for index, behavior in enumerate(stack))
 
 
 def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
-    """Each behavior at most once in a ladder, and chords in one order only."""
-    for path, ladder in _ladders(scenario):
+    """Each behavior at most once in a priority stack, and chords in one order only."""
+    for path, stack in _stacks(scenario):
         seen: set[str] = set()
-        for index, behavior in enumerate(ladder):
+        for index, behavior in enumerate(stack):
             if behavior.behavior in seen:
                 yield Finding((*path, index), f"found {behavior.behavior} a second time")
             seen.add(behavior.behavior)

@@ -67,12 +67,12 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
     bodies = obstacles_of(scenario)
     moving = sum(body.motion is not None for body in bodies) + (scenario.target.body is not None)
     coordinates = coordinates_of(kinds_of(scenario), axes) + moving * axes
-    ladders = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
+    stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     sizes = {
         "robot": count,
         "axis": axes,
         "obstacle": len(bodies),
-        "behavior": len({behavior.behavior for ladder in ladders for behavior in ladder}),
+        "behavior": len({behavior.behavior for stack in stacks for behavior in stack}),
         "coordinate": coordinates,
         "group": len(bodies_of(scenario).watched),
     }

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.numerics.program import INSTRUCTION_SIZE, PIECE_SIZE, Op
+from escort_mj.numerics.program import INSTRUCTION_SIZE, SEGMENT_SIZE, Op
 from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.nodes import Array, Dual
 from escort_mj.scenario.schema.obstacle_tables import Motion, Waypoint
@@ -20,17 +20,17 @@ class Piecewise:
     """A piecewise cubic function of time; before its first piece it rests at that piece's start.
 
     Attributes:
-        pieces: Start time, then the coefficients of (t - start)^0 .. (t - start)^3, shape (pieces, 5).
+        segments: Start time, then the coefficients of (t - start)^0 .. (t - start)^3, shape (segments, 5).
     """
 
-    pieces: Array
+    segments: Array
 
     def evaluate(self, t: float | Array) -> Dual:
         """Value and exact time derivative at t [s], each of t's shape."""
-        start = self.pieces[:, 0]
+        start = self.segments[:, 0]
         index = np.maximum(np.searchsorted(start, t, side="right") - 1, 0)
         h = np.asarray(t, dtype=np.float64) - start[index]
-        c0, c1, c2, c3 = self.pieces[index, 1:].T
+        c0, c1, c2, c3 = self.segments[index, 1:].T
         started = h >= 0.0
         value = np.where(started, c0 + h * (c1 + h * (c2 + h * c3)), c0)
         return value, np.where(started, c1 + h * (2.0 * c2 + h * 3.0 * c3), 0.0)
@@ -59,16 +59,16 @@ class Trajectory:
 
         Returns:
             Instructions of all axes, shape (instructions, 3); first row and number of rows of each axis,
-            shape (p, 2); pieces of the piecewise cubics, shape (pieces, 5).
+            shape (p, 2); segments of the piecewise cubics, shape (segments, 5).
         """
         code: list[tuple[float, float, float]] = []
         spans: list[tuple[int, int]] = []
-        tables: list[Array] = [np.empty((0, PIECE_SIZE))]
+        tables: list[Array] = [np.empty((0, SEGMENT_SIZE))]
         for component in self.components:
             first = len(code)
             if isinstance(component, Piecewise):
-                code.append((Op.PIECEWISE, sum(map(len, tables)), len(component.pieces)))
-                tables.append(component.pieces)
+                code.append((Op.PIECEWISE, sum(map(len, tables)), len(component.segments)))
+                tables.append(component.segments)
             else:
                 code.extend(component.instructions())
             spans.append((first, len(code) - first))

@@ -16,8 +16,8 @@ from escort_mj.memory.layout import State
 from escort_mj.monitor.mass import INT
 from escort_mj.native.kernels import DOUBLE, inlined, int_at, kernel, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
+from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.layout import offset
-from escort_mj.world.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ TINY = 1e-12
 
 @on_demand
 def depth_inside(
-    m: int, d: int, geom: int, obstacle: int, body: Array, state: State, wiring: Wiring, way: Array
+    m: int, d: int, geom: int, obstacle: int, body: Array, state: State, addresses: Addresses, way: Array
 ) -> float:
     """How deep a point lies inside a box, cylinder, capsule, ellipsoid or convex mesh.
 
@@ -45,7 +45,7 @@ def depth_inside(
         obstacle: The same as an obstacle, from 0.
         body: The point, shape (3,) [m].
         state: Tells the number of axes.
-        wiring: Has the faces of meshes.
+        addresses: Has the faces of meshes.
         way: Result where it is inside: the unit vector that leads out along the axes, shape (p,).
 
     Returns:
@@ -64,7 +64,7 @@ def depth_inside(
         for k in range(3):
             x[axis] += turn[3 * k + axis] * (body[k] - place[k])
     if shape == BOX or shape == MESH:
-        return _among_faces(shape == BOX, obstacle, x, size, turn, wiring.faces, p, way)
+        return _among_faces(shape == BOX, obstacle, x, size, turn, addresses.faces, p, way)
     if not _is_inside(shape, size, x):
         return 0.0
     if p == 2:

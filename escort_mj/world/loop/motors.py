@@ -11,7 +11,7 @@ from escort_mj.native.kernels import DOUBLE, inlined, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.robots.attitude import ROTORS
 from escort_mj.robots.quadrotor import pilot, push
-from escort_mj.world.loop.wiring import Wiring
+from escort_mj.world.loop.addresses import Addresses
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ def past_dead_zone(command: float, zone: float) -> float:
 
 @on_demand
 def command_motors(
-    controls: int, activations: int, qpos: Array, qvel: Array, plan: Plan, state: State, wiring: Wiring
+    controls: int, activations: int, qpos: Array, qvel: Array, plan: Plan, state: State, addresses: Addresses
 ) -> None:
     """Tells all motors what the law's commands mean for them.
 
@@ -37,13 +37,13 @@ def command_motors(
         qvel: Its generalized velocities.
         plan: Gives force limits and failures.
         state: Gives the commands.
-        wiring: Where motors are, and what they are like.
+        addresses: Where motors are, and what they are like.
     """
     n, p = state.q.shape
     for i in range(n):
-        first = controls + DOUBLE * int(wiring.motor_address[i])
-        zone = wiring.dead_zone[i]
-        if wiring.pilot[i] < 0.0:
+        first = controls + DOUBLE * int(addresses.motor_address[i])
+        zone = addresses.dead_zone[i]
+        if addresses.pilot[i] < 0.0:
             motors = vector_at(first, p)
             for k in range(p):
                 motors[k] = past_dead_zone(state.command[i, k], zone)
@@ -53,7 +53,7 @@ def command_motors(
         if plan.failure_start.shape[0] > 0 and state.time[0] + 0.5 * plan.timestep >= plan.failure_start[i]:
             failure = plan.failure_kind[i]
         if failure != STUCK:
-            pilot(i, qpos, qvel, plan, state, wiring, rotors)
+            pilot(i, qpos, qvel, plan, state, addresses, rotors)
             for rotor in range(ROTORS):
                 rotors[rotor] = 0.0 if failure == DEAD else past_dead_zone(rotors[rotor], zone)
-        push(i, first, activations, qpos, wiring)
+        push(i, first, activations, qpos, addresses)

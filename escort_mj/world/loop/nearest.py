@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from escort_mj.memory.layout import Plan, State
 from escort_mj.native.kernels import DOUBLE, inlined, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
+from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.depth import depth_inside
 from escort_mj.world.loop.layout import offset
 from escort_mj.world.loop.library import geom_distance
-from escort_mj.world.loop.wiring import Wiring
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ DATA_PLACE, DATA_TURN = offset("mjData", "geom_xpos"), offset("mjData", "geom_xm
 
 
 @on_demand
-def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> None:
+def find_nearest(m: int, d: int, plan: Plan, state: State, addresses: Addresses) -> None:
     """Writes `obstacle_point` and `obstacle_gap`: what each robot and the target find of each obstacle.
 
     Args:
@@ -39,20 +39,20 @@ def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> No
         d: Address of its data, in which geoms are where they are now.
         plan: Gives the distance from which on the box will do.
         state: Both are written, m rows for each robot and for the target.
-        wiring: Which geoms they are.
+        addresses: Which geoms they are.
     """
     n, p = state.q.shape
     obstacles = plan.obstacle_radius.shape[0]
     segment = stack_memory()
     way = vector_at(segment + 6 * DOUBLE, p)
     for i in range(n + 1):
-        geom = int(wiring.robot_geom[i])
+        geom = int(addresses.robot_geom[i])
         body = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * geom, 3)
-        radius = plan.robot_radius[i] if i < n else wiring.target_radius
+        radius = plan.robot_radius[i] if i < n else addresses.target_radius
         for j in range(obstacles):
             row = i * obstacles + j
             point, square = state.obstacle_point[row], 0.0
-            other = int(wiring.obstacle_geom[j])
+            other = int(addresses.obstacle_geom[j])
             if plan.obstacle_radius[j] > 0.0:  # a sphere: its center
                 center = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * other, 3)
                 for k in range(p):
@@ -62,7 +62,7 @@ def find_nearest(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> No
                 continue
             nearest = vector_at(segment + 3 * DOUBLE, 3)
             to_box = _to_box(m, d, other, body, nearest)
-            depth = depth_inside(m, d, other, j, body, state, wiring, way) if to_box == 0.0 else 0.0
+            depth = depth_inside(m, d, other, j, body, state, addresses, way) if to_box == 0.0 else 0.0
             if depth > 0.0:
                 behind = min(depth, radius) if i < n else 0.0
                 for k in range(p):

@@ -14,11 +14,11 @@ import mujoco
 
 from escort_mj.control.controller import evaluate
 from escort_mj.memory.layout import MAGIC, Plan, State, axes_of, unpack_plan, unpack_state
+from escort_mj.monitor.clearances import is_noted, note_step
 from escort_mj.monitor.contacts import begin, settle, touch, touch_overlaps, touch_what_stands
 from escort_mj.monitor.mass import INT, kinetic_energy, mass_block
 from escort_mj.monitor.sampling import keep
 from escort_mj.monitor.truth import observe
-from escort_mj.monitor.watch import again, watch
 from escort_mj.native.kernels import (
     DOUBLE,
     call_at,
@@ -32,10 +32,10 @@ from escort_mj.native.kernels import (
 )
 from escort_mj.native.lanes import copy_in, copy_numbers
 from escort_mj.native.on_demand import CLASSES, callback, on_demand
+from escort_mj.world.loop.addresses import Addresses, behind, unpack_addresses
 from escort_mj.world.loop.layout import offset, size
 from escort_mj.world.loop.motors import command_motors
 from escort_mj.world.loop.nearest import find_nearest
-from escort_mj.world.loop.wiring import Wiring, behind, unpack_wiring
 from escort_mj.world.stages import IN_SPACE
 
 MODEL_NUMBERS = offset("mjModel", "nnumericdata")
@@ -69,11 +69,11 @@ def is_ours(m: int) -> bool:
 
 
 @on_demand
-def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
+def tell_model(m: int, d: int, addresses: Addresses, state: State) -> None:
     """Shows the law MuJoCo's own mass matrix and bias force, which are those of the present state."""
     n, p = state.q.shape
     for i in range(n):
-        first = int(wiring.dof_address[i])
+        first = int(addresses.dof_address[i])
         mass_block(
             pointer_at(d + DATA_MASS()), pointer_at(m + MODEL_ROW_SIZES()),
             pointer_at(m + MODEL_ROW_STARTS()), pointer_at(m + MODEL_COLUMNS()), first, p,
@@ -81,13 +81,13 @@ def tell_model(m: int, d: int, wiring: Wiring, state: State) -> None:
         )  # fmt: skip
         bias = vector_at(pointer_at(d + DATA_BIAS()) + DOUBLE * first, p)
         for k in range(p):
-            state.model_bias[i, k] = bias[k] - wiring.lift[i, k]
+            state.model_bias[i, k] = bias[k] - addresses.lift[i, k]
 
 
 @inlined
-def is_led(wiring: Wiring) -> bool:
+def is_led(addresses: Addresses) -> bool:
     """Whether the target is put where it is to be: MuJoCo lets it touch nothing that stands."""
-    return wiring.target_address[0] >= 0.0
+    return addresses.target_address[0] >= 0.0
 
 
 @merged
@@ -96,72 +96,72 @@ def control(m: int, d: int, axes: int) -> None:
     numbers = pointer_at(m + MODEL_NUMERIC())
     plan = unpack_plan(numbers, axes)
     state = unpack_state(numbers, pointer_at(d + DATA_USERDATA()), axes)
-    wiring = unpack_wiring(behind(numbers), axes)
+    addresses = unpack_addresses(behind(numbers), axes)
     n, p = state.q.shape
     nq = state.qpos.shape[0]
     qpos = vector_at(pointer_at(d + DATA_QPOS()), nq)
     qvel = vector_at(pointer_at(d + DATA_QVEL()), nq)  # of which there are no more
     state.time[0] = double_at(d + DATA_TIME())
     copy_numbers(qpos, state.qpos, nq)
-    if wiring.in_row:
+    if addresses.in_row:
         copy_in(qpos, state.q, n * p)
         copy_in(qvel, state.v, n * p)
     else:
         for i in range(n):
             for k in range(p):
-                state.q[i, k] = qpos[int(wiring.qpos_address[i]) + k]
-                state.v[i, k] = qvel[int(wiring.dof_address[i]) + k]
+                state.q[i, k] = qpos[int(addresses.qpos_address[i]) + k]
+                state.v[i, k] = qvel[int(addresses.dof_address[i]) + k]
     for b in range(state.mover_position.shape[0]):
-        here = vector_at(pointer_at(d + DATA_QPOS()) + DOUBLE * int(wiring.mover_qpos[b]), p)
-        speed = vector_at(pointer_at(d + DATA_QVEL()) + DOUBLE * int(wiring.mover_dof[b]), p)
+        here = vector_at(pointer_at(d + DATA_QPOS()) + DOUBLE * int(addresses.mover_qpos[b]), p)
+        speed = vector_at(pointer_at(d + DATA_QVEL()) + DOUBLE * int(addresses.mover_dof[b]), p)
         for k in range(p):
             state.mover_position[b, k], state.mover_velocity[b, k] = here[k], speed[k]
     if state.model_bias.shape[0] > 0:
-        tell_model(m, d, wiring, state)
+        tell_model(m, d, addresses, state)
     if plan.shaped:
-        find_nearest(m, d, plan, state, wiring)
+        find_nearest(m, d, plan, state, addresses)
     evaluate(plan, state)
     for b in range(state.mover_force.shape[0]):
-        force = vector_at(pointer_at(d + DATA_APPLIED()) + DOUBLE * int(wiring.mover_dof[b]), p)
+        force = vector_at(pointer_at(d + DATA_APPLIED()) + DOUBLE * int(addresses.mover_dof[b]), p)
         for k in range(p):
             force[k] = state.mover_force[b, k]
     applied = vector_at(pointer_at(d + DATA_APPLIED()), nq)
-    if wiring.in_row:
+    if addresses.in_row:
         copy_numbers(state.command, vector_at(pointer_at(d + DATA_CTRL()), n * p), n * p)
         copy_numbers(state.disturbance, applied, n * p)
     else:
         controls, activations = pointer_at(d + DATA_CTRL()), pointer_at(d + DATA_ACTIVATION())
-        command_motors(controls, activations, qpos, qvel, plan, state, wiring)
+        command_motors(controls, activations, qpos, qvel, plan, state, addresses)
         for i in range(n):
             for k in range(p):
-                applied[int(wiring.dof_address[i]) + k] = state.disturbance[i, k]
-    if is_led(wiring):
+                applied[int(addresses.dof_address[i]) + k] = state.disturbance[i, k]
+    if is_led(addresses):
         mocap = pointer_at(d + DATA_MOCAP())
         for k in range(p):  # where it will be when MuJoCo next looks
-            target = vector_at(mocap + DOUBLE * int(wiring.target_address[k]), 1)
-            target[0] = wiring.target_offset[k] + state.next_target_position[k]
+            target = vector_at(mocap + DOUBLE * int(addresses.target_address[k]), 1)
+            target[0] = addresses.target_offset[k] + state.next_target_position[k]
 
 
 @merged
-def look(m: int, d: int, axes: int) -> None:
+def monitor(m: int, d: int, axes: int) -> None:
     """Records what the solved step brought."""
     numbers = pointer_at(m + MODEL_NUMERIC())
     plan = unpack_plan(numbers, axes)
     state = unpack_state(numbers, pointer_at(d + DATA_USERDATA()), axes)
-    wiring = unpack_wiring(behind(numbers), axes)
+    addresses = unpack_addresses(behind(numbers), axes)
     n, p = state.q.shape
     applied = vector_at(pointer_at(d + DATA_FORCE()), state.qpos.shape[0])
-    if wiring.in_row:
+    if addresses.in_row:
         copy_in(applied, state.force, n * p)
     else:
         for i in range(n):
             for k in range(p):
-                state.force[i, k] = applied[int(wiring.dof_address[i]) + k] - wiring.lift[i, k]
+                state.force[i, k] = applied[int(addresses.dof_address[i]) + k] - addresses.lift[i, k]
     if plan.truth:
         observe(
             plan,
             state,
-            wiring,
+            addresses,
             pointer_at(d + DATA_MASS()),
             pointer_at(m + MODEL_ROW_SIZES()),
             pointer_at(m + MODEL_ROW_STARTS()),
@@ -169,23 +169,23 @@ def look(m: int, d: int, axes: int) -> None:
             pointer_at(d + DATA_BIAS()),
             pointer_at(d + DATA_ACCELERATION()),
         )
-    if again(state):
+    if is_noted(state):
         return
     energy = kinetic_energy(
         pointer_at(d + DATA_MASS()), pointer_at(m + MODEL_ROW_SIZES()), pointer_at(m + MODEL_ROW_STARTS()),
         pointer_at(m + MODEL_COLUMNS()), pointer_at(d + DATA_QVEL()), int_at(m + MODEL_FREEDOMS()),
         int_at(m + MODEL_ENTRIES()),
     )  # fmt: skip
-    overlaps = watch(plan, state, wiring.target_radius, energy)
+    overlaps = note_step(plan, state, addresses.target_radius, energy)
     if axes > IN_SPACE:
-        touch_overlaps(plan, state, wiring.target_radius)
-    elif int_at(d + DATA_NCON()) > 0 or state.under_way[0] > 0.0 or (overlaps and is_led(wiring)):
-        look_at_contacts(m, d, plan, state, wiring)
+        touch_overlaps(plan, state, addresses.target_radius)
+    elif int_at(d + DATA_NCON()) > 0 or state.under_way[0] > 0.0 or (overlaps and is_led(addresses)):
+        monitor_contacts(m, d, plan, state, addresses)
     keep(pointer_at(d + DATA_USERDATA()), plan, state)
 
 
 @on_demand
-def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -> None:
+def monitor_contacts(m: int, d: int, plan: Plan, state: State, addresses: Addresses) -> None:
     """Notes MuJoCo's contacts of the solved step, each with its pair of bodies, and what it cannot see.
 
     The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
@@ -193,8 +193,8 @@ def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -
     led moves without a velocity of MuJoCo's: its own is added. What stands it meets by geometry.
     """
     target, p = state.q.shape[0], state.q.shape[1]
-    led = is_led(wiring)
-    body = wiring.geom_body
+    led = is_led(addresses)
+    body = addresses.geom_body
     first = pointer_at(d + DATA_CONTACT())
     forces, velocities = pointer_at(d + DATA_EFC_FORCE()), pointer_at(d + DATA_EFC_VELOCITY())
     pyramidal = int_at(m + MODEL_CONE()) == PYRAMIDAL
@@ -220,7 +220,7 @@ def look_at_contacts(m: int, d: int, plan: Plan, state: State, wiring: Wiring) -
                 opening += moved if body2 == target else -moved
         touch(state, state.time[0], body1, body2, force, -distance, -opening)
     if led:
-        touch_what_stands(plan, state, wiring.target_radius)
+        touch_what_stands(plan, state, addresses.target_radius)
     settle(state, state.time[0], plan.timestep)
 
 
@@ -257,13 +257,13 @@ def sensor_callback(axes: int | None) -> Callable[..., None]:
             if stage == ACCELERATION_STAGE and is_ours(m):
                 axes = axes_of(pointer_at(m + MODEL_NUMERIC()))
                 if axes >= MANY:
-                    look(m, d, axes)
+                    monitor(m, d, axes)
 
         return of_many
 
     def of_few(m: int, d: int, stage: c_int) -> None:
         if stage == ACCELERATION_STAGE and is_ours(m) and axes_of(pointer_at(m + MODEL_NUMERIC())) == axes:
-            look(m, d, axes)
+            monitor(m, d, axes)
 
     return of_few
 

@@ -27,9 +27,9 @@ from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.signals import record_size, truth_sizes
-from escort_mj.world.loop.wiring import faces_of, thickness
+from escort_mj.world.loop.addresses import faces_of, thickness
 from escort_mj.world.model.cameras import add_cameras
-from escort_mj.world.model.compiling import add_numbers, compile_wired
+from escort_mj.world.model.compiling import add_numbers, compile_addressed
 from escort_mj.world.model.parts import new_root
 from escort_mj.world.model.robots import add_robots
 from escort_mj.world.model.surroundings import add_obstacles, add_target, set_floor, set_medium
@@ -197,7 +197,7 @@ def _compile(tree: Element, draft: Draft) -> mujoco.MjModel:
     """Compile a tree, and wire it to the controller."""
     movers, faces = len(draft.setup.movers), faces_of(draft.obstacles)
     gravity, names = gravity_of(draft.scenario), draft.bodies.names
-    return compile_wired(tree, draft.robots, gravity, draft.stages, names, movers, faces)
+    return compile_addressed(tree, draft.robots, gravity, draft.stages, names, movers, faces)
 
 
 def _set_physics(tree: Element, scenario: Scenario) -> None:

@@ -1,4 +1,4 @@
-"""From an MJCF tree to a MuJoCo model that carries its wiring: where the compiler has put what."""
+"""From an MJCF tree to a MuJoCo model that carries its addresses: where the compiler has put what."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from escort_mj.errors import Fault, PluginError, ScenarioError
 from escort_mj.mjcf import section, set_attributes
 from escort_mj.scenario.geometry.placement import Placement
-from escort_mj.world.loop.wiring import wire, wiring_size
+from escort_mj.world.loop.addresses import addresses_size, find_addresses
 from escort_mj.world.model.robots import add_start
 from escort_mj.world.stages import Stage
 
@@ -21,7 +21,7 @@ PAIR = 8  # bytes that MuJoCo takes for each pair of bodies: in the search for p
 MOST_NUMBERS = 500  # that MuJoCo's reader takes in one element
 
 
-def compile_wired(
+def compile_addressed(
     tree: Element,
     robots: Placement,
     gravity: Sequence[float],
@@ -30,13 +30,13 @@ def compile_wired(
     movers: int,
     faces: NDArray[np.float64],
 ) -> mujoco.MjModel:
-    """Compile a tree into a model that carries its wiring.
+    """Compile a tree into a model that carries its addresses.
 
     What is found only in a compiled model is written into it, and into the tree: to compile again would
     double the time. Only what does not start at rest, or is more than the tree shows, is compiled again.
 
     Args:
-        tree: MJCF tree without wiring and start; receives both.
+        tree: MJCF tree without addresses and start; receives both.
         robots: What they are.
         gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
@@ -49,17 +49,17 @@ def compile_wired(
     """
     geoms = sum(1 for _ in section(tree, "worldbody").iter("geom"))
     axes = sum(len(stage.directions) for stage in stages)
-    room = np.zeros(wiring_size(robots, axes, names, movers, geoms, len(faces)))
-    elements = add_numbers(tree, "escort_wiring", room)
+    room = np.zeros(addresses_size(robots, axes, names, movers, geoms, len(faces)))
+    elements = add_numbers(tree, "escort_addresses", room)
     model = _first_compiled(tree, robots)
-    wiring = _normal(wire(model, robots, gravity, stages, names, faces))
+    addresses = _normal(find_addresses(model, robots, gravity, stages, names, faces))
     for element in elements:
         section(tree, "custom").remove(element)
-    add_numbers(tree, "escort_wiring", wiring)
-    more = [add_start(tree, model, robots, gravity), _add_memory(tree, model), len(wiring) != len(room)]
+    add_numbers(tree, "escort_addresses", addresses)
+    more = [add_start(tree, model, robots, gravity), _add_memory(tree, model), len(addresses) != len(room)]
     if any(more):
         return _compiled(tree)
-    model.numeric_data[-len(wiring) :] = wiring
+    model.numeric_data[-len(addresses) :] = addresses
     return model
 
 

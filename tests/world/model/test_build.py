@@ -17,7 +17,7 @@ from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import record_size, truth_sizes
 from escort_mj.world.callback import native_loop
-from escort_mj.world.loop.wiring import behind, geom_bodies, thickness, unpack_wiring
+from escort_mj.world.loop.addresses import behind, geom_bodies, thickness, unpack_addresses
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
 
@@ -165,9 +165,9 @@ def test_rolling_spheres() -> None:
     assert (m.nq, m.nv, m.nu) == (21, 18, 6)
     assert m.opt.gravity.tolist() == [0.0, 0.0, -9.81]
     assert [m.jnt_type[j] for j in range(3)] == [mujoco.mjtJoint.mjJNT_FREE] * 3
-    wiring = unpack_wiring(behind(m.numeric_data.ctypes.data), 2)
-    assert wiring.qpos_address.tolist() == [0.0, 7.0, 14.0]
-    assert wiring.dof_address.tolist() == [0.0, 6.0, 12.0]
+    addresses = unpack_addresses(behind(m.numeric_data.ctypes.data), 2)
+    assert addresses.qpos_address.tolist() == [0.0, 7.0, 14.0]
+    assert addresses.dof_address.tolist() == [0.0, 6.0, 12.0]
     data = mujoco.MjData(m)
     mujoco.mj_forward(m, data)
     assert data.ncon == 3 and np.allclose(data.contact.dist, 0.0, atol=1e-12)
@@ -179,8 +179,8 @@ def test_rolling_spheres() -> None:
 def test_bodies_of_the_contact_watch() -> None:
     world = world_of(PLANAR)
     m = world.model
-    wiring = unpack_wiring(behind(m.numeric_data.ctypes.data), 2)
-    bodies = {name_of(m, mujoco.mjtObj.mjOBJ_GEOM, i): int(b) for i, b in enumerate(wiring.geom_body)}
+    addresses = unpack_addresses(behind(m.numeric_data.ctypes.data), 2)
+    bodies = {name_of(m, mujoco.mjtObj.mjOBJ_GEOM, i): int(b) for i, b in enumerate(addresses.geom_body)}
     assert bodies == {
         "robot_1_body": 0,
         "robot_2_body": 1,
@@ -336,8 +336,8 @@ def test_many_robots() -> None:
     plan = plan_of(world)
     assert len(plan) > 500
     assert world.model.numeric_data[: len(plan)].tobytes() == plan.tobytes()
-    wiring = unpack_wiring(behind(world.model.numeric_data.ctypes.data), 2)
-    assert wiring.qpos_address.tolist() == list(range(0, 400, 2))
+    addresses = unpack_addresses(behind(world.model.numeric_data.ctypes.data), 2)
+    assert addresses.qpos_address.tolist() == list(range(0, 400, 2))
     with native_loop(world):
         plant = Plant(world)
         plant.step(20)

@@ -20,9 +20,9 @@ def test_a_world_is_compiled_again_only_where_it_must_be(
 ) -> None:
     """Either way the model is that of its text."""
     compiled, trees = compiling._compiled, []
-    size = compiling.wiring_size
+    size = compiling.addresses_size
     monkeypatch.setattr(compiling, "_compiled", lambda tree: trees.append(tree) or compiled(tree))
-    monkeypatch.setattr(compiling, "wiring_size", lambda *what: size(*what) - guess)
+    monkeypatch.setattr(compiling, "addresses_size", lambda *what: size(*what) - guess)
     world = build(Scenario.model_validate({"robots": ROBOTS | more}))
     assert len(trees) == times
     again = mujoco.MjModel.from_xml_string(world.xml)

@@ -58,13 +58,13 @@ class ClearanceState(Fields):
 
 
 @inlined
-def again(state: State) -> bool:
+def is_noted(state: State) -> bool:
     """Whether this step has been watched before: mj_forward at the same time brings nothing new."""
     return state.step[0] + 1.0 == state.watched_step[0]
 
 
 @inlined
-def watch(plan: Plan, state: State, target_radius: float, kinetic_energy: float) -> bool:
+def note_step(plan: Plan, state: State, target_radius: float, kinetic_energy: float) -> bool:
     """Adds one solved physics step, one that was not watched before, to the record.
 
     Args:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.memory.layout import MAGIC, size_of
+from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined
 from escort_mj.native.memory import Layout, viewer
 from escort_mj.robots.attitude import ROTORS, Craft
@@ -18,41 +19,53 @@ from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.scenario.geometry.shapes import hull, rotation_matrix
 from escort_mj.world.stages import Stage
 
-Array = NDArray[np.float64]
 
-
-class Wiring(NamedTuple):
+class Addresses(Fields):
     """Where things are in MuJoCo's arrays, for n robots, p axes and so many geoms."""
 
-    qpos_address: Annotated[Array, "n"]  # first position coordinate of each robot
-    dof_address: Annotated[Array, "n"]  # first velocity coordinate of each robot
-    tree_end: Annotated[Array, "n"]  # one past the last velocity coordinate of each robot's kinematic tree
-    target_address: Annotated[Array, "p"]  # where each of the target's coordinates is in `mocap_pos`
-    target_offset: Annotated[Array, "p"]  # what is added to it there [m]
-    target_radius: float  # [m]
-    in_row: bool  # whether robots' coordinates and motors come first and in order, and motors are plain
-    motor_address: Annotated[Array, "n"]  # first motor of each robot
-    dead_zone: Annotated[Array, "n"]  # force that each command loses [N]
+    qpos_address: Annotated[Array, "n", Value("1", "first position coordinate of each robot")]
+    dof_address: Annotated[Array, "n", Value("1", "first velocity coordinate of each robot")]
+    tree_end: Annotated[
+        Array, "n", Value("1", "one past the last velocity coordinate of each robot's kinematic tree")
+    ]
+    target_address: Annotated[Array, "p", Value("1", "of each of the target's coordinates in `mocap_pos`")]
+    target_offset: Annotated[Array, "p", Value("m", "what is added to it there")]
+    target_radius: Annotated[float, Value("m", "of the target")]
+    in_row: Annotated[
+        bool,
+        Value("1", "whether robots' coordinates and motors come first, in order, and motors are plain"),
+    ]
+    motor_address: Annotated[Array, "n", Value("1", "first motor of each robot")]
+    dead_zone: Annotated[Array, "n", Value("N", "force that each command loses")]
     lift: Annotated[
-        Array, "n", 3
-    ]  # force that is fed forward against a flying robot's weight, world frame [N]
-    pilot: Annotated[Array, "n"]  # row in `crafts` of each robot that flies, else -1
-    crafts: Annotated[Array, "flying", len(Craft._fields)]  # see `robots/attitude.py`
-    rotor_gain: Annotated[Array, "flying", ROTORS]  # of each rotor's motor [1]
-    rotor_state: Annotated[Array, "flying"]  # first activation of rotors that lag, else -1
-    geom_body: Annotated[Array, "geoms"]  # which of the mission's bodies each geom belongs to, -1 for none
-    robot_geom: Annotated[Array, "seers"]  # geom of each robot, and last of the target
-    obstacle_geom: Annotated[Array, "m"]  # geom of each obstacle
-    faces: Annotated[Array, "faces", 5]  # of meshes: obstacle, outward normal and offset in the geom's axes
-    mover_qpos: Annotated[Array, "movers"]  # first position coordinate of what moves by itself
-    mover_dof: Annotated[Array, "movers"]  # and its first velocity coordinate
+        Array, "n", 3, Value("N", "force fed forward against a flying robot's weight, world frame")
+    ]
+    pilot: Annotated[Array, "n", Value("1", "row in `crafts` of each robot that flies, else -1")]
+    crafts: Annotated[Array, "flying", len(Craft._fields), Value("1", "see `robots/attitude.py`")]
+    rotor_gain: Annotated[Array, "flying", ROTORS, Value("1", "of each rotor's motor")]
+    rotor_state: Annotated[Array, "flying", Value("1", "first activation of rotors that lag, else -1")]
+    geom_body: Annotated[
+        Array, "geoms", Value("1", "which of the mission's bodies each geom belongs to, -1 for none")
+    ]
+    robot_geom: Annotated[Array, "seers", Value("1", "geom of each robot, and last of the target")]
+    obstacle_geom: Annotated[Array, "m", Value("1", "geom of each obstacle")]
+    faces: Annotated[
+        Array,
+        "faces",
+        5,
+        Value("1 or m", "of meshes: obstacle, outward normal, offset in the geom's axes"),
+    ]
+    mover_qpos: Annotated[Array, "movers", Value("1", "first position coordinate of what moves by itself")]
+    mover_dof: Annotated[Array, "movers", Value("1", "and its first velocity coordinate")]
 
 
-LAYOUT = Layout(MAGIC, Wiring)
+LAYOUT = Layout(MAGIC, Addresses)
 
 
-def wiring_size(team: Placement, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int) -> int:
-    """Length of a wiring.
+def addresses_size(
+    team: Placement, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
+) -> int:
+    """Length of the addresses.
 
     Args:
         team: The robots.
@@ -81,7 +94,7 @@ def _sizes(
     }
 
 
-def wire(
+def find_addresses(
     model: mujoco.MjModel,
     team: Placement,
     gravity: Sequence[float],
@@ -89,7 +102,7 @@ def wire(
     names: Sequence[str],
     faces: Array,
 ) -> Array:
-    """The wiring of a compiled model as one flat vector, found by names.
+    """The addresses of a compiled model as one flat vector, found by names.
 
     Args:
         model: A compiled model with bodies `robot_1` ..., `target` and their shadows.
@@ -208,14 +221,14 @@ def thickness(model: mujoco.MjModel, names: Sequence[str]) -> Array:
 
 @inlined
 def behind(plan: int) -> int:
-    """Address of the wiring, which stands behind the plan at an address."""
+    """Address of the addresses, which stands behind the plan at an address."""
     return plan + DOUBLE * size_of(plan)
 
 
-def unpack_wiring(address: int, axes: int) -> Wiring:
-    """Views the wiring at an address; nothing is copied, nothing owned."""
-    wiring: Wiring = LAYOUT.read(Wiring, address, address)
-    return wiring
+def unpack_addresses(address: int, axes: int) -> Addresses:
+    """Views the addresses at an address; nothing is copied, nothing owned."""
+    addresses: Addresses = LAYOUT.read(Addresses, address, address)
+    return addresses
 
 
-viewer(LAYOUT, Wiring, unpack_wiring)
+viewer(LAYOUT, Addresses, unpack_addresses)
