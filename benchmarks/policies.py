@@ -13,9 +13,9 @@ from cmaes import CMA  # noqa: E402
 from numpy.typing import NDArray  # noqa: E402
 
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
+from escort_mj import Run  # noqa: E402
 from escort_mj.api import fly, load_scenario  # noqa: E402
 from escort_mj.environments import Simulation  # noqa: E402
-from escort_mj.mission import Flight  # noqa: E402
 from escort_mj.record.outcome import Outcome  # noqa: E402
 from escort_mj.scenario import Scenario  # noqa: E402
 from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
@@ -73,7 +73,7 @@ def _push(ways: Array, reach: float) -> Array:
     return np.asarray(np.where(length > 0.0, share * ways, 0.0))
 
 
-def flown(scenario: Scenario, chosen: Policy) -> tuple[Flight, float]:
+def flown(scenario: Scenario, chosen: Policy) -> tuple[Run, float]:
     """A mission by a policy, and its mean reward per robot and sample."""
     simulation = Simulation(scenario)
     simulation.reset()
@@ -107,9 +107,9 @@ def trained() -> Array:
     return found
 
 
-def _row(name: str, runs: list[Flight]) -> list[str]:
-    values = [[run.measures[metric].value for run in runs] for metric in METRICS]
-    touched = sum((run.measures["contacts"].value or 0.0) > 0.0 for run in runs)
+def _row(name: str, runs: list[Run]) -> list[str]:
+    values = [[run.values[metric] for run in runs] for metric in METRICS]
+    touched = sum((run.values["contacts"] or 0.0) > 0.0 for run in runs)
     passed = sum(run.passed for run in runs)
     return [
         name,
@@ -121,7 +121,7 @@ def _row(name: str, runs: list[Flight]) -> list[str]:
 
 def _rows(gains: Array) -> Iterator[list[str]]:
     missions = [load_scenario("main", {"seed": seed}) for seed in HELD_OUT]
-    yield _row("NSB and APD-SMC", [fly(mission) for mission in missions])
+    yield _row("NSB and APD-SMC", [Run(fly(mission)) for mission in missions])
     by_hand = np.array(list(BY_HAND.values()))
     for name, chosen in (("policy, gains by hand", by_hand), ("policy, trained", gains)):
         yield _row(name, [flown(mission, policy(chosen, mission.axes))[0] for mission in missions])

@@ -8,14 +8,15 @@ completed m ('time', 'robot', 'axis')
 
 from __future__ import annotations
 
-import typing as _typing
+TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to import than this package
 
-if _typing.TYPE_CHECKING:
+if TYPE_CHECKING:
     from escort_mj.api import load_scenario, open_run, run, run_many
     from escort_mj.errors import EscortError, ScenarioError
     from escort_mj.record.outcome import Outcome
     from escort_mj.runs import Run, table
     from escort_mj.scenario.schema.scenario import Scenario
+    from escort_mj.studies import compare, falsify, reproduce, sweep, tune
 
     __version__: str
 
@@ -26,6 +27,11 @@ _HOMES = {
     "open_run": "api",
     "Run": "runs",
     "table": "runs",
+    "compare": "studies",
+    "falsify": "studies",
+    "reproduce": "studies",
+    "sweep": "studies",
+    "tune": "studies",
     "Outcome": "record.outcome",
     "Scenario": "scenario.schema.scenario",
     "EscortError": "errors",
@@ -38,25 +44,32 @@ __all__ = [
     "Run",
     "Scenario",
     "ScenarioError",
+    "compare",
+    "falsify",
     "load_scenario",
     "open_run",
+    "reproduce",
     "run",
     "run_many",
+    "sweep",
     "table",
+    "tune",
 ]
 
 
-def __getattr__(name: str) -> _typing.Any:
-    """Loads a public name at its first use, so that importing the package stays light."""
-    if name == "__version__":
-        from importlib.metadata import version
+if not TYPE_CHECKING:
 
-        return version("escort-mj")
-    if name not in _HOMES:
-        raise AttributeError(f"module 'escort_mj' has no attribute {name!r}")
-    from importlib import import_module
+    def __getattr__(name: str) -> object:
+        """Loads a public name at its first use, so that importing the package stays light."""
+        if name == "__version__":
+            from importlib.metadata import version
 
-    return getattr(import_module(f"escort_mj.{_HOMES[name]}"), name)
+            return version("escort-mj")
+        if name not in _HOMES:
+            raise AttributeError(f"module 'escort_mj' has no attribute {name!r}")
+        from importlib import import_module
+
+        return getattr(import_module(f"escort_mj.{_HOMES[name]}"), name)
 
 
 def __dir__() -> list[str]:

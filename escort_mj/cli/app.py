@@ -19,6 +19,7 @@ from escort_mj.cli import complete
 from escort_mj.cli.group import Commands, print_version, start_over
 from escort_mj.cli.streams import OUTPUT, lasting_streams, printable_json, say
 from escort_mj.errors import EscortError, ScenarioError
+from escort_mj.progress import terminal_bar
 
 app = typer.Typer(
     name="escort-mj",
@@ -148,7 +149,7 @@ def progress_bar(
     elif OUTPUT.quiet:
         yield None
     elif sys.stderr.isatty():
-        with _bar(label, unit) as update:
+        with terminal_bar(label, unit) as update:
             yield update
     else:
         if announced:
@@ -175,29 +176,6 @@ class _Events:
         _print_event(
             "progress", stage=self.stage, done=done, total=total, elapsed=elapsed, remaining=remaining
         )
-
-
-@contextmanager
-def _bar(label: str, unit: str) -> Iterator[Callable[[float, float], None]]:
-    """A progress bar on a terminal, with rate and time left."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f}/{task.total:.0f}" + unit),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(label, total=1.0, rate="")
-
-        def update(done: float, total: float) -> None:
-            speed = bar.tasks[0].speed
-            bar.update(task, completed=done, total=total, rate=f"{speed:.1f}{unit}/s" if speed else "")
-
-        yield update
 
 
 def shown_path(path: Path) -> str:

@@ -58,18 +58,9 @@ def _laid_out(
     count = cores() if workers is None else workers
     if processes and count > 1:
         parent_of_workers()
-    from escort_mj import api
-    from escort_mj.study.sweeps.definition import load_study
-    from escort_mj.study.sweeps.design import Design
+    from escort_mj.studies import lay_out
 
-    file = load_study(api.study_path(study))
-    folder = out if out is not None else Path("renders") / "studies" / file.study.study
-    if not confirmed:
-        from escort_mj.study.sweeps.sweep import check_size
-
-        check_size(file, folder)
-    design = Design(file, api.scenarios_folder())
-    return design, folder, count
+    return lay_out(study, out, count, confirmed)
 
 
 @app.command("reproduce")
@@ -190,17 +181,14 @@ def sweep_command(
     design, folder, count = _laid_out(study, out, workers, backend == "local", yes)
     from escort_mj.study.engine import backends
     from escort_mj.study.sweeps.sweep import sweep as make_runs
+    from escort_mj.study.sweeps.sweep import sweep_line
 
     make = {"local": backends.local, "threads": backends.threads}.get(backend)
     at = backends.dask(count, scheduler) if make is None else make(count)
     with at as where, progress_bar("sweeping", " runs") as progress:
         done = make_runs(design, folder, where, count, yes, progress)
     written = ["results.sqlite", "runs.csv", "study.yaml"]
-    lines = [
-        f"{design.study.study}: {done.runs} runs in {len(design.cells)} cells: {done.made} made now, "
-        f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke",
-        f"wrote {shown_path(folder)}: {' '.join(written)}",
-    ]
+    lines = [sweep_line(design, done), f"wrote {shown_path(folder)}: {' '.join(written)}"]
     told = {"study": design.study.study, "cells": len(design.cells)} | done._asdict()
     code = BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD
     finish("sweep", as_json, lines, code, folder=shown_path(folder), written=written, **told)

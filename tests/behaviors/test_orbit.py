@@ -34,5 +34,5 @@ def test_the_figure_turns_at_the_rate_and_stays_even() -> None:
     angle = np.unwrap(np.arctan2(x[..., 1], x[..., 0]), axis=0)
     turned = (angle[-1] - angle[0]) / float(late["time"][-1] - late["time"][0])
     np.testing.assert_allclose(turned, 0.3, rtol=0.02)
-    assert run.measures["spacing_error_max"].value < 0.05
-    assert run.measures["radius_error_max"].value < 0.05
+    assert run.values["spacing_error_max"] < 0.05
+    assert run.values["radius_error_max"] < 0.05

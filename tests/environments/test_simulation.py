@@ -131,7 +131,7 @@ def test_a_robot_that_is_driven_into_the_target_touches_it() -> None:
         touched |= simulation.touching
     assert touched.any()
     run = simulation.run()
-    assert not run.passed and run.measures["contacts"].value
+    assert not run.passed and run.values["contacts"]
 
 
 def test_what_cannot_be() -> None:

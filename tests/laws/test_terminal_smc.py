@@ -31,4 +31,4 @@ def test_it_escorts_against_a_disturbance() -> None:
     changes = ["controller=terminal_smc", "duration=30", "expect=[]", "obstacles=[]"]
     run = api.run(api.load_scenario("main", [*changes, "uncertainty.disturbance=[2*sin(t), 1]"]))
     assert run.message == "completed 30 s"
-    assert run.measures["radius_error_max"].value < 0.02
+    assert run.values["radius_error_max"] < 0.02

@@ -96,6 +96,14 @@ def sweep(
     return Swept(len(planned), made, failed, broken)
 
 
+def sweep_line(design: Design, done: Swept) -> str:
+    """What a sweep did, in a line."""
+    return (
+        f"{design.study.study}: {done.runs} runs in {len(design.cells)} cells: {done.made} made now, "
+        f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke"
+    )
+
+
 def check_size(file: StudyFile, out: Path) -> None:
     """Refuses a study that is too large to begin unasked, before its cells are laid out.
 

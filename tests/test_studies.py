@@ -1,0 +1,96 @@
+"""Studies from Python: the commands' engines, with results as tables."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import escort_mj
+from escort_mj.study.compare.runs import Findings
+
+SCENARIO = """
+name: one
+duration: 0.2
+robots: {positions: [[5, 0]], force_limit: 10}
+expect: [{metric: radius_error_max, at_most: 1}]
+"""
+STUDY = """
+study: small
+scenario: one.yaml
+vary: {robots.mass: [1, 2]}
+seeds: 2
+tune:
+  over: {controller.slope: {low: 1, high: 30}}
+  objectives: [{metric: tracking_error_rms}]
+  trials: 2
+  held_out: 0
+falsify:
+  over: {robots.radius: {low: 0.1, high: 0.2}}
+  runs: 4
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compiled: None) -> str:
+    """A study file in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    Path("one.yaml").write_text(SCENARIO)
+    Path("study.yaml").write_text(STUDY)
+    return "study.yaml"
+
+
+def test_a_sweep_is_a_table_and_goes_on(study: str) -> None:
+    done: list[tuple[float, float]] = []
+
+    def interrupt(*progress: float) -> None:
+        done.append(progress)
+        if len(done) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match="2 of 4 runs are kept in renders/studies/small"):
+        escort_mj.sweep(study, workers=1, confirmed=True, progress=interrupt)
+    result = escort_mj.sweep(study, workers=1, confirmed=True)
+    assert result.folder == Path("renders/studies/small") and result.passed
+    assert result.lines == [
+        "small: 4 runs in 2 cells: 2 made now, 2 had been made before; 0 failed, 0 of them broke"
+    ]
+    assert result.table["robots.mass"].tolist() == [1, 2, 1, 2] and result.table["passed"].all()
+    assert result.table["force_rms"].dtype == float
+    assert result.to_dataframe() is not result.table and repr(result).startswith("<small: 4 rows in ")
+    assert "small: 4 runs" in result._repr_html_() and "<table" in result._repr_html_()
+    assert Path(result.report()).name == "report.html"
+
+
+def test_laws_are_compared(study: str) -> None:
+    result = escort_mj.compare("one.yaml", "pd", workers=1, progress=False)
+    assert result.folder == Path("renders/compare/one") and result.passed
+    assert result.table["law"].tolist() == ["pd"] and "1 runs: 1 run now" in result.lines[0]
+
+
+def test_tuning_and_falsifying_are_tables(study: str) -> None:
+    tuned = escort_mj.tune(study, "tuned", workers=1)
+    assert len(tuned.table) == 3 and "controller.slope" in tuned.table
+    best = escort_mj.load_scenario("tuned/best.yaml")
+    assert best.controller.slope == pytest.approx(tuned.found.best.point["controller.slope"])
+    nothing = escort_mj.falsify(study, "searched", workers=1)
+    assert nothing.passed and nothing.table.empty and nothing.lines[0].startswith("nothing found in")
+
+
+def test_claims_of_the_paper_are_a_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def reproduced(scenarios: Path, out: Path, draw: object, only: list[str], *rest: object) -> Findings:
+        asked.extend(only)
+        out.mkdir()
+        claim = {"section": "4", "figures": "5", "claim": "it settles", "rule": "in time", "holds": "yes"}
+        (out / "table.json").write_text(json.dumps({"claims": [claim | {"readings": {}}]}))
+        return Findings(["one claim"], [], True)
+
+    monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce", reproduced)
+    result = escort_mj.reproduce([5, "laws"], tmp_path / "out", workers=1)
+    assert asked == ["5", "laws"] and result.lines == ["one claim"]
+    assert result.table.to_dict("records") == [
+        {"section": "4", "figures": "5", "claim": "it settles", "rule": "in time", "holds": "yes"}
+    ]
