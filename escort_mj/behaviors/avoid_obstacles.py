@@ -45,26 +45,28 @@ POLAR = 0.9  # a unit vector with more than this along the last axis hardly turn
 
 
 class AvoidObstacles(Behavior):
-    """Keeps each robot outside the safe sphere of obstacles and of its teammates."""
+    """Keep each robot outside the safe sphere of obstacles and teammates."""
 
     frame: ClassVar[Literal["target", "world"]] = "world"
 
     behavior: Literal["avoid_obstacles"] = "avoid_obstacles"
     safe_distance: PositiveFloat = 2.0
-    """Distance to an obstacle, or to a robot that is lost, below which the behavior rules the robot [m]."""
+    """Distance to an obstacle or a failed robot below which the behavior is active [m]."""
     measure: Literal["center", "surface"] = "surface"
-    """Where distances are measured: `surface` to surface, or `center` to center (the paper's points)."""
+    """Measure of distances: `surface` to surface, or `center` to center (the paper's points)."""
     teammates: bool = True
-    """Whether a teammate that comes too near counts as an obstacle (remark 2)."""
+    """Whether a teammate that comes too close counts as an obstacle (remark 2)."""
     teammate_distance: PositiveFloat | None = None
-    """Safe distance to teammates [m]; null: `safe_distance`, but at most half the formation's spacing."""
+    """Safe distance to teammates [m]; null: `safe_distance`, but at most half the spacing of the formation.
+    """
     gain: Literal["consistent", "printed"] = "consistent"
-    """State-dependent gain: as eq. 23 demands (`consistent`), or with the printed coefficient (`printed`)."""
+    """State-dependent gain: as required by eq. 23 (`consistent`), or with the printed coefficient
+    (`printed`)."""
     gain_margin: NonNegativeFloat = 0.1
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
     sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
-    """Least share of the velocity blocked by the intruder that goes sideways, around it, so that head-on
-    approaches do not end before it (remark 6); 0: none, only noise can break them (the paper)."""
+    """Minimum tangential velocity around an intruder, as a share of the velocity that it blocks, so that
+    head-on approaches do not stop (remark 6); 0: none, only noise ends such a stop (the paper)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "teammates"})
 

@@ -39,16 +39,16 @@ class ChordState(Fields):
 
 
 class Chords(Behavior):
-    """Spreads the robots evenly: a ring in the plane, an octahedron of six robots in space."""
+    """Spread the robots evenly along chords: a ring in the plane, an octahedron of six robots in space."""
 
     spreads: ClassVar[bool] = True
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "order"})
 
     behavior: Literal["chords"] = "chords"
     gain: PositiveFloat = 0.8
-    """Gain of the task's error [1/s] (paper: Lambda_2)."""
+    """Gain of the task error [1/s] (paper: Lambda_2)."""
     order: tuple[int, ...] | None = None
-    """Robots (from 1) in their order along the formation; null: from their initial positions."""
+    """Order of the robots (from 1) along the formation; null: from their initial positions."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""

@@ -22,10 +22,11 @@ toward_vertex = Vertices.wish_lanes
 
 
 class Orbit(Vertices):
-    """Spreads the robots evenly and lets them circle the target, about the axis across the first two axes.
+    """Spread the robots evenly and let them circle the target in the plane of the first two axes.
 
-    To the velocity toward the robot's vertex it adds rate * A (q - c), with A the quarter turn in the plane
-    of the first two axes: a rigid rotation, so the figure stays even. Robots on the axis itself stay there.
+    The behavior adds rate * A (q - c) to the velocity toward the robot's vertex. A is the quarter turn in the
+    plane of the first two axes, so the motion is a rigid rotation and the formation stays even. Robots on the
+    axis of rotation stay there.
     """
 
     behavior: Literal["orbit"] = "orbit"  # type: ignore[assignment]

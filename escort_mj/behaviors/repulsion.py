@@ -38,13 +38,13 @@ SAME = 1e-24  # squared distance of two directions that differ by rounding only:
 
 
 class Repulsion(Behavior):
-    """Spreads the robots evenly without a plan: the others' directions from the target repel each one."""
+    """Spread the robots evenly: the directions of the others, seen from the target, repel each robot."""
 
     spreads: ClassVar[bool] = True
 
     behavior: Literal["repulsion"] = "repulsion"
     gain: PositiveFloat = 0.8
-    """Gain of the repulsion [1/s]; no robot is pushed faster than gain times radius."""
+    """Gain of the repulsion [1/s]; the velocity is at most gain times radius."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task across the way to the target: down the Coulomb energy of the directions."""

@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 
 class Surface(Behavior):
-    """Brings each robot to the mission's radius from the target."""
+    """Keep each robot at the mission's radius from the target."""
 
     behavior: Literal["surface"] = "surface"
     gain: PositiveFloat = 0.8
-    """Gain of the task's error [1/s] (paper: Lambda_3)."""
+    """Gain of the task error [1/s] (paper: Lambda_3)."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2."""

@@ -50,7 +50,7 @@ class VertexState(Fields):
 
 
 class Vertices(Behavior):
-    """Spreads any number of robots evenly: the vertices of the figure of least Coulomb energy."""
+    """Spread any number of robots evenly, over the vertices of the formation of lowest Coulomb energy."""
 
     spreads: ClassVar[bool] = True
 

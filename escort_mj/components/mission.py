@@ -24,18 +24,22 @@ class MissionParameters(Fields):
 class MissionSignals(Fields):
     """The present state of physics and what acts on it; time comes first in every sample."""
 
-    time: Annotated[Array, 1, Recorded("s", "time of the evaluation of the law")]
+    time: Annotated[Array, 1, Recorded("s", "time at which the law is evaluated")]
     q: Annotated[Array, "n", "p", Recorded("m", "true position of the robots")]
     v: Annotated[Array, "n", "p", Recorded("m/s", "true velocity of the robots")]
     qpos: Annotated[Array, "coordinates", Recorded("m or 1", "MuJoCo's generalized positions, for replay")]
-    disturbance: Annotated[Array, "n", "p", Recorded("N", "external force that disturbs the robots")]
+    disturbance: Annotated[Array, "n", "p", Recorded("N", "disturbance force on the robots")]
     target_position: Annotated[Array, "p", Recorded("m", "position of the target")]
     target_velocity: Annotated[Array, "p", Recorded("m/s", "velocity of the target")]
     force: Annotated[
         Array,
         "n",
         "p",
-        Recorded("N", "force that motors applied, after their limits; without what holds up a quadrotor"),
+        Recorded(
+            "N",
+            "force applied by the motors, after their limits; without the force that "
+            "compensates a quadrotor's weight",
+        ),
     ]
 
 

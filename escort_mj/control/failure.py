@@ -39,18 +39,21 @@ class FailureParameters(Fields):
 
 
 class Failure(Parameters):
-    """A robot's motors fail. Once the team knows, the robot is an obstacle, and the others re-form."""
+    """A failure of a robot's motors.
+
+    Once the team knows about it, the robot counts as an obstacle, and the others close ranks.
+    """
 
     robot: PositiveInt
-    """Which robot, counted from 1."""
+    """Number of the robot, from 1."""
     at: NonNegativeFloat
-    """When its motors fail [s]."""
+    """Time of the failure [s]."""
     kind: Literal["dead", "stuck", "mad"] = "dead"
-    """`dead`: no force; `stuck`: the last force stays; `mad`: random forces, each held for 0.5 s."""
+    """`dead`: no force; `stuck`: constant last force; `mad`: random forces, each held for 0.5 s."""
     notice: NonNegativeFloat = 0.5
-    """After how long the team knows, as from a drive that reports its fault [s]; till then it is trusted."""
+    """Delay until the team knows about the failure [s]; until then the robot counts as intact."""
     force: Annotated[PositiveFloat, Field(le=1e12)] | None = None
-    """Largest force per axis of a `mad` robot [N]; null: its force limit."""
+    """Largest force per axis of a `mad` robot [N]; null: the robot's force limit."""
 
 
 def failure_parameters(failures: Sequence[Failure], force_limit: Array) -> dict[str, Any]:

@@ -12,9 +12,9 @@ class OuterLoopSignals(Fields):
 
     v_d: Annotated[Array, "n", "p", Recorded("m/s", "reference velocity from the behaviors (outer loop)")]
     avoidance_active: Annotated[
-        Array, "n", Recorded("1", "1 while obstacle avoidance rules the robot, else 0", "int8")
+        Array, "n", Recorded("1", "1 while obstacle avoidance is active, otherwise 0", "int8")
     ]
-    outer_updates: Annotated[Array, "n", Recorded("1", "runs of the outer loop so far", "int64")]
+    outer_updates: Annotated[Array, "n", Recorded("1", "number of updates by the outer loop so far", "int64")]
 
 
 class SupervisorSignals(Fields):
@@ -23,7 +23,7 @@ class SupervisorSignals(Fields):
     phase: Annotated[
         Array,
         "n",
-        Recorded("1", "phase of the supervisor that rules the robot, 0 for the mission's own", "int8"),
+        Recorded("1", "active phase of the supervisor; 0 for the mission's own behaviors", "int8"),
     ]
 
 
@@ -31,7 +31,9 @@ class FailureSignals(Fields):
     """Whose motors have failed."""
 
     lost: Annotated[
-        Array, "n", Recorded("1", "1 once the team knows that the robot's motors have failed, else 0", "int8")
+        Array,
+        "n",
+        Recorded("1", "1 once the team knows that the robot's motors have failed, otherwise 0", "int8"),
     ]
 
 
@@ -41,26 +43,30 @@ class TaskSignals(Fields):
     ruling: Annotated[
         Array,
         "n",
-        Recorded("1", "active behavior of highest priority, by its place in `behavior`; -1: none", "int8"),
+        Recorded(
+            "1", "active behavior of highest priority, as an index into `behavior`; -1 for none", "int8"
+        ),
     ]
     task_error: Annotated[
         Array,
         "n",
         "behaviors",
-        Recorded("m", "error of each active task: depth of intrusion, or distance from the wish"),
+        Recorded("m", "error of each active task: depth of intrusion, or distance from the desired position"),
     ]
-    task_wish: Annotated[Array, "n", "behaviors", Recorded("m/s", "speed that each task wants for itself")]
+    task_wish: Annotated[Array, "n", "behaviors", Recorded("m/s", "speed that each task demands on its own")]
     task_removed: Annotated[
         Array,
         "n",
         "behaviors",
-        Recorded("m/s", "what the projections of higher priorities removed of that velocity"),
+        Recorded("m/s", "part of the velocity of each task that higher priorities removed"),
     ]
     task_angle: Annotated[
         Array,
         "n",
         "behaviors",
-        Recorded("rad", "smallest angle to an active task above; pi/2 is no conflict (eq. 19)"),
+        Recorded(
+            "rad", "smallest angle to an active task of higher priority; pi/2 means no conflict (eq. 19)"
+        ),
     ]
 
 

@@ -56,20 +56,22 @@ class SupervisorState(Fields):
 
 
 class Condition(Parameters):
-    """What must be so for a phase to rule, as the robots measure it: with all that `sensing` says."""
+    """Condition for a phase, evaluated with the robots' measurements (`sensing`)."""
 
     quantity: Literal[QUANTITIES]  # type: ignore[valid-type]
-    """What is compared [m]: a robot's distance to its nearest obstacle or robot, surface to surface, or to
-    the target's center; or the distance of the target's center to the nearest obstacle's surface; or how
-    many robots the team has lost [1]."""
+    """Compared quantity [m]: the distance of a robot to the nearest obstacle or robot, surface to surface, or
+    to the target's center; the distance of the target's center to the surface of the nearest obstacle; or the
+    number of failed robots [1]."""
     below: float | None = None
-    """The phase begins when the quantity falls below this [m]. Give `below` or `above`."""
+    """The phase begins when the quantity falls below this value [m]. Set `below` or `above`."""
     above: float | None = None
-    """The phase begins when the quantity rises above this [m]."""
+    """The phase begins when the quantity rises above this value [m]."""
     release: float | None = None
-    """The phase ends when the quantity is back beyond this [m]; null: the threshold itself, no hysteresis."""
+    """The phase ends when the quantity passes this value on its way back [m]; null: the threshold itself,
+    without hysteresis."""
     scope: Literal["robot", "team"] = "robot"
-    """Who changes over: the `robot` that meets the condition, or the whole `team` as soon as one does."""
+    """Which robots change phase: the `robot` that meets the condition, or the whole `team` as soon as one
+    robot does."""
 
     @property
     def threshold(self) -> float:

@@ -27,22 +27,23 @@ Mask = NDArray[np.bool_]
 
 
 class Trigger(Parameters):
-    """When a robot computes its reference velocity again; in between it holds the last one (zero-order hold).
+    """Condition for updates of a robot's reference velocity, which is held in between (zero-order hold).
 
-    It does so when it has moved, as seen from the target, by more than `distance + share * |w| / gain` since
-    the last time, where w is the velocity that it holds relative to the target's and gain that of its first
-    escort behavior: |w| / gain is about the way still to go. While avoidance rules it, and when its phase
-    or the team changes, it always does.
+    A robot updates its reference velocity when it has moved, relative to the target, by more than `distance
+    + share * |w| / gain` since the last update. Here w is the held velocity relative to the target, and
+    gain is that of the first escort behavior; |w| / gain approximates the remaining distance. A robot also
+    updates while avoidance is active, and when its phase or the team changes.
     """
 
     distance: PositiveFloat = 0.05
-    """Motion that is always enough [m]; more than twice the measurement noise, or noise alone fires."""
+    """Motion that always triggers an update [m]; use more than twice the measurement noise, so that noise
+    alone does not trigger."""
     share: NonNegativeFloat = 0.1
-    """Motion that is enough, as a share of the way still to go [1]."""
+    """Additional motion for an update, as a share of the remaining distance [1]."""
     dwell: NonNegativeFloat = 0.02
-    """Least time between two updates [s]."""
+    """Minimum time between two updates [s]."""
     longest: PositiveFloat = 0.1
-    """Most time between two updates [s]."""
+    """Maximum time between two updates [s]."""
 
 
 class TriggerParameters(Fields):

@@ -1,4 +1,4 @@
-"""The least distance between two sides, surface to surface."""
+"""A bound on the distance between two sides, surface to surface."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from escort_mj.expectations.touches import least_clearance
 
 
 class ClearanceExpectation(Windowed):
-    """The least distance between two sides, surface to surface."""
+    """A bound on the distance between two sides, surface to surface."""
 
     kind = "clearance"
     rank = 30
@@ -22,9 +22,9 @@ class ClearanceExpectation(Windowed):
     of_floor = False
 
     clearance: sides()  # type: ignore[valid-type]
-    """Two groups or bodies, but for the floor; at least one side are robots or the target."""
+    """Two groups or bodies except the floor; at least one side must be robots or the target."""
     at_least: NonNegativeFloat
-    """Least distance, at every physics step [m]."""
+    """Minimum distance at every physics step [m]."""
 
     def judge(self, trace: Any) -> Judgment:
         """Whether the least distance of the window is enough."""

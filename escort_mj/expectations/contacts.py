@@ -33,25 +33,26 @@ QUANTITIES = {
 
 
 class ContactExpectation(Windowed):
-    """Bounds on touches between two sides; without any bound: that there are none."""
+    """Bounds on touches between two sides; without any bound, no touch is allowed."""
 
     kind = "contacts"
     rank = 20
 
     contacts: sides("none", "any")  # type: ignore[valid-type]
-    """Two groups or bodies; `any`: of any two bodies, but for the floor; `none`: of those there is none."""
+    """Two groups or bodies; `any`: any two bodies except the floor; `none`: no touch between such bodies."""
     at_most: NonNegativeInt | None = None
-    """Most touches; one is an unbroken touch of two bodies; null: 0 where there is no other bound."""
+    """Maximum number of touches; each is one unbroken contact of two bodies; null: 0 if there is no other
+    bound."""
     at_least: NonNegativeInt | None = None
-    """Fewest touches."""
+    """Minimum number of touches."""
     touch_time: NonNegativeFloat | None = None
-    """Longest that one touch may last [s]."""
+    """Maximum duration of a touch [s]."""
     peak_force: NonNegativeFloat | None = None
-    """Largest normal force of a touch [N]."""
+    """Maximum normal force of a touch [N]."""
     impulse: NonNegativeFloat | None = None
-    """Largest impulse of one touch, the integral of its normal force [N s]."""
+    """Maximum impulse of a touch, the integral of its normal force [N s]."""
     penetration: NonNegativeFloat | None = None
-    """Largest depth to which a touch may go [m]."""
+    """Maximum depth of a touch [m]."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the touches of the window are within all bounds; the one with the least room counts."""

@@ -63,9 +63,10 @@ class Expectation(Parameters):
     """Whether the floor can be one of its sides."""
 
     xfail: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
-    """Why it is known to fail: it passes as long as it does not hold, and fails as soon as it does."""
+    """Reason for an expected failure: the entry passes while the condition fails, and fails as soon as the
+    condition holds."""
     skip: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
-    """Why it is not judged, and counts as passed; null: it is judged."""
+    """Reason for skipping: the entry is not evaluated and counts as passed; null: it is evaluated."""
 
     def judge(self, trace: Any) -> Judgment:
         """Whether it holds.
@@ -140,9 +141,9 @@ class Windowed(Expectation):
     """An expectation of a window of time."""
 
     after: NonNegativeFloat = 0.0
-    """Start of the window [s], to the physics step."""
+    """Start of the window [s], exact to the physics step."""
     before: PositiveFloat | None = None
-    """End of the window [s], to the physics step; null: the end of the run."""
+    """End of the window [s], exact to the physics step; null: the end of the run."""
 
     @property
     def window(self) -> tuple[float, float | None]:

@@ -24,7 +24,7 @@ class MetricExpectation(Windowed):
     """All metrics by name."""
 
     metric: Literal[METRIC_NAMES]  # type: ignore[valid-type]
-    """Which metric."""
+    """Name of the metric."""
     at_most: float | None = None
     """Upper bound, in the metric's unit."""
     at_least: float | None = None

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
 
 class OutcomeExpectation(Expectation):
-    """How the run ends; where nothing is said, it is to be completed."""
+    """The outcome of the run; by default, it must be `completed`."""
 
     kind = "outcome"
     rank = 60
 
     outcome: Literal["completed", "diverged", "unstable"]
-    """`diverged`: a robot left for good, or a number is none; `unstable`: MuJoCo warned."""
+    """`diverged`: a robot moved far away or a number is not finite; `unstable`: MuJoCo issued a warning."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the run ended so."""

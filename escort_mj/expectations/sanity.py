@@ -34,7 +34,7 @@ def _all_checks(value: Any) -> Any:
 
 
 class SanityExpectation(Windowed):
-    """The simulation itself can be trusted."""
+    """Checks of the simulation itself."""
 
     kind = "sanity"
     rank = 50
@@ -44,8 +44,9 @@ class SanityExpectation(Windowed):
         Field(min_length=1),
         BeforeValidator(_all_checks, json_schema_input_type=Literal["all"] | tuple[SanityCheck, ...]),
     ]
-    """`all`, or some of: no `warnings` of MuJoCo, every number `finite`, no `energy` out of nothing, and no
-    `tunneling`: possible where two bodies come nearer in one step than the thinnest body is thick."""
+    """`all`, or a list of: `warnings` (no warnings from MuJoCo), `finite` (every number is finite), `energy`
+    (no energy out of nothing), `tunneling` (no step in which two bodies approach by more than the thickness
+    of the thinnest body)."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the simulation can be trusted: all checks hold in the window."""

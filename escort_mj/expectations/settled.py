@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 
 
 class SettledExpectation(Expectation):
-    """Every robot has come to the mission's radius by some time, and stays."""
+    """A time by which every robot has reached the mission's radius and stays there."""
 
     kind = "settled"
     rank = 40
     window_key = "by"
 
     settled: PositiveFloat
-    """How far from the mission's radius a robot may be, either way [m]."""
+    """Largest deviation from the mission's radius [m]."""
     by: NonNegativeFloat
-    """From when on [s]."""
+    """Latest settling time [s]."""
     before: PositiveFloat | None = None
-    """Until when [s]; null: the end of the run."""
+    """End of the window [s]; null: the end of the run."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the largest radius error of the window is small enough, and since when it was."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ApdSmc(SlidingModeLaw):
-    """The paper's law: PD for the nominal part, a sliding term for disturbances, adaptation for the rest."""
+    """The paper's law: a PD part, a sliding term for disturbances, adaptation for the unknown model."""
 
     has_lyapunov: ClassVar[bool] = True
     title: ClassVar[str] = "APD-SMC"
@@ -29,7 +29,7 @@ class ApdSmc(SlidingModeLaw):
     adaptation_rate: NonNegativeFloat = 20.0
     """Rate at which the estimate follows s [N/m] (paper: mu)."""
     initial_estimate: float = 0.1
-    """Estimate of the reference torque at the start, every axis [N] (paper: rho_hat_0)."""
+    """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 
     def force(self, robots: LawView) -> None:
         """Write eq. 9, tau = rho_hat + k_p e + k_d e_dot + k sgn(s), and eq. 10, d rho_hat/dt = mu s."""

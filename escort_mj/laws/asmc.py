@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Asmc(SlidingModeLaw):
-    """Adaptation and a strong switching term, no PD part."""
+    """Adaptation and a strong switching term, without a PD part."""
 
     own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain"})  # k_a, far larger than k
 
@@ -27,7 +27,7 @@ class Asmc(SlidingModeLaw):
     adaptation_rate: NonNegativeFloat = 20.0
     """Rate at which the estimate follows s [N/m] (paper: mu)."""
     initial_estimate: float = 0.1
-    """Estimate of the reference torque at the start, every axis [N] (paper: rho_hat_0)."""
+    """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 
     def force(self, robots: LawView) -> None:
         """Write tau = rho_hat + k_a sgn(s), d rho_hat/dt = mu s: eq. 9 without its PD part."""

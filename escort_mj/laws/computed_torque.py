@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
 
 class ComputedTorque(Law):
-    """Inverse dynamics: tau = M (a_d + k_v e_dot + k_p e) + bias, with MuJoCo's own M and bias force.
+    """Inverse dynamics: tau = M (a_d + k_v e_dot + k_p e) + bias, with MuJoCo's M and bias force.
 
-    Without noise and disturbance the error obeys e'' + k_v e' + k_p e = 0, whatever the mass. a_d is the
-    outer loop's velocity differentiated backward over a physics step behind a first-order filter, since that
-    velocity carries measurement noise.
+    Without noise and disturbance, the error satisfies e'' + k_v e' + k_p e = 0 for any mass. a_d is the
+    backward difference of the outer loop's velocity over one physics step, after a first-order filter,
+    because this velocity contains measurement noise.
 
-    M is the block of the mass matrix that belongs to the robot's position: m times the identity. A sphere
-    that rolls turns as well, and through the contact with the floor that makes it 7/5 m heavy: the contact
-    is no part of the mass matrix, so the law does not know.
+    M is the block of the mass matrix for the robot's position: m times the identity. A rolling sphere also
+    rotates, and the contact with the floor raises its effective mass to 7/5 m. The contact is not part of
+    the mass matrix, so the law does not account for it.
     """
 
     needs_model: ClassVar[bool] = True
@@ -38,7 +38,7 @@ class ComputedTorque(Law):
     velocity_gain: NonNegativeFloat = 20.0
     """Gain of the velocity error [1/s]; 2 sqrt(position_gain) is critical damping."""
     acceleration_filter: NonNegativeFloat = 0.1
-    """Time constant of the filter of the differentiated velocity reference [s]; 0 for none."""
+    """Time constant of the filter for the differentiated reference velocity [s]; 0: no filter."""
 
     def force(self, robots: LawView) -> None:
         """Write tau = M (a_d + k_v e_dot + k_p e) + bias."""

@@ -35,9 +35,10 @@ class Law(Component):
     """Keys that mean another thing than in other laws."""
 
     slope: PositiveFloat = 20.0
-    """Slope of s = e_dot + slope * e [1/s] (paper: gamma), which anti-windup and avoidance's gain use too."""
+    """Slope of s = e_dot + slope * e [1/s] (paper: gamma); anti-windup and the avoidance gain also use it."""
     anti_windup: bool = True
-    """While a motor is saturated outward: hold the estimate, and carry the reference with the robot."""
+    """Whether to hold the estimate and move the reference with the robot while a motor is saturated outward.
+    """
     law: str
 
     @classmethod

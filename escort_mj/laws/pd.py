@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class Pd(Law):
     """PD and the model's bias force: tau = k_p e + k_d e_dot + g (Takegaki and Arimoto 1981).
 
-    The bias force is MuJoCo's own, exact: gravity and what velocities add (Coriolis, centrifugal). Nothing
-    in the law knows of disturbances, so a constant push leaves an error of push / k_p.
+    The bias force is exact: MuJoCo's gravity, Coriolis and centrifugal forces. The law does not compensate
+    disturbances: a constant force leaves an error of force / k_p.
     """
 
     needs_model: ClassVar[bool] = True

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class PdSmc(SlidingModeLaw):
-    """PD and a switching term; nothing estimates the reference torque."""
+    """A PD part and a switching term, without adaptation."""
 
     has_lyapunov: ClassVar[bool] = True
     title: ClassVar[str] = "PD-SMC"

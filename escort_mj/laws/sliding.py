@@ -31,7 +31,8 @@ class SlidingModeLaw(Law):
     """Parameters of every sliding-mode law: what stands for the sign of s."""
 
     smoothing: Literal["tanh", "saturation", "sign"] = "tanh"
-    """What stands for sgn(s): a tanh (remark 4), a clipped line, or the discontinuous sign itself."""
+    """Approximation of sgn(s): `tanh` (remark 4), `saturation` (a clipped line), or the discontinuous `sign`.
+    """
     boundary_layer: PositiveFloat = 1.0
     """Width of the smoothed zone of s [m/s]."""
 

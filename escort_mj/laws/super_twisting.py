@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 class SuperTwisting(SlidingModeLaw):
     """The law of Levant (1993): tau = k_1 |s|^(1/2) sgn(s) + w, w' = k_2 sgn(s); `rho_hat` is w.
 
-    With the sign itself s comes to 0 in finite time and stays there if the force that the law does not know
-    changes by less than k_2 per second and k_1^2 is large against mass times k_2. That force holds the term
-    mass * slope * s, so `slope` is smaller here than in the other laws: k_1 must outgrow it wherever s gets.
+    With the exact sign, s reaches 0 in finite time and stays there if the unknown force changes by less
+    than k_2 per second and k_1^2 is large compared with mass times k_2. The unknown force includes the term
+    mass * slope * s, which k_1 must dominate for every s. The default of `slope` is therefore smaller than
+    in the other laws.
     """
 
     own_keys: ClassVar[frozenset[str]] = frozenset({"slope", "smoothing", "boundary_layer"})
@@ -31,9 +32,9 @@ class SuperTwisting(SlidingModeLaw):
     slope: PositiveFloat = 2.0
     """Slope of s = e_dot + slope * e [1/s]."""
     smoothing: Literal["tanh", "saturation", "sign"] = "sign"
-    """What stands for sgn(s); the sign itself already gives a continuous force."""
+    """Approximation of sgn(s); `sign` already gives a continuous force."""
     root_gain: NonNegativeFloat = 6.0
-    """Gain of the root of s [N (s/m)^(1/2)] (k_1)."""
+    """Gain of the square root of |s| [N (s/m)^(1/2)] (k_1)."""
     integral_gain: NonNegativeFloat = 4.0
     """Rate of the integral term [N/s] (k_2)."""
 

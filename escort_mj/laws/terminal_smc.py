@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 class TerminalSmc(SlidingModeLaw):
     """The law of Yang and Yang (2011), on the surface z = e + a |e|^2 sgn(e) + b |e_dot|^(3/2) sgn(e_dot).
 
-    On z = 0 the error is gone in finite time: fast far away, by the square, and fast near by, by the root of
-    the velocity error. The equivalent part m |e_dot|^(1/2) sgn(e_dot) (1 + 2 a |e|) / (3/2 b) has no negative
-    power, so nothing is singular at e = 0. m is a guess at the mass; what it misses the reaching terms take.
-    The recorded `s`, by which anti-windup goes, stays e_dot + slope * e.
+    On z = 0 the error vanishes in finite time: the squared error speeds up convergence at large errors, the
+    root of the velocity error at small ones. The equivalent part m |e_dot|^(1/2) sgn(e_dot) (1 + 2 a |e|) /
+    (3/2 b) contains no negative power and is not singular at e = 0. m is an assumed mass; the reaching
+    terms compensate its error. The recorded `s`, which anti-windup uses, remains e_dot + slope * e.
 
-    Yang, L.; Yang, J. Nonsingular fast terminal sliding-mode control for nonlinear dynamical systems.
-    Int. J. Robust Nonlinear Control 2011, 21, 1865-1879, doi 10.1002/rnc.1666.
+    Yang, L.; Yang, J. Nonsingular fast terminal sliding-mode control for nonlinear dynamical systems. Int.
+    J. Robust Nonlinear Control 2011, 21, 1865-1879, doi 10.1002/rnc.1666.
     """
 
     own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain", "boundary_layer"})
@@ -43,7 +43,7 @@ class TerminalSmc(SlidingModeLaw):
     reaching_gain: NonNegativeFloat = 60.0
     """Gain of z [N/m]."""
     switching_gain: NonNegativeFloat = 6.0
-    """Gain of what stands for sgn(z) [N]."""
+    """Gain of the approximation of sgn(z) [N]."""
 
     def force(self, robots: LawView) -> None:
         """Write tau = m |e'|^(1/2) sgn(e') (1 + 2 a |e|) / (3/2 b) + k z + k_s sgn(z)."""

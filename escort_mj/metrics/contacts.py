@@ -25,7 +25,7 @@ def _touches(trace: Recorded) -> Recorded:
 
 @metric(unit="1", grows=True, watched=False, rank=180)
 def contacts(trace: Recorded) -> Measure:
-    """Touches between robots, target, obstacles and walls."""
+    """Number of touches between robots, target, obstacles and walls."""
     found = _touches(trace)
     count = found.sizes["episode"]
     if not count:
@@ -37,7 +37,7 @@ def contacts(trace: Recorded) -> Measure:
 
 @metric(unit="N", grows=True, watched=False, rank=190)
 def contact_force_max(trace: Recorded) -> Measure:
-    """Largest normal contact force between them."""
+    """Largest normal force between robots, target, obstacles and walls."""
     found = _touches(trace)
     if by_geometry(found).any():
         return Measure(None, reason=FORCELESS)
@@ -50,6 +50,6 @@ def contact_force_max(trace: Recorded) -> Measure:
 
 @metric(unit="1", grows=True, watched=False, rank=200)
 def contacts_untold(trace: Recorded) -> Measure:
-    """Contacts that the contact log had no room for."""
+    """Number of contacts that did not fit into the contact log."""
     total = trace["contacts_untold"].values
     return Measure(float(total[-1] - total[0]))

@@ -31,7 +31,7 @@ def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
 
 @metric(unit="m", watched=False, more_is_better=True, rank=130)
 def obstacle_distance_min(trace: Recorded) -> Measure:
-    """Least distance of a robot's center to an obstacle's, or to its surface if it is no sphere."""
+    """Minimum distance of a robot's center to a sphere's center, or to the surface of another obstacle."""
     if not trace.sizes["obstacle"]:
         return Measure(None, reason=UNOBSTRUCTED)
     distances = trace["obstacle_distance"].values
@@ -42,18 +42,18 @@ def obstacle_distance_min(trace: Recorded) -> Measure:
 
 @metric(unit="m", least=-math.inf, more_is_better=True, rank=140)
 def obstacle_clearance_min(trace: Recorded) -> Measure:
-    """Least distance robot to obstacle or wall, surface to surface."""
+    """Minimum distance between a robot and an obstacle or wall, surface to surface."""
     return _clearance(trace, ("obstacles", "walls"), UNOBSTRUCTED)
 
 
 @metric(unit="m", watched=False, more_is_better=True, rank=150)
 def robot_distance_min(trace: Recorded) -> Measure:
-    """Least distance between two robots, center to center."""
+    """Minimum distance between two robots, center to center."""
     name = "robot_distance_min"
     return least_of(trace, trace[name].values, robot) if name in trace else Measure(None, reason=ALONE)
 
 
 @metric(unit="m", least=-math.inf, more_is_better=True, rank=160)
 def robot_clearance_min(trace: Recorded) -> Measure:
-    """Least distance between two robots, surface to surface."""
+    """Minimum distance between two robots, surface to surface."""
     return _clearance(trace, ("robots",), ALONE)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @metric(unit="N", tail=True, watched=False, rank=90)
 def force_rms(trace: Recorded) -> Measure:
-    """Root mean square of a robot's force, at every physics step."""
+    """Root mean square of a robot's force, over every physics step."""
     square = rate(trace, "effort")
     return square if square.value is None else Measure(math.sqrt(square.value))
 
@@ -33,5 +33,5 @@ def energy(trace: Recorded) -> Measure:
 
 @metric(unit="1", most=1.0, watched=False, rank=170)
 def saturated_share(trace: Recorded) -> Measure:
-    """Share of time in which a robot's motor was at its limit, mean over robots."""
+    """Share of time with a robot's motor at its limit, mean over robots."""
     return rate(trace, "saturated_time")

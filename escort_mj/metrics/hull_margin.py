@@ -44,7 +44,7 @@ def _takes_long(trace: Recorded) -> bool:
 
 @metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=_takes_long)
 def hull_margin(trace: Recorded) -> Measure:
-    """Least depth of the target in the convex hull of the robots; negative by its distance outside."""
+    """Minimum depth of the target in the convex hull of the robots; outside, minus the distance to it."""
     around, gone = trace["q"].values - trace["target_position"].values[:, None], lost(trace)
     counts = gone.sum(axis=1)
     best, when = math.inf, 0

@@ -23,7 +23,7 @@ def _changed_by(trace: Recorded, cause: str) -> np.ndarray:
 
 @metric(unit="J", grows=True, watched=False, rank=270)
 def lyapunov_rise(trace: Recorded) -> Measure:
-    """Largest rise of a robot's V1 above its least so far, moving reference aside."""
+    """Largest rise of a robot's V1 above its minimum so far, without the part of the reference."""
     if "lyapunov" not in trace:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
     value = trace["lyapunov"].values - _changed_by(trace, "reference")
@@ -33,7 +33,7 @@ def lyapunov_rise(trace: Recorded) -> Measure:
 
 @metric(unit="J", grows=True, watched=False, rank=280)
 def lyapunov_unexplained(trace: Recorded) -> Measure:
-    """Sum over robots and samples of |change of V1 without a known cause|."""
+    """Sum of |change of V1 without a known cause| over robots and samples."""
     if "lyapunov" not in trace:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
     total = np.where(lost(trace), np.nan, _changed_by(trace, "unexplained"))

@@ -25,7 +25,7 @@ def _residual(trace: Recorded, name: str) -> Measure:
 
 @metric(unit="kg", watched=False, rank=230)
 def mass_eigenvalue_min(trace: Recorded) -> Measure:
-    """Least eigenvalue of a robot's mass matrix (property 1)."""
+    """Smallest eigenvalue of a robot's mass matrix (property 1)."""
     if "mass_matrix" not in trace:
         return Measure(None, reason=UNTOLD)
     return least_of(trace, _eigenvalues(trace)[..., 0], robot)
@@ -41,11 +41,11 @@ def mass_eigenvalue_max(trace: Recorded) -> Measure:
 
 @metric(unit="kg/s", grows=True, watched=False, rank=250)
 def skew_residual(trace: Recorded) -> Measure:
-    """Largest symmetric part of dM/dt - 2 C (property 2)."""
+    """Largest entry of the symmetric part of dM/dt - 2 C (property 2)."""
     return _residual(trace, "skew_residual")
 
 
 @metric(unit="N", grows=True, watched=False, rank=260)
 def coriolis_residual(trace: Recorded) -> Measure:
-    """Largest difference of C v + g from MuJoCo's bias force."""
+    """Largest difference between C v + g and MuJoCo's bias force."""
     return _residual(trace, "coriolis_residual")

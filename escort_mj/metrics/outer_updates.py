@@ -13,5 +13,5 @@ if TYPE_CHECKING:
 
 @metric(unit="1/s", watched=False, rank=110)
 def outer_update_rate(trace: Recorded) -> Measure:
-    """Runs of the outer loop per second, mean over robots."""
+    """Updates by the outer loop per second, mean over robots."""
     return rate(trace, "outer_updates")

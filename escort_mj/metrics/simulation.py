@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @metric(unit="1", grows=True, rank=210)
 def tunneling(trace: Recorded) -> Measure:
-    """Most that two bodies can close in a step, over the smallest thickness; above 1 they may pass unseen.
+    """Largest possible approach of two bodies in a step over the smallest thickness; above 1, tunneling.
 
     At most the sum of the two largest displacements in a physics step among robots, target and obstacles. It
     is of the fastest and the thinnest, so that it bounds what any two bodies can do.
@@ -31,5 +31,5 @@ def tunneling(trace: Recorded) -> Measure:
 
 @metric(unit="J", grows=True, rank=220)
 def kinetic_energy_max(trace: Recorded) -> Measure:
-    """Largest kinetic energy of all that moves freely, at any physics step."""
+    """Largest kinetic energy of all freely moving bodies, at any physics step."""
     return largest_of(trace, trace["kinetic_energy"].values[:, None], nobody)

@@ -37,7 +37,7 @@ def _edge(trace: Recorded) -> Callable[[int], Bodies]:
 
 @metric(unit="m", tail=True, watched=False, rank=40)
 def spacing_error_mean(trace: Recorded) -> Measure:
-    """Mean absolute deviation of neighbors' distances from even."""
+    """Mean absolute deviation of the neighbor distances from even spacing."""
     error = spacing_error(trace)
     if error is None:
         return Measure(None, reason=SHAPELESS)
@@ -46,7 +46,7 @@ def spacing_error_mean(trace: Recorded) -> Measure:
 
 @metric(unit="m", tail=True, grows=True, watched=False, rank=50)
 def spacing_error_max(trace: Recorded) -> Measure:
-    """Largest absolute deviation of a neighbors' distance from even."""
+    """Largest absolute deviation of a neighbor distance from even spacing."""
     error = spacing_error(trace)
     if error is None:
         return Measure(None, reason=SHAPELESS)

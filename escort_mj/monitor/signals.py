@@ -31,7 +31,8 @@ class ClearanceSignals(Fields):
         "m",
         Recorded(
             "m",
-            "true distance to each obstacle's center, or to the surface if it is no sphere (negative inside)",
+            "true distance to the center of each spherical obstacle, or to the surface "
+            "of any other (negative inside)",
         ),
     ]
     robot_distance_min: Annotated[
@@ -43,23 +44,23 @@ class ClearanceSignals(Fields):
         "watched",
         Recorded(
             "m",
-            "least surface-to-surface distance to any body of the group since the previous sample; "
-            "negative by how deep they overlap, inf for none",
+            "minimum surface-to-surface distance to any body of the group since the "
+            "previous sample; negative by their overlap, inf for no body",
         ),
     ]
     clearance_body: Annotated[
         Array,
         "n",
         "watched",
-        Recorded(
-            "1", "the body of the group that was so near, as an index into `body`; -1 for none", "int32"
-        ),
+        Recorded("1", "closest body of the group, as an index into `body`; -1 for none", "int32"),
     ]
     target_clearance: Annotated[
-        Array, "watched", Recorded("m", "the same of the target: least distance since the previous sample")
+        Array,
+        "watched",
+        Recorded("m", "minimum distance of the target to any body of the group since the previous sample"),
     ]
     target_clearance_body: Annotated[
-        Array, "watched", Recorded("1", "the body that was so near to the target; -1 for none", "int32")
+        Array, "watched", Recorded("1", "body closest to the target; -1 for none", "int32")
     ]
 
 
@@ -72,21 +73,31 @@ class MotionSignals(Fields):
         1,
         Recorded(
             "m/s",
-            "the target's largest displacement in a physics step since the previous sample, "
-            "over the timestep",
+            "largest displacement of the target in a physics step since the previous "
+            "sample, divided by the timestep",
         ),
     ]
-    obstacle_speed_max: Annotated[Array, "m", Recorded("m/s", "the same of each obstacle")]
+    obstacle_speed_max: Annotated[
+        Array,
+        "m",
+        Recorded(
+            "m/s",
+            "largest displacement of each obstacle in a physics step since the previous "
+            "sample, divided by the timestep",
+        ),
+    ]
     kinetic_energy: Annotated[
         Array,
         1,
-        Recorded("J", "largest kinetic energy of all that moves freely since the previous sample"),
+        Recorded("J", "largest kinetic energy of all freely moving bodies since the previous sample"),
     ]
-    saturated_time: Annotated[Array, "n", Recorded("s", "time so far in which a motor was at its limit")]
-    effort: Annotated[Array, "n", Recorded("N^2 s", "integral so far of the squared force")]
-    work: Annotated[Array, "n", Recorded("J", "integral so far of |force . velocity|")]
+    saturated_time: Annotated[Array, "n", Recorded("s", "time so far with a motor at its limit")]
+    effort: Annotated[Array, "n", Recorded("N^2 s", "integral of the squared force so far")]
+    work: Annotated[Array, "n", Recorded("J", "integral of |force . velocity| so far")]
     force_variation: Annotated[
-        Array, "n", Recorded("N", "sum so far of the force's absolute change, all axes (chattering)")
+        Array,
+        "n",
+        Recorded("N", "sum of the absolute changes of the force so far, over all axes (chattering)"),
     ]
 
 
@@ -94,7 +105,7 @@ class ContactSignals(Fields):
     """What the log of contacts has no room for."""
 
     contacts_untold: Annotated[
-        Array, 1, Recorded("1", "contacts so far that the contact log had no room for", "int64")
+        Array, 1, Recorded("1", "number of contacts so far that did not fit into the contact log", "int64")
     ]
 
 
@@ -102,24 +113,25 @@ class TruthSignals(Fields):
     """What the simulator knows and the law does not; `known` is n where it is recorded, else 0."""
 
     mass_matrix: Annotated[
-        Array, "known", "p*p", Recorded("kg", "the robot's own block of MuJoCo's mass matrix")
+        Array, "known", "p*p", Recorded("kg", "block of MuJoCo's mass matrix for the robot")
     ]
     mass_coupling: Annotated[
         Array,
         "known",
         Recorded(
             "kg",
-            "norm of what couples the robot to other coordinates of its kinematic tree in the mass matrix",
+            "norm of the mass matrix entries that couple the robot to other coordinates "
+            "of its kinematic tree",
         ),
     ]
     bias_force: Annotated[
         Array,
         "known",
         "p",
-        Recorded("N", "bias force C v + g, as MuJoCo has it; without what holds up a quadrotor"),
+        Recorded("N", "MuJoCo's bias force C v + g; without the force that compensates a quadrotor's weight"),
     ]
     external_force: Annotated[
-        Array, "known", "p", Recorded("N", "M a + bias - force: what neither motor nor bias explains")
+        Array, "known", "p", Recorded("N", "M a + bias - force: all forces except motor and bias forces")
     ]
     reference_torque: Annotated[
         Array,
@@ -128,42 +140,46 @@ class TruthSignals(Fields):
         Recorded("N", "true reference torque M q_r'' + C q_r' + g, which rho_hat estimates"),
     ]
     skew_residual: Annotated[
-        Array, "known", Recorded("kg/s", "largest symmetric part of dM/dt - 2 C, by differences")
+        Array,
+        "known",
+        Recorded("kg/s", "largest entry of the symmetric part of dM/dt - 2 C, by finite differences"),
     ]
     coriolis_residual: Annotated[
-        Array, "known", Recorded("N", "largest of |C v + g - bias|, C by differences of M")
+        Array,
+        "known",
+        Recorded("N", "largest entry of |C v + g - bias|, with C from finite differences of M"),
     ]
 
 
 class LyapunovSignals(Fields):
     """V1 of the paper's proof; `judged` is `known` where the law has V1, else 0."""
 
-    lyapunov: Annotated[Array, "judged", Recorded("J", "the robot's share of the Lyapunov function V1")]
-    lyapunov_change: Annotated[
-        Array, "judged", len(CAUSES), Recorded("J", "change of V1 so far, by its cause")
-    ]
+    lyapunov: Annotated[Array, "judged", Recorded("J", "share of the robot in the Lyapunov function V1")]
+    lyapunov_change: Annotated[Array, "judged", len(CAUSES), Recorded("J", "change of V1 so far, by cause")]
 
 
 class Episode(Fields):
     """A contact episode: one unbroken touch of one pair of bodies, watched at every physics step."""
 
-    episode_first: Annotated[float, Recorded("1", "the body that touches, as an index into `body`", "int32")]
-    episode_second: Annotated[
-        float, Recorded("1", "the body that it touches, the later one in `body`", "int32")
+    episode_first: Annotated[
+        float, Recorded("1", "first body of the touch, as an index into `body`", "int32")
     ]
-    episode_start: Annotated[float, Recorded("s", "time of the first physics step in which they touch")]
-    episode_end: Annotated[float, Recorded("s", "end of the last physics step in which they touch")]
+    episode_second: Annotated[
+        float, Recorded("1", "second body of the touch, the later one in `body`", "int32")
+    ]
+    episode_start: Annotated[float, Recorded("s", "time of the first physics step of the touch")]
+    episode_end: Annotated[float, Recorded("s", "end of the last physics step of the touch")]
     episode_touch_time: Annotated[
-        float, Recorded("s", "physics steps in which they touch, times the timestep")
+        float, Recorded("s", "number of physics steps with contact, times the timestep")
     ]
     episode_peak_force: Annotated[
-        float, Recorded("N", "largest normal force of a physics step, all contact points summed")
+        float, Recorded("N", "largest normal force in a physics step, summed over all contact points")
     ]
-    episode_peak_time: Annotated[float, Recorded("s", "time of that step")]
-    episode_impulse: Annotated[float, Recorded("N s", "sum of normal force times timestep")]
+    episode_peak_time: Annotated[float, Recorded("s", "time of the largest normal force")]
+    episode_impulse: Annotated[float, Recorded("N s", "integral of the normal force")]
     episode_depth: Annotated[float, Recorded("m", "largest penetration")]
     episode_closing_speed: Annotated[
-        float, Recorded("m/s", "speed along the normal at which they meet, in the first step")
+        float, Recorded("m/s", "speed along the normal in the first step of the touch")
     ]
 
 

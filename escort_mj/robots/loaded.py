@@ -14,16 +14,19 @@ LOAD = 0.3  # radius of the load as it is drawn, of the ball's
 
 
 class Loaded(RollingSphere):
-    """A rolling ball with a hidden off-center mass, which wobbles and must be lifted as it rolls (axes 2)."""
+    """A rolling ball with a hidden off-center mass (axes 2).
+
+    The mass makes the ball wobble and must be lifted in every turn.
+    """
 
     part: ClassVar[str] = "loaded"
     opacity: ClassVar[float] = 0.3
 
     kind: Literal["loaded"] = "loaded"  # type: ignore[assignment]
     load: Mass = 0.5
-    """Mass of the load, on top of the ball's [kg]."""
+    """Mass of the load, in addition to the ball's mass [kg]."""
     offset: Radius = 0.1
-    """Distance of the load from the ball's center [m]; at the start it is below the center."""
+    """Distance of the load from the ball's center [m]; initially, the load is below the center."""
 
     def misfits(self, radius: float) -> Iterator[str]:
         """Yield that the load is outside the ball."""

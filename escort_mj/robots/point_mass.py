@@ -8,7 +8,7 @@ from escort_mj.robots.kind import RobotKind
 
 
 class PointMass(RobotKind):
-    """Slides freely along each axis; its mass is all there is."""
+    """A point mass that slides freely along each axis."""
 
     part: ClassVar[str] = "point_mass"
     most_axes: ClassVar[int] = 9

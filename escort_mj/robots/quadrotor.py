@@ -45,10 +45,10 @@ HUB, ROTOR, THICKNESS, ARM = 0.3, 0.28, 0.03, 0.04  # sizes of what is drawn, of
 
 
 class Quadrotor(RobotKind):
-    """Four rotors on a rigid body. An attitude loop of ours turns its thrust to where the law wants a force.
+    """Four rotors on a rigid body. An attitude loop tilts the thrust toward the force that the law demands.
 
-    The weight of its nominal mass is fed forward; in planar missions its height is held. The escort law knows
-    of none of this. Its hull is a sphere of the robot's radius, which the rotors do not reach beyond.
+    The weight of the nominal mass is fed forward, and planar missions hold the height. The law knows
+    nothing of this. The hull is a sphere with the robot's radius that contains the rotors.
     """
 
     part: ClassVar[str] = "quadrotor"
@@ -59,23 +59,24 @@ class Quadrotor(RobotKind):
 
     kind: Literal["quadrotor"] = "quadrotor"
     arm: Radius | None = None
-    """From the center to a rotor's [m]; null: 0.7 of its radius."""
+    """Distance of the rotors from the center [m]; null: 0.7 of the radius."""
     inertia: Annotated[tuple[PositiveFloat, ...], Field(min_length=3, max_length=3)] | None = None
-    """Moments of inertia about its axes [kg m^2]; null: of a uniform disc as wide as the arms."""
+    """Moments of inertia about the body axes [kg m^2]; null: those of a uniform disc with the radius of the
+    arms."""
     nominal_mass: Mass | None = None
-    """Mass whose weight is fed forward [kg]; null: its mass."""
+    """Mass whose weight is fed forward [kg]; null: the mass of the robot."""
     thrust_to_weight: Annotated[float, Field(gt=1, le=100)] = 2.5
-    """Largest thrust of all rotors together over its nominal weight [1]."""
+    """Largest total thrust divided by the nominal weight [1]."""
     torque_per_thrust: Annotated[float, Field(ge=1e-4, le=1)] = 0.016
-    """Reaction torque of a rotor about its axis over its thrust [m]."""
+    """Reaction torque of a rotor about its axis divided by its thrust [m]."""
     attitude_frequency: Annotated[float, Field(gt=0, le=1e3)] = 15.0
     """Natural frequency of the attitude loop [rad/s]."""
     attitude_damping: Annotated[float, Field(gt=0, le=10)] = 0.8
     """Damping ratio of the attitude loop [1]."""
     tilt_limit: Annotated[float, Field(gt=0, le=1.4)] = 0.7
-    """Largest tilt that it is told to take [rad]; horizontal force beyond is cut off."""
+    """Largest commanded tilt [rad]; it limits the horizontal force."""
     height_frequency: Annotated[float, Field(gt=0, le=100)] = 3.0
-    """Natural frequency at which planar missions hold its height, critically damped [rad/s]."""
+    """Natural frequency of the height control in planar missions, critically damped [rad/s]."""
 
     def misfits(self, radius: float) -> Iterator[str]:
         """Yield arms that reach out of the hull, and moments of inertia that no body has."""

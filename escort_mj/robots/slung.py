@@ -18,22 +18,25 @@ TOUCHABLE = 1  # contype of what robots, obstacles and target are
 
 
 class Slung(RobotKind):
-    """A sliding mass with a hidden payload that swings below it: its mass matrix turns with the swing."""
+    """A sliding mass with a hidden payload that swings below it.
+
+    The mass matrix changes with the swing.
+    """
 
     part: ClassVar[str] = "slung"
     needs_gravity: ClassVar[bool] = True
 
     kind: Literal["slung"] = "slung"
     payload: Mass = 0.3
-    """Mass of the payload, on top of the robot's [kg]."""
+    """Mass of the payload, in addition to the robot's mass [kg]."""
     cable: Radius = 0.8
-    """Length of the cable, a rod without mass, from the robot's center to the payload's [m]."""
+    """Length of the cable, a massless rod from the robot's center to the payload's center [m]."""
     damping: NonNegativeFloat = 0.02
     """Damping of the swing about each horizontal axis [N m s/rad]."""
     payload_radius: Radius = 0.08
-    """Radius of the payload, a ball [m]."""
+    """Radius of the spherical payload [m]."""
     payload_collides: bool = False
-    """Whether the payload can touch anything; otherwise it passes through, and only swings."""
+    """Whether the payload can collide; otherwise it passes through other bodies."""
 
     def coordinates(self, axes: int) -> int:
         """Return one per axis, and two angles of the cable."""

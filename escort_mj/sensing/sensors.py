@@ -31,13 +31,13 @@ class SensorParameters(Fields):
 class SensorSignals(Fields):
     """What the sensors show."""
 
-    q_measured: Annotated[Array, "n", "p", Recorded("m", "position that the law was given")]
-    v_measured: Annotated[Array, "n", "p", Recorded("m/s", "velocity that the law was given")]
+    q_measured: Annotated[Array, "n", "p", Recorded("m", "measured position, used by the law")]
+    v_measured: Annotated[Array, "n", "p", Recorded("m/s", "measured velocity, used by the law")]
     target_position_measured: Annotated[
-        Array, "p", Recorded("m", "position of the target that the law was given")
+        Array, "p", Recorded("m", "measured position of the target, used by the law")
     ]
     target_velocity_measured: Annotated[
-        Array, "p", Recorded("m/s", "velocity of the target that the law was given")
+        Array, "p", Recorded("m/s", "measured velocity of the target, used by the law")
     ]
 
 

@@ -32,12 +32,12 @@ CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
 
 
 class BarrierFilter(OuterLoop):
-    """The escort behaviors by priority, and a filter in place of the avoidance task (Ames et al. 2017).
+    """Escort behaviors by priority, with a safety filter instead of the avoidance task (Ames et al. 2017).
 
-    With h = d - d_0 the room left to an obstacle, d_0 the safe distance of avoid_obstacles, the velocity is
-    the one nearest to what the behaviors want for which h' >= -rate * h for each obstacle; of two teammates
-    each takes half of it (Wang, Ames, Egerstedt 2017). Where no velocity can do that, the violations are
-    least in the square.
+    With the margin h = d - d_0 to an obstacle and the safe distance d_0 of avoid_obstacles, the velocity is
+    the one closest to that of the behaviors that satisfies h' >= -rate * h for each obstacle. Two teammates
+    share this condition equally (Wang, Ames, Egerstedt 2017). If no velocity satisfies all conditions, the
+    sum of the squared violations is minimal.
     """
 
     title: ClassVar[str] = "barrier filter"
@@ -45,7 +45,8 @@ class BarrierFilter(OuterLoop):
     looks_far: ClassVar[bool] = True
     loop: Literal["barrier_filter"] = "barrier_filter"
     rate: PositiveFloat = 1.0
-    """Share of the room left that may be used up per second, or of missing room that is won back [1/s]."""
+    """Share of the remaining margin that a robot may use up per second, or of a missing margin that it
+    recovers [1/s]."""
 
     def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
         """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are.

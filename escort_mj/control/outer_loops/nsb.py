@@ -12,7 +12,7 @@ from escort_mj.native.fields import Array
 
 
 class Nsb(OuterLoop):
-    """Behaviors strictly by priority: each acts only where those above it leave room (paper eq. 2)."""
+    """Behaviors in strict priority: each acts only in the null space of those above it (paper eq. 2)."""
 
     title: ClassVar[str] = "NSB"
     loop: Literal["nsb"] = "nsb"

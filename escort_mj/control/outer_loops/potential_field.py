@@ -27,11 +27,11 @@ Mask = NDArray[np.bool_]
 
 
 class PotentialField(OuterLoop):
-    """Behaviors without priorities: v_d is the sum of what each of them wants by itself.
+    """Behaviors without priorities: v_d is the sum of the velocities that they demand.
 
-    In place of the avoidance task every obstacle and teammate nearer than the safe distance d_0 of
-    avoid_obstacles repels with gain * (1/d - 1/d_0) / d^2, d measured as that behavior says. What pulls and
-    what pushes may cancel: such fields have local minima, and nothing guarantees a distance.
+    Instead of the avoidance task, every obstacle and teammate closer than the safe distance d_0 of
+    avoid_obstacles repels with gain * (1/d - 1/d_0) / d^2; avoid_obstacles also defines the measure of d.
+    Attraction and repulsion can cancel: such fields have local minima and guarantee no distance.
     """
 
     title: ClassVar[str] = "potential field"
@@ -41,7 +41,7 @@ class PotentialField(OuterLoop):
     gain: PositiveFloat = 0.3
     """Gain of the repulsion [m^4/s]."""
     least_distance: PositiveFloat = 0.2
-    """Distance below which the repulsion grows no further [m]."""
+    """Distance below which the repulsion stops growing [m]."""
 
     def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
         """Return the sum of all wishes and repulsions, within the speed limit, and who is repelled."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,11 +15,12 @@ from escort_mj.scenario.schema.scenario import Scenario
 Node = dict[str, Any]
 
 INTRODUCTION = """\
-# Every key of a scenario
+# All keys
 
-Made by `escort-mj schema --markdown`; editors complete and check the same keys by `scenarios/schema.json`.
-A key that is left out has its default. SI units, radians, world frame. Where a table is told by its name
-(a behavior, a law, a robot's kind), its name alone stands for the table with all defaults.
+This page lists every key of a scenario; `escort-mj schema --markdown` writes it. Editors complete and check
+the same keys with `scenarios/schema.json`. Keys that are omitted have their defaults. Units are SI units and
+radians, in the world frame. For tables with a name (behaviors, laws, kinds of robots), the name alone selects
+the table with all its defaults.
 """
 LONGEST = 60  # characters of a default; longer ones are tables whose own defaults are listed
 FAR = 1e5  # bounds from here on keep numbers finite and say nothing to a reader
@@ -64,14 +66,14 @@ def _section(title: str, table: Node, tables: dict[str, Node]) -> Iterator[str]:
     yield f"{_tag(table)}{_words(table)}\n"
     rows = [(key, value) for key, value in table["properties"].items() if "const" not in value]
     if not rows:
-        yield "It has no keys of its own.\n"
+        yield "No keys.\n"
         return
     required, cells = table.get("required", ()), []
     for key, value in rows:
         default = "required" if key in required else _default(value)
         meaning = _words(value) or _words(tables[next(_references(value))])
         cells.append([f"`{key}`", _kind(value), default, meaning])
-    yield from markdown(["key", "is", "default", "meaning"], cells)
+    yield from markdown(["key", "type", "default", "meaning"], cells)
     yield ""
 
 
@@ -84,38 +86,47 @@ def _tag(table: Node) -> str:
 
 
 def _words(node: Node) -> str:
-    """What the schema says of a key or table, in one line."""
-    return " ".join(node.get("description", "").split()).replace("|", "\\|")
+    """Return the description of a key or table in one line, without the sections of a docstring."""
+    text = re.split(r"\n\s*(?:Args|Attributes|Raises):\n", node.get("description", ""))[0]
+    linked = re.sub(r"\(docs/(\w+)\.md\)", r"([\1](\1.md))", " ".join(text.split()))
+    return linked.replace("|", "\\|")
 
 
 def _default(node: Node) -> str:
     if "default" not in node:
         return ""
-    text = flow(node["default"])
-    return f"`{text}`" if len(text) <= LONGEST else "see there"
+    text = flow(_by_name(node["default"]))
+    return f"`{text}`" if len(text) <= LONGEST else "table defaults"
+
+
+def _by_name(default: Any) -> Any:
+    """Return a default in which each table with a name is that name."""
+    if isinstance(default, list):
+        return [_by_name(one) for one in default]
+    named = default if isinstance(default, dict) else {}
+    return next((named[tag] for tag in TAGS if isinstance(named.get(tag), str)), default)
 
 
 def _kind(node: Node) -> str:
-    """What may stand under a key, in words."""
+    """Return the type of a key in words."""
     if "$ref" in node:
         name = node["$ref"].rpartition("/")[2]
-        return f"table [{name}](#{name.lower()})"
+        return f"[{name}](#{name.lower()})"
     if "enum" in node:
         return ", ".join(f"`{value}`" for value in node["enum"])
     for union in ("anyOf", "oneOf"):
         if union in node:
-            tables = [_kind(part).removeprefix("table ") for part in node[union] if "$ref" in part]
-            others = [
-                _kind(part) for part in node[union] if "$ref" not in part and part.get("type") != "null"
-            ]
-            return " or ".join([*others, *([f"table {', '.join(tables)}"] if tables else [])])
+            kinds = [part for part in node[union] if part.get("type") != "null"]
+            tables = [_kind(part) for part in kinds if "$ref" in part]
+            others = [_kind(part) for part in kinds if "$ref" not in part]
+            return " or ".join([*others, *([", ".join(tables)] if tables else [])])
     kind = node.get("type", "")
     if kind == "array":
         return f"list of {_kind(node['items'])}" if "items" in node else "list"
     if kind == "object":
         inner = node.get("additionalProperties")
         return f"table of {_kind(inner)}" if isinstance(inner, dict) else "table"
-    word = {"number": "number", "integer": "whole number", "boolean": "true or false", "string": "text"}
+    word = {"integer": "whole number", "boolean": "true or false", "string": "text"}
     return f"{word.get(kind, kind)}{_bounds(node)}"
 
 

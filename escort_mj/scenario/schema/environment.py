@@ -17,43 +17,43 @@ STEEPEST = math.radians(60.0)
 
 
 class Floor(Parameters):
-    """The floor of planar missions, on which balls roll."""
+    """Floor of planar missions."""
 
     friction: NonNegativeFloat = 1.0
     """Coefficient of sliding friction [1]."""
     rolling_friction: NonNegativeFloat = 0.0
-    """Coefficient of rolling friction: the arm of the normal force against rolling [m]."""
+    """Coefficient of rolling friction: the lever arm of the normal force [m]."""
 
 
 class Slope(Parameters):
-    """A floor that is not level. Coordinates are along the floor: gravity is tilted, not the world."""
+    """A tilted floor. Coordinates remain parallel to the floor: gravity is tilted instead of the world."""
 
     angle: Annotated[float, Field(ge=0.0, le=STEEPEST)] = 0.0
     """Angle to the horizontal [rad]."""
     direction: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0
-    """Where downhill is: angle from the x axis towards y [rad]."""
+    """Downhill direction: angle from the x axis toward y [rad]."""
 
 
 class Medium(Parameters):
-    """What the bodies move in: MuJoCo's drag on ellipsoids, without buoyancy."""
+    """Medium with MuJoCo's drag model for ellipsoids, without buoyancy."""
 
     density: NonNegativeFloat = 0.0
     """Density [kg/m^3]; air 1.2, water 1000."""
     viscosity: NonNegativeFloat = 0.0
     """Dynamic viscosity [Pa s]; air 1.8e-5, water 1e-3."""
     wind: Annotated[Vector, Field(min_length=2, max_length=3)] | None = None
-    """Velocity of the medium [m/s], one number per axis; null: still."""
+    """Velocity of the medium, one number per axis [m/s]; null: at rest."""
 
 
 class Environment(Parameters):
-    """What surrounds the mission."""
+    """Floor, slope and medium."""
 
     floor: Floor = Floor()
-    """The floor, where axes is 2."""
+    """Floor, in two axes."""
     slope: Slope = Slope()
-    """How the floor is tilted, where axes is 2; with a slope gravity is on for every kind of robot."""
+    """Slope of the floor, in two axes; with a slope, gravity acts on every kind of robot."""
     medium: Medium = Medium()
-    """What the bodies move in; nothing by default."""
+    """Medium in which the bodies move; none by default."""
 
 
 def tilted(gravity: Sequence[float], slope: Slope) -> NDArray[np.float64]:

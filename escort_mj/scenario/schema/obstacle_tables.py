@@ -42,7 +42,7 @@ Orientation = Annotated[
 
 
 class Waypoint(Parameters):
-    """Where a body is at one moment."""
+    """Position of a body at a time."""
 
     time: NonNegativeFloat
     """Time [s]."""
@@ -51,104 +51,105 @@ class Waypoint(Parameters):
 
 
 class Motion(Parameters):
-    """Where a body is to be as time goes by. Give `position` or `waypoints`."""
+    """Path of a body over time. Set `position` or `waypoints`."""
 
     position: tuple[Component, ...] | None = None
     """Position per axis [m]: numbers, or expressions in t."""
     waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
-    """Timed waypoints; before the first and after the last the body rests."""
+    """Timed waypoints; the body rests before the first and after the last."""
     interpolation: Literal["linear", "smooth"] = "linear"
-    """Between waypoints: straight at constant speed, or a cubic spline that starts and ends at rest."""
+    """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline that starts and ends
+    at rest."""
 
 
 class Drive(Parameters):
-    """A body with mass that a force drives along its motion: it pushes, and can be pushed."""
+    """A body with mass that a force drives along its path: it pushes other bodies and can be pushed."""
 
     mass: Mass = 1000.0
-    """Mass [kg]; the default hardly feels a robot."""
+    """Mass [kg]; with the default, robots hardly affect the body."""
     force_limit: Force | None = None
     """Largest driving force [N]; null: no limit."""
     gain: Annotated[float, Field(gt=0.0, le=1e3)] = 10.0
-    """How fast it comes back to where it should be [1/s]."""
+    """Rate at which the body returns to its path [1/s]."""
 
 
 class Obstacle(Parameters):
-    """One obstacle that robots can collide with, fixed or moving."""
+    """A fixed or moving obstacle."""
 
     shape: Shape = "sphere"
-    """Shape of its body."""
+    """Shape of the body."""
     position: Vector | None = None
-    """Center, one number per axis [m]; left out where `motion` says where it is."""
+    """Center, one number per axis [m]; omit it if `motion` is set."""
     radius: Radius | None = None
     """Radius of a sphere [m]; null: 0.5."""
     size: Annotated[tuple[Radius, ...], Field(min_length=1, max_length=3)] | None = None
-    """Half-sizes as MuJoCo has them [m]. box, ellipsoid: along its own x, y, z; cylinder, capsule: radius,
-    and half the length along its own z, without a capsule's caps. Where axes is 2 the last one may be left
-    out (but a capsule's not): half of its height is then the robots' radius."""
+    """Half-sizes as in MuJoCo [m]. Box and ellipsoid: along the body's x, y, z; cylinder and capsule: radius
+    and half-length along the body's z, without the caps of a capsule. In two axes you can omit the last one,
+    except for a capsule: the half-height is then the robots' radius."""
     vertices: Annotated[tuple[Vector, ...], Field(min_length=3, max_length=MOST_VERTICES)] | None = None
-    """Corners of a mesh, whose body is their convex hull, relative to its center [m]; where axes is 2 those
-    of its outline."""
+    """Vertices of a mesh, relative to its center [m]; the body is their convex hull. In two axes: vertices of
+    the outline."""
     orientation: Orientation = 0.0
-    """How it is turned [rad]: a yaw angle, or roll, pitch, yaw, or a quaternion w, x, y, z."""
+    """Orientation: a yaw angle [rad], roll, pitch and yaw [rad], or a quaternion w, x, y, z."""
     motion: Motion | None = None
-    """How its center moves; null: it stands still. A body that moves does not turn."""
+    """Motion of the center; null: fixed. A moving body does not rotate."""
     body: Drive | None = None
-    """Mass and drive of one that moves; null: the defaults."""
+    """Mass and drive of a moving obstacle; null: the defaults."""
     color: Color | None = None
-    """Color in pictures; null: gray."""
+    """Color in figures and videos; null: gray."""
     name: Name | None = None
-    """Name in pictures and verdicts; null: obstacle_1, obstacle_2 ..."""
+    """Name in figures and verdicts; null: obstacle_1, obstacle_2 and so on."""
 
 
 class Door(Parameters):
     """An opening in a wall."""
 
     at: NonNegativeFloat
-    """Where its middle is, along the wall's points from the first [m]."""
+    """Position of the center, measured along the wall from its first point [m]."""
     width: Radius
     """Clear width [m]."""
     sill: NonNegativeFloat = 0.0
-    """Height of its lower edge above the wall's foot [m]; axes 3 only."""
+    """Height of the lower edge above the foot of the wall [m]; three axes only."""
     height: Radius | None = None
-    """Clear height [m], axes 3 only; null: up to the wall's top."""
+    """Clear height [m]; three axes only; null: up to the top of the wall."""
 
 
 class Wall(Parameters):
-    """A wall along straight stretches, or with `corridor` two parallel ones."""
+    """A wall along straight segments, or two parallel walls with `corridor`."""
 
     points: Annotated[tuple[Vector, ...], Field(min_length=2, max_length=100)]
-    """Where it goes: two or more points; where axes is 3 of its foot, all at one height [m]."""
+    """Two or more points along the wall [m]; in three axes, points of its foot, all at the same height."""
     corridor: Radius | None = None
-    """Clear width between two walls, one on each side of the points [m]; null: one wall."""
+    """Clear width between two walls, one on each side of the points [m]; null: a single wall."""
     height: Radius = 1.0
-    """Height above its foot, which is the floor where axes is 2 [m]."""
+    """Height above the foot, which is the floor in two axes [m]."""
     thickness: Radius = 0.2
     """Thickness [m]."""
     doors: tuple[Door, ...] = ()
-    """Openings, each within one straight stretch; a corridor has them on both sides."""
+    """Openings, each within one straight segment; a corridor has them on both sides."""
     color: Color | None = None
-    """Color in pictures; null: gray."""
+    """Color in figures and videos; null: gray."""
     name: Name | None = None
-    """Name; its parts are called name_1, name_2 ...; null: wall_1, wall_2 ..."""
+    """Name; its parts are called name_1, name_2 and so on; null: wall_1, wall_2 and so on."""
 
 
 class Clutter(Parameters):
-    """Obstacles drawn at random that leave a passage between any two of them, and along the target's path."""
+    """Random obstacles that leave a passage between any two of them and along the target's path."""
 
     count: Annotated[int, Field(ge=1, le=MOST_CLUTTER)]
-    """How many."""
+    """Number of obstacles."""
     low: Vector
-    """Lower corner of the box in which they lie [m]."""
+    """Lower corner of the box that contains the obstacles [m]."""
     high: Vector
-    """Upper corner [m]."""
+    """Upper corner of the box [m]."""
     least_radius: Radius = 0.3
-    """Least radius of the sphere around one [m]."""
+    """Smallest radius of the sphere around an obstacle [m]."""
     largest_radius: Radius = 0.8
-    """Largest radius of the sphere around one [m]."""
+    """Largest radius of the sphere around an obstacle [m]."""
     shapes: Annotated[tuple[Primitive, ...], Field(min_length=1)] = ("sphere",)
-    """Shapes to draw from."""
+    """Shapes to choose from."""
     passage: PositiveFloat = 1.0
-    """Least gap between any two of them, to other obstacles and walls, to where the target ever is and to
-    robots whose start is given [m]."""
+    """Minimum gap between any two of the obstacles, and to other obstacles, walls, the target's path and
+    robots with a given start [m]."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] | None = None
-    """Seed of the draw; null: the scenario's."""
+    """Seed; null: the scenario's seed."""

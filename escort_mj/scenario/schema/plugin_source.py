@@ -10,11 +10,11 @@ from escort_mj.components.parameters import Parameters
 
 
 class PluginSource(Parameters):
-    """Where a plugin is: a Python file, or an installed package."""
+    """Location of a plugin: a Python file or an installed package."""
 
     file: Annotated[str, Field(min_length=4, pattern=r"\.py$")] | None = None
-    """Path of a Python file, from the scenario's folder."""
+    """Path of a Python file, relative to the scenario's folder."""
     package: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     """Name of an entry point of an installed package, in the group escort_mj.plugins."""
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
-    """Digest that its content must have; null: any. Written into the scenario of every run."""
+    """Required SHA-256 digest of the content; null: any. Every run writes it into its scenario."""

@@ -23,34 +23,35 @@ else:
 
 
 class Actuators(Parameters):
-    """What motors do to the force that they are told. The controller knows of none of it."""
+    """Errors of the motors, unknown to the controller."""
 
     lag: NonNegativeFloat = 0.0
-    """Time constant with which force follows command, a first-order lag [s]; 0: at once."""
+    """Time constant of the first-order lag from command to force [s]; 0: no lag."""
     dead_zone: NonNegativeFloat = 0.0
-    """Force that every command loses, and below which a motor does nothing [N]."""
+    """Width of the dead zone [N]: it is subtracted from every command, and smaller commands have no effect.
+    """
     gain_error: Share = 0.0
-    """Largest error of a motor's gain, drawn from the seed for each motor [1]."""
+    """Largest relative error of the motor gain, random for each motor [1]."""
     gains: Annotated[tuple[Gain, ...], Field(min_length=1)] | None = None
-    """Gain of each motor, 1 for what the controller believes [1]; null: drawn as `gain_error` says."""
+    """Gain of each motor; 1 is the nominal value [1]; null: random, see `gain_error`."""
 
 
 class RandomPlacement(Parameters):
-    """Positions drawn from the scenario's seed: uniform in a ball (a disc when axes is 2)."""
+    """Random positions from the scenario's seed, uniform in a ball (a disc in two axes)."""
 
     within: Radius
     """Radius of the ball [m]."""
     center: Vector | None = None
-    """Center of the ball [m]; null: the target's position at the start."""
+    """Center of the ball [m]; null: the initial position of the target."""
     least_gap: NonNegativeFloat = 1.0
-    """Least surface-to-surface distance between robots, and from robots to obstacles and target [m]."""
+    """Minimum surface-to-surface distance between robots, and from robots to obstacles and target [m]."""
 
 
 class RobotOverride(Parameters):
-    """What one robot has different from its team."""
+    """A robot that differs from the team."""
 
     robot: PositiveInt
-    """Which robot, counted from 1."""
+    """Number of the robot, from 1."""
     mass: Mass | None = None
     """Mass [kg]."""
     radius: Radius | None = None
@@ -58,9 +59,9 @@ class RobotOverride(Parameters):
     force_limit: Force | None = None
     """Largest force per axis [N]."""
     kind: OneKind | None = None
-    """What it is: a name, or a table with parameters."""
+    """Kind of robot: a name, or a table with parameters."""
     actuators: Actuators | None = None
-    """What its motors do to commands."""
+    """Errors of its motors."""
     position: Vector | None = None
     """Initial position [m]."""
 
@@ -69,25 +70,26 @@ class Robots(Parameters):
     """The team of robots."""
 
     count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
-    """Number of robots; null: as many as `positions` has, or else 5 where axes is 2, else twice the axes."""
+    """Number of robots; null: the length of `positions` if set, otherwise 5 in two axes and twice the number
+    of axes in more."""
     kind: OneKind = Field(
         default=PointMass(),
-        description=f"What they are: {listed(KIND_NAMES)}, or a table with\nits name and parameters.",
+        description=f"Kind of robot: {listed(KIND_NAMES)}, or a table with\nthe name and parameters.",
     )
     mass: Mass = 1.0
-    """Mass of each [kg]."""
+    """Mass of each robot [kg]."""
     radius: Radius = 0.2
-    """Radius of each body [m]."""
+    """Radius of the body of each robot [m]."""
     force_limit: Force | None = 10.0
-    """Largest force per axis, of one motor each or of what a quadrotor is told [N]; null: no limit."""
+    """Largest force per axis, of a motor or commanded to a quadrotor [N]; null: no limit."""
     actuators: Actuators = Actuators()
-    """What motors do to commands."""
+    """Errors of the motors."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
-    """Initial positions, one row per robot [m]; null: drawn as `placement` says."""
+    """Initial positions, one row per robot [m]; null: random, see `placement`."""
     velocities: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
-    """Initial velocities, one row per robot [m/s]; balls roll at once; null: all are at rest."""
+    """Initial velocities, one row per robot [m/s]; balls start rolling without slip; null: at rest."""
     placement: RandomPlacement | None = None
-    """How to draw initial positions; null: within twice the mission's radius of the target."""
+    """Random initial positions; null: within twice the mission's radius around the target."""
     overrides: tuple[RobotOverride, ...] = ()
     """Robots that differ from the team."""
     failures: tuple[Failure, ...] = ()

@@ -44,98 +44,101 @@ MAX_OBSTACLES = 5000
 
 
 class Physics(Parameters):
-    """How MuJoCo steps the world."""
+    """Settings of the physics engine."""
 
     timestep: Annotated[float, Field(gt=0, le=0.1)] = 0.002
     """Physics and control step [s]."""
     integrator: Literal["euler", "implicitfast", "implicit"] = "euler"
-    """MuJoCo's integrator (RK4 would evaluate the law four times a step)."""
+    """MuJoCo's integrator (RK4 is not available: it would evaluate the law four times per step)."""
     solver: Literal["newton", "cg", "pgs"] | None = None
-    """MuJoCo's constraint solver; null: `newton`, but `cg` in a crowd, of 100 robots or more."""
+    """MuJoCo's constraint solver; null: `newton`, or `cg` in a crowd (100 robots or more)."""
     friction: bool | None = None
-    """Whether bodies that touch rub on each other; null: they do, but not in a crowd. What rolls on the floor
-    always rubs on it."""
+    """Whether contacts between bodies have friction; null: yes, except in a crowd. Rolling bodies always have
+    friction with the floor."""
     gravity: Annotated[Vector, Field(min_length=3, max_length=3)] | None = None
-    """Gravity, world frame [m/s^2]; null: 9.81 downward where a robot's kind needs it, else none."""
+    """Gravity in the world frame [m/s^2]; null: 9.81 downward if a kind of robot needs it, otherwise none."""
 
 
 class Target(Motion):
-    """The escorted target. Give `position` or `waypoints`; without either it rests at 0."""
+    """The escorted target. Set `position` or `waypoints`; without either it rests at the origin."""
 
     radius: Radius = 0.3
-    """Radius of its body [m]."""
+    """Radius of the body [m]."""
     body: Drive | None = None
-    """Mass and drive of a target that can be bumped; null: it moves as told, whatever it meets."""
+    """Mass and drive of a target that can be pushed; null: kinematic, it follows its path whatever it meets.
+    """
 
 
 class Phase(Parameters):
-    """A stretch of the mission in which other behaviors rule; of the phases that hold, the last one rules."""
+    """A phase of the mission with other behaviors; if several phases apply, the last one wins."""
 
     name: Annotated[str, Field(pattern=BODY_NAME)] | None = None
-    """Name in the trace; null: phase_1, phase_2 ..."""
+    """Name in the trace; null: phase_1, phase_2 and so on."""
     behaviors: Behaviors
-    """Behaviors by priority, with their gains, as in `mission.behaviors`."""
+    """Behaviors in order of priority, as in `mission.behaviors`."""
     after: NonNegativeFloat = 0.0
-    """Not before this time [s]."""
+    """Start of the phase [s]."""
     before: PositiveFloat | None = None
-    """Only before this time [s]; null: to the end."""
+    """End of the phase [s]; null: the end of the run."""
     when: Condition | None = None
-    """Only while this holds; null: whenever the time is right."""
+    """Condition for the phase; null: time alone decides."""
 
 
 class Mission(Parameters):
-    """What the robots are to do: the outer loop."""
+    """The task of the robots: the outer loop."""
 
     radius: Radius = 5.0
-    """Distance to keep from the target [m]."""
+    """Distance of the robots from the target [m]."""
     behaviors: Behaviors = (
         AvoidObstacles(),
         Vertices(),
         Surface(),
     )
-    """Behaviors by priority, the most important first: names, or tables with a name and parameters."""
+    """Behaviors in order of priority, highest first: names, or tables with a name and parameters."""
     supervisor: Annotated[tuple[Phase, ...], Field(max_length=32)] = ()
-    """Phases with other behaviors, orders or gains, by time or condition; else `behaviors` rules."""
+    """Phases with other behaviors, orders or gains, selected by time or condition; otherwise `behaviors`
+    applies."""
     trigger: Trigger | None = None
-    """When a robot computes its reference velocity again; null: at every physics step."""
+    """Condition for updates of the reference velocity; null: at every physics step."""
     outer: OuterLoop = Nsb()
-    """How behaviors become one velocity: `nsb` (the paper) or a baseline; a name, or a table with gains."""
+    """Composition of the behaviors into one velocity: `nsb` (the paper) or a baseline; a name, or a table
+    with gains."""
     target_feedforward: bool = True
-    """Whether robots add the target's measured velocity to the escort behaviors (the paper does not)."""
+    """Whether the target's measured velocity is added to the escort behaviors (not in the paper)."""
     max_speed: PositiveFloat | None = None
-    """Largest reference speed [m/s], spent by priority; null: no limit (the paper)."""
+    """Largest reference speed [m/s], allocated by priority; null: no limit (the paper)."""
 
 
 class Uncertainty(Parameters):
-    """What the controller is not told."""
+    """Disturbances that the controller does not know."""
 
     disturbance: tuple[Component, ...] | None = None
     """External force on every robot, per axis [N]: numbers, or expressions in t; null: none."""
 
 
 class Recording(Parameters):
-    """What is kept of a run."""
+    """Recorded data."""
 
     rate: PositiveFloat = 50.0
-    """Samples per simulated second [1/s]; a whole number of physics steps apart."""
+    """Samples per simulated second [1/s]; the interval must be a whole number of physics steps."""
     truth: bool = False
-    """Whether to record what the law may not know: mass matrix, bias and external force, reference torque,
-    and the Lyapunov function with the causes of its change."""
+    """Whether to record the truth channel, which the law does not use: mass matrix, bias and external force,
+    reference torque, and the Lyapunov function with the causes of its change."""
 
 
 class Video(Parameters):
     """The video of a run."""
 
     width: Annotated[int, Field(ge=160, le=3840, multiple_of=2)] = 1280
-    """Width [pixel], even."""
+    """Width [pixel]; must be even."""
     height: Annotated[int, Field(ge=120, le=2160, multiple_of=2)] = 720
-    """Height [pixel], even."""
+    """Height [pixel]; must be even."""
     rate: Annotated[int, Field(ge=1, le=120)] = 30
     """Frames per second of the video."""
     speed: Annotated[float, Field(ge=1e-3, le=1e6)] = 4.0
     """Simulated seconds per second of the video."""
     camera: Literal["overview", "follow", "top"] = "overview"
-    """`overview` frames the whole mission, `follow` goes with the target, `top` looks down."""
+    """`overview` shows the whole mission, `follow` follows the target, `top` looks straight down."""
 
 
 class _Checked(ModelMetaclass):
@@ -148,7 +151,7 @@ class _Checked(ModelMetaclass):
 
 
 class Scenario(Parameters, metaclass=_Checked):
-    """One mission: everything that a run depends on.
+    """A mission: everything that a run depends on.
 
     Args:
         data: Keys and values as in a file; tables may be mappings, and lists and numbers NumPy's.
@@ -167,46 +170,46 @@ class Scenario(Parameters, metaclass=_Checked):
     version: Literal[1] = 1
     """Version of this format."""
     name: Annotated[str, Field(pattern=RUN_NAME)] = "mission"
-    """Name of the run's folder and title of its pictures."""
+    """Name of the run folder and title of the figures."""
     description: Annotated[str, Field(max_length=2000, pattern=TEXT)] = ""
-    """What the scenario is for."""
+    """Description of the scenario."""
     plugins: Annotated[tuple[PluginSource, ...], Field(max_length=32)] = ()
-    """Laws, behaviors and more of one's own (docs/plugins.md): Python files, from this file's folder, or
-    names of installed plugins. They are code that runs: name only what you trust."""
+    """Plugins (docs/plugins.md): Python files, relative to the scenario's folder, or names of installed
+    plugins. Plugins execute code: use only plugins that you trust."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
-    """Seed of all randomness: positions, and errors of measurements."""
+    """Seed of all random numbers: initial positions and measurement errors."""
     duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0
     """Simulated time [s]."""
     axes: Annotated[int, Field(ge=2, le=MAX_AXES)] = 2
-    """Dimension of the space: 2 is the plane, 3 is space, more is beyond it (docs/axes.md)."""
+    """Dimension of the space: 2 for the plane, 3 for space, 4 to 9 for higher dimensions (docs/axes.md)."""
     physics: Physics = Physics()
-    """How MuJoCo steps the world."""
+    """Settings of the physics engine."""
     target: Target = Target()
-    """What is escorted."""
+    """The body that the robots escort."""
     robots: Robots = Robots()
-    """The team that escorts it."""
+    """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
-    """What stands or moves in the way."""
+    """Fixed and moving obstacles."""
     walls: Annotated[tuple[Wall, ...], Field(max_length=100)] = ()
     """Walls and corridors, with doors."""
     clutter: Clutter | None = None
-    """Obstacles drawn at random; null: none."""
+    """Random obstacles; null: none."""
     environment: Environment = Environment()
     """Floor, slope and medium."""
     mission: Mission = Mission()
-    """What the robots are to do: the outer loop."""
+    """The task of the robots: the outer loop."""
     controller: Law = ApdSmc()
-    """How they do it: the inner loop's law, its name or a table with its gains (law: apd_smc if left out)."""
+    """The law of the inner loop: a name, or a table with gains (law: apd_smc if omitted)."""
     sensing: Sensing = Sensing()
-    """What robots measure, and how well."""
+    """Sensors of the robots and their errors."""
     uncertainty: Uncertainty = Uncertainty()
-    """What the controller is not told."""
+    """Disturbances that the controller does not know."""
     recording: Recording = Recording()
-    """What is kept of a run."""
+    """Recorded data."""
     video: Video = Video()
-    """How a run is shown."""
+    """Settings of the video."""
     expect: tuple[AnyExpectation, ...] = ()
-    """What must hold for the run to pass."""
+    """Conditions that the run must meet to pass."""
 
     def replace(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> Self:
         """Return a checked copy in which some values are others.

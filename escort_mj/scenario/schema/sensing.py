@@ -40,43 +40,43 @@ Bias = Annotated[
 
 
 class Sensor(Parameters):
-    """What one kind of measurement makes of the truth; units are those of what is measured."""
+    """Errors of one measurement, in the unit of the measured quantity."""
 
     noise: NonNegativeFloat = 0.0
     """Radius of the ball from which an error is drawn uniformly at every step [m or m/s]."""
     bias: Bias = 0.0
-    """Error that stays: one number per axis, the same for all robots; or the radius of the ball from which
-    the seed draws each robot's own, uniformly [m or m/s]."""
+    """Constant error [m or m/s]: one number per axis, the same for all robots, or the radius of the ball from
+    which an error is drawn uniformly for each robot."""
     delay: NonNegativeFloat = 0.0
-    """Age of what is measured [s]: a whole number of physics steps."""
+    """Delay of the measurement [s], a whole number of physics steps."""
     dropout: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Probability per step that nothing arrives and the last value stays [1]."""
+    """Probability per step that the measurement is lost and the previous value stays [1]."""
     resolution: Annotated[float, Field(ge=1e-9, le=1e6)] | None = None
-    """Step to whose multiples values are rounded [m or m/s]; null: none."""
+    """Resolution to which values are rounded [m or m/s]; null: no rounding."""
 
 
 class SensingRadius(Parameters):
-    """How far robots see, surface to surface, as they measure it; what is beyond is not there for them."""
+    """Detection range of the robots, measured surface to surface; robots ignore bodies beyond it."""
 
     robots: Radius | None = None
-    """How far robots see each other [m]; null: everywhere."""
+    """Range at which robots detect each other [m]; null: unlimited."""
     obstacles: Radius | None = None
-    """How far robots see obstacles [m]; null: everywhere."""
+    """Range at which robots detect obstacles [m]; null: unlimited."""
 
 
 class Sensing(Parameters):
-    """What robots measure; where nothing is said, the truth."""
+    """Sensors; quantities that are not listed are measured without error."""
 
     position: Sensor = Sensor()
-    """Robots' own positions [m]."""
+    """The robots' own positions [m]."""
     velocity: Sensor = Sensor()
-    """Robots' own velocities [m/s]."""
+    """The robots' own velocities [m/s]."""
     target_position: Sensor = Sensor()
     """The target's position [m], measured once for the whole team."""
     target_velocity: Sensor = Sensor()
-    """The target's velocity [m/s], likewise."""
+    """The target's velocity [m/s], measured once for the whole team."""
     radius: SensingRadius = SensingRadius()
-    """How far robots see obstacles and each other."""
+    """Range at which robots detect obstacles and each other."""
 
     @property
     def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:

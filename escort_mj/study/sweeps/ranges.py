@@ -45,7 +45,7 @@ class Steps(Range):
     """Evenly spread numbers, both bounds among them."""
 
     count: Annotated[int, Field(ge=2, le=10_000)]
-    """How many."""
+    """Number of values."""
 
     def values(self) -> list[float | int]:
         """The numbers; fewer where whole numbers are meant and there are not so many."""

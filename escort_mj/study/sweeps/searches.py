@@ -51,7 +51,7 @@ class MetricBound(Parameters):
     """A bound on the mean of a metric over cells and seeds."""
 
     metric: MetricName
-    """Which metric."""
+    """Name of the metric."""
     at_most: float | None = None
     """Upper bound, in the metric's unit."""
     at_least: float | None = None
