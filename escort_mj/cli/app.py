@@ -21,10 +21,15 @@ from escort_mj.cli.streams import OUTPUT, lasting_streams, printable_json, say
 from escort_mj.errors import EscortError, ScenarioError
 from escort_mj.progress import terminal_bar
 
+EXIT_CODES = (
+    "Exit codes: 0 success, 1 a verdict failed, 2 invalid input, 3 a run diverged or crashed, "
+    "130 interrupted."
+)
+
 app = typer.Typer(
     name="escort-mj",
-    help="Multi-robot escort missions on real physics: one YAML in, verdicts, figures and a video out.",
-    epilog="Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 a run diverged or broke, 130 interrupted.",
+    help="Simulate multi-robot escort missions: one YAML file in; verdicts, figures and a video out.",
+    epilog=EXIT_CODES,
     cls=Commands,
     context_settings={"help_option_names": ["-h", "--help"]},
     no_args_is_help=True,
@@ -41,12 +46,12 @@ GOOD, VERDICT_FAILED, BAD_INPUT, BROKEN = 0, 1, 2, 3
 ScenarioArgument = Annotated[
     str,
     typer.Argument(
-        help="A scenario file, or the name of a shipped one, such as main.",
+        help="Scenario file, or name of a shipped scenario such as main.",
         autocompletion=complete.scenarios,
     ),
 ]
 RunArgument = Annotated[
-    Path, typer.Argument(help="A run folder.", exists=True, file_okay=False, autocompletion=complete.runs)
+    Path, typer.Argument(help="Run folder.", exists=True, file_okay=False, autocompletion=complete.runs)
 ]
 JsonOption = Annotated[
     bool,
@@ -61,16 +66,16 @@ SetOption = Annotated[
     typer.Option(
         "--set",
         metavar="KEY.PATH=VALUE",
-        help="Override one value; may be given many times.",
+        help="Override a value; repeatable.",
         autocompletion=complete.overrides,
     ),
 ]
-WorkersOption = Annotated[int | None, typer.Option(min=1, help="Processes [default: as many as cores].")]
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")
+]
 PluginOption = Annotated[
     list[str] | None,
-    typer.Option(
-        "--plugin", metavar="FILE|NAME", help="Python file or installed plugin; may be given many times."
-    ),
+    typer.Option("--plugin", metavar="FILE|NAME", help="Python file or installed plugin; repeatable."),
 ]
 
 

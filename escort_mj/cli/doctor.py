@@ -44,7 +44,7 @@ def examine_machine(folder: Path) -> Iterator[Examined]:
     """Looks at everything that runs, pictures and videos need.
 
     Args:
-        folder: Where runs are to be written.
+        folder: Folder in which runs will be written.
     """
     yield Examined("python", GOOD, f"{platform.python_version()} on {platform.platform()}")
     yield from _packages()

@@ -15,11 +15,11 @@ SECTIONS = {
     "Run and inspect": ("run", "check", "validate", "show", "render", "report", "view", "rerun"),
     "Compare and search": ("compare", "sweep", "tune", "falsify", "reproduce"),
     "Write and convert": ("new", "export", "schema"),
-    "Find out": ("list", "doctor", "check-plugin"),
+    "Inspect the installation": ("list", "doctor", "check-plugin"),
 }
 """The commands as the help lists them."""
 QUIET = "Print errors and failed verdicts only."
-VERBOSE = "Print each stage with its time, and the traceback if the program breaks."
+VERBOSE = "Print each stage with its time, and the traceback of internal errors."
 JSON_LINES = "Print progress and the result as JSON, one document per line."
 
 

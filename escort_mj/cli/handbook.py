@@ -7,19 +7,19 @@ from typing import Any
 
 import typer
 
-from escort_mj.cli.app import app
+from escort_mj.cli.app import EXIT_CODES, app
 from escort_mj.cli.group import SECTIONS
 from escort_mj.record.tables import markdown
 
 TITLES = {
     "metrics": (
         "Metrics",
-        "Every number that `metrics.json` holds and that an expectation can bound. "
+        "This page lists every metric in `metrics.json`; expectations can set bounds on them. "
         "`escort-mj list metrics --markdown` writes this page.",
     ),
     "signals": (
         "Signals",
-        "Every variable of a trace, in SI units and the world frame. "
+        "This page lists every variable of a trace, in SI units and the world frame. "
         "`escort-mj list signals --markdown` writes this page.",
     ),
 }
@@ -30,12 +30,12 @@ def commands_page() -> Iterator[str]:
     """Yield the lines of the page of commands: each with its examples, arguments and options."""
     yield "# Commands\n"
     yield (
-        "Every command of `escort-mj`, as `escort-mj COMMAND --help` prints it. "
+        "This page lists every command of `escort-mj` with the text of its `--help`. "
         "`escort-mj list commands --markdown` writes this page.\n"
     )
     commands: Mapping[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    yield "Exit codes: 0 good, 1 a verdict failed, 2 bad input, 3 a run diverged or broke, 130 interrupted.\n"
-    yield "These options are the same wherever they appear:\n"
+    yield f"{EXIT_CODES}\n"
+    yield "Most commands share these options:\n"
     yield from _options(commands["run"], lambda option: option in COMMON)
     for section, names in SECTIONS.items():
         yield f"\n## {section}"

@@ -51,11 +51,11 @@ class Entry(NamedTuple):
 @app.command("list")
 def list_command(
     kind: Annotated[Kind | None, typer.Argument(help="What to list.")] = None,
-    markdown: Annotated[bool, typer.Option("--markdown", help="Print a table for the docs.")] = False,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print a Markdown page.")] = False,
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List what there is: scenarios, studies, laws, behaviors, robots, metrics, signals and more.
+    """List available scenarios, studies, laws, behaviors, robots, metrics, signals and more.
 
     Example: escort-mj list
 
@@ -196,7 +196,7 @@ def validate_command(
     paths: Annotated[
         list[str],
         typer.Argument(
-            help="Scenario or study files, folders of scenarios, or names of shipped ones.",
+            help="Scenario or study files, folders of scenarios, or names of shipped scenarios and studies.",
             autocompletion=complete.scenarios_or_studies,
         ),
     ],
@@ -204,7 +204,7 @@ def validate_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check scenarios and studies without running them: exit code 2 if one has a fault.
+    """Validate scenarios and studies without running them. Exit code 2 if one is invalid.
 
     Example: escort-mj validate mine.yaml
 

@@ -41,22 +41,22 @@ def run_command(
     scenario: ScenarioArgument,
     overrides: SetOption = None,
     plugins: PluginOption = None,
-    out: Annotated[Path | None, typer.Option(help="Run folder to write [default: renders/NAME].")] = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder [default: renders/NAME].")] = None,
     overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the run that the folder holds, if there is one.")
+        bool, typer.Option("--overwrite", help="Replace an earlier run in the folder.")
     ] = False,
-    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to draw the video.")] = True,
+    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to render the video.")] = True,
     figures: Annotated[
         bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
     ] = True,
     report: Annotated[
-        bool, typer.Option("--report/--no-report", help="Whether to write report.html, with a replay in it.")
+        bool, typer.Option("--report/--no-report", help="Whether to write report.html with a replay.")
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Run one scenario and write its run folder.
 
-    An earlier run in renders/NAME stays: this one goes to NAME-2, NAME-3 ... beside it.
+    An earlier run in renders/NAME is kept; the new one is written to NAME-2, NAME-3 and so on.
 
     Example: escort-mj run main
 
@@ -105,29 +105,36 @@ def check_command(
     paths: Annotated[
         list[str],
         typer.Argument(
-            help="Scenario files, folders of them, or names of shipped ones.",
+            help="Scenario files, folders, or names of shipped scenarios.",
             autocompletion=complete.scenarios,
         ),
     ],
     overrides: SetOption = None,
     plugins: PluginOption = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Seeds of each, from the scenario's own upward.")] = 1,
-    repeat: Annotated[
-        int, typer.Option(min=1, help="Runs of each seed; one that differs from the first in a bit fails.")
+    seeds: Annotated[
+        int, typer.Option(min=1, help="Number of seeds per scenario, starting at the scenario's seed.")
     ] = 1,
-    out: Annotated[Path, typer.Option(help="Where run folders of those that fail go.")] = Path(
+    repeat: Annotated[
+        int,
+        typer.Option(
+            min=1, help="Number of runs per seed; a run that is not identical to the first one fails."
+        ),
+    ] = 1,
+    out: Annotated[Path, typer.Option(help="Folder for the run folders of failed runs.")] = Path(
         "renders/check"
     ),
     workers: WorkersOption = None,
     junit: Annotated[Path | None, typer.Option(help="Also write JUnit XML to this file.")] = None,
     github: Annotated[bool, typer.Option("--github", help="Also print GitHub annotations.")] = False,
-    keep: Annotated[bool, typer.Option("--keep", help="Keep run folders of those that pass, too.")] = False,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Also keep the run folders of runs that pass.")
+    ] = False,
     video: Annotated[
-        bool, typer.Option("--video/--no-video", help="Whether to draw a clip of those that fail.")
+        bool, typer.Option("--video/--no-video", help="Whether to render a clip of each failed run.")
     ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Run scenarios side by side and judge them: exit code 1 if a verdict fails, 2 bad input, 3 a run broke.
+    """Run scenarios in parallel and evaluate their verdicts.
 
     Example: escort-mj check main paper/case1_2d
 
@@ -171,7 +178,7 @@ def render_command(
     run_folder: RunArgument,
     as_json: JsonOption = False,
 ) -> None:
-    """Draw the figures and the video of a run folder again.
+    """Redraw the figures and the video of a run folder.
 
     Example: escort-mj render renders/main
     """
@@ -189,7 +196,7 @@ def show_command(
     run_folder: RunArgument,
     as_json: JsonOption = False,
 ) -> None:
-    """Say what a run folder holds; recovers the trace of a run that was killed.
+    """Show the contents of a run folder. Recovers the trace of a killed run.
 
     Example: escort-mj show renders/main
     """
@@ -212,10 +219,12 @@ def show_command(
 
 @app.command("schema")
 def schema_command(
-    markdown: Annotated[bool, typer.Option("--markdown", help="Print every key as a page instead.")] = False,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print a Markdown page of all keys instead.")
+    ] = False,
     plugins: PluginOption = None,
 ) -> None:
-    """Print the JSON Schema of scenarios, for editors that complete and check them.
+    """Print the JSON Schema of scenarios, for completion and validation in editors.
 
     Example: escort-mj schema > schema.json
     """

@@ -32,14 +32,16 @@ from escort_mj.errors import UsageError
 if TYPE_CHECKING:
     from escort_mj.study.sweeps.design import Design
 
-OutOption = Annotated[Path | None, typer.Option(help="Folder of results [default: renders/studies/NAME].")]
-AgainOption = Annotated[bool, typer.Option("--again", help="Run what has been run before, too.")]
+OutOption = Annotated[
+    Path | None, typer.Option(help="Folder for the results [default: renders/studies/NAME].")
+]
+AgainOption = Annotated[bool, typer.Option("--again", help="Repeat runs that already exist.")]
 
 
 StudyArgument = Annotated[
     str,
     typer.Argument(
-        help="A study file, or the name of a shipped one, such as studies/minute.",
+        help="Study file, or name of a shipped study such as studies/minute.",
         autocompletion=complete.studies,
     ),
 ]
@@ -67,17 +69,17 @@ def _laid_out(
 def reproduce_command(
     only: Annotated[
         list[str] | None,
-        typer.Option(metavar="FIG", help="A figure: 5 to 17, or laws; may be given many times."),
+        typer.Option(metavar="FIG", help="Figure to reproduce, 5 to 17 or laws; repeatable."),
     ] = None,
-    out: Annotated[Path, typer.Option(help="Where runs, figures and table go.")] = Path(
+    out: Annotated[Path, typer.Option(help="Folder for runs, figures and table.")] = Path(
         "renders/reproduction"
     ),
     workers: WorkersOption = None,
-    docs: Annotated[Path | None, typer.Option(help="Also write the table to this file of the docs.")] = None,
+    docs: Annotated[Path | None, typer.Option(help="Also write the table to this Markdown file.")] = None,
     again: AgainOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run the paper's simulations, draw its figures, and say what of its claims holds.
+    """Reproduce the paper's simulations and figures, and check its claims.
 
     Example: escort-mj reproduce --only 5 --only 6
     """
@@ -115,24 +117,24 @@ def compare_command(
         list[str] | None,
         typer.Option(
             metavar="LOOP,...",
-            help="Outer loops, such as nsb,barrier_filter [default: its own].",
+            help="Outer loops, such as nsb,barrier_filter [default: the scenario's].",
             autocompletion=complete.outer_loops,
         ),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Seeds, from the scenario's own upward.")] = 1,
+    seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, starting at the scenario's seed.")] = 1,
     overrides: SetOption = None,
     plugins: PluginOption = None,
     out: Annotated[
-        Path | None, typer.Option(help="Where runs, figures and table go [default: renders/compare/NAME].")
+        Path | None, typer.Option(help="Folder for runs, figures and table [default: renders/compare/NAME].")
     ] = None,
     workers: WorkersOption = None,
     docs: Annotated[
-        Path | None, typer.Option(help="Also put the table into this page, between its marks.")
+        Path | None, typer.Option(help="Also write the table into this Markdown page, between its marks.")
     ] = None,
     again: AgainOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run one scenario under several laws and outer loops, and compare them in one table.
+    """Run one scenario with several laws and outer loops, and compare the results in one table.
 
     Example: escort-mj compare main --laws apd_smc,pd --outer nsb,barrier_filter --seeds 5
     """
@@ -164,15 +166,20 @@ def sweep_command(
     workers: WorkersOption = None,
     backend: Annotated[
         Literal["local", "threads", "dask"],
-        typer.Option(help="Where runs are computed: processes or threads of this machine, a Dask cluster."),
+        typer.Option(help="Backend: local processes, threads, or a Dask cluster."),
     ] = "local",
     scheduler: Annotated[
-        str | None, typer.Option(help="A running Dask scheduler, such as tcp://host:8786 [default: our own].")
+        str | None,
+        typer.Option(
+            help="Address of a Dask scheduler, such as tcp://host:8786 [default: start a local cluster]."
+        ),
     ] = None,
-    yes: Annotated[bool, typer.Option("--yes", help="Begin however large the study is.")] = False,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Start without confirmation, however large the study is.")
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Make the runs of a study that have not been made yet; interrupted or killed, it goes on where it was.
+    """Make the missing runs of a study. Resumes if interrupted.
 
     Example: escort-mj sweep studies/minute --workers 2
 
@@ -197,15 +204,13 @@ def sweep_command(
 @app.command("rerun")
 def rerun_command(
     run_folder: RunArgument,
-    out: Annotated[Path | None, typer.Option(help="Run folder for the new run [default: none].")] = None,
-    tolerance: Annotated[
-        float, typer.Option(min=0.0, help="Relative difference up to which metrics agree.")
-    ] = 1e-3,
+    out: Annotated[Path | None, typer.Option(help="Run folder for the repeated run [default: none].")] = None,
+    tolerance: Annotated[float, typer.Option(min=0.0, help="Relative tolerance for metrics.")] = 1e-3,
     as_json: JsonOption = False,
 ) -> None:
-    """Make the run of a run folder again, and say whether its bits, or else its metrics, agree.
+    """Repeat the run of a run folder and compare the results: bits first, then metrics and verdicts.
 
-    Exit code: 0 if they do, 1 if they do not, 2 if there is nothing to repeat.
+    Exit codes: 0 if they agree, 1 if they differ, 2 if there is no run to repeat.
 
     Example: escort-mj rerun renders/main
     """
@@ -226,11 +231,11 @@ def tune_command(
     out: OutOption = None,
     workers: WorkersOption = None,
     figures: Annotated[
-        bool, typer.Option("--figures/--no-figures", help="Whether to draw how it went.")
+        bool, typer.Option("--figures/--no-figures", help="Whether to draw the progress of the search.")
     ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Tune values of a scenario within the bounds of a study's section tune; broken off, it goes on.
+    """Tune scenario values within the bounds of a study's section tune. Resumes if interrupted.
 
     Example: escort-mj tune studies/tune_apd_smc
     """
@@ -260,13 +265,15 @@ def falsify_command(
     out: OutOption = None,
     workers: WorkersOption = None,
     video: Annotated[
-        bool, typer.Option("--video/--no-video", help="Whether to draw a clip of what was found.")
+        bool, typer.Option("--video/--no-video", help="Whether to render a clip of each counterexample.")
     ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Search the bounds of a study's section falsify for a mission that breaks a verdict, and shrink it.
+    """Search within the bounds of a study's section falsify for a mission that violates a verdict.
 
-    Exit code: 0 if nothing was found, 1 if something was.
+    The search simplifies each counterexample.
+
+    Exit codes: 0 if no violation was found, 1 if one was found.
 
     Example: escort-mj falsify studies/falsify_main
     """
@@ -296,20 +303,18 @@ def report_command(
     folder: Annotated[
         Path,
         typer.Argument(
-            help="A run folder, or a folder of results.",
+            help="Run folder, or folder of a study's results.",
             exists=True,
             file_okay=False,
             autocompletion=complete.results,
         ),
     ],
-    out: Annotated[Path | None, typer.Option(help="The page [default: report.html in the folder].")] = None,
-    compare: Annotated[
-        str | None, typer.Option(help="Factor whose levels are compared [default: the laws, or the cases].")
-    ] = None,
-    png: Annotated[bool, typer.Option("--png", help="Also write a study's figures as PNG.")] = False,
+    out: Annotated[Path | None, typer.Option(help="HTML file [default: report.html in the folder].")] = None,
+    compare: Annotated[str | None, typer.Option(help="Factor to compare [default: laws or cases].")] = None,
+    png: Annotated[bool, typer.Option("--png", help="Also write the figures of a study as PNG.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write one self-contained HTML page of a run, with a replay in it, or of a study, with its worst runs.
+    """Write a self-contained HTML page: of a run, with a replay, or of a study, with its worst runs.
 
     Example: escort-mj report renders/main; escort-mj report renders/studies/minute
     """

@@ -26,13 +26,13 @@ from escort_mj.errors import UsageError
 
 @app.command("new")
 def new_command(
-    file: Annotated[Path, typer.Argument(help="The scenario to write, such as mine.yaml.")],
-    robots: Annotated[int, typer.Option(min=2, max=1000, help="How many robots.")] = 6,
+    file: Annotated[Path, typer.Argument(help="Scenario file to write, such as mine.yaml.")],
+    robots: Annotated[int, typer.Option(min=2, max=1000, help="Number of robots.")] = 6,
     axes: Annotated[int, typer.Option(min=2, max=3, help="2 for the plane, 3 for space.")] = 2,
     law: Annotated[str, typer.Option(help="Law of the inner loop.")] = "apd_smc",
     as_json: JsonOption = False,
 ) -> None:
-    """Write a scenario to start from, every key explained, and the schema by which editors complete keys.
+    """Write a commented scenario as a starting point, and the schema for editors.
 
     Example: escort-mj new mine.yaml --robots 8
     """
@@ -62,22 +62,22 @@ def export_command(
     source: Annotated[
         str,
         typer.Argument(
-            help="A run folder, a scenario file or the name of a shipped one.",
+            help="Run folder, scenario file, or name of a shipped scenario.",
             autocompletion=complete.runs_or_scenarios,
         ),
     ],
     to: Annotated[
         Path,
         typer.Argument(
-            help="FILE.xml: the world as MJCF. Of a run: FILE.csv, FILE.parquet: a table; "
-            "FILE.mcap: for Foxglove; FILE.npz: MuJoCo's states."
+            help="FILE.xml: the world as MJCF. For runs also FILE.csv or FILE.parquet: a table; "
+            "FILE.mcap: for Foxglove; FILE.npz: MuJoCo states."
         ),
     ],
     overrides: SetOption = None,
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write the world of a scenario or run as MJCF, or a run for other programs.
+    """Export the world of a scenario or run as MJCF, or a run for other programs.
 
     Example: escort-mj export main main.xml
 
@@ -123,12 +123,12 @@ def export_command(
 
 @app.command("check-plugin")
 def check_plugin_command(
-    plugin: Annotated[str, typer.Argument(help="A Python file, or the name of an installed plugin.")],
+    plugin: Annotated[str, typer.Argument(help="Python file, or name of an installed plugin.")],
     as_json: JsonOption = False,
 ) -> None:
-    """Check what a plugin brings: laws, behaviors and more of one's own (docs/plugins.md).
+    """Test the components of a plugin: laws, behaviors, robots, metrics and expectations.
 
-    Exit code: 0 if all holds, 1 if something does not, 2 if the plugin cannot be loaded.
+    Exit codes: 0 if all tests pass, 1 if a test fails, 2 if the plugin cannot be loaded.
 
     Example: escort-mj check-plugin own_law.py
     """
@@ -145,10 +145,14 @@ def check_plugin_command(
 
 @app.command("doctor")
 def doctor_command(
-    folder: Annotated[Path, typer.Option("--out", help="Where runs are to be written.")] = Path("renders"),
+    folder: Annotated[Path, typer.Option("--out", help="Folder in which runs will be written.")] = Path(
+        "renders"
+    ),
     as_json: JsonOption = False,
 ) -> None:
-    """Say whether runs, pictures and videos work here, and what helps (exit code 1: runs do not).
+    """Check whether runs, figures and videos work on this machine, and suggest fixes.
+
+    Exit code 1 if runs do not work.
 
     Example: escort-mj doctor
     """

@@ -22,21 +22,21 @@ def view_command(
     source: Annotated[
         str,
         typer.Argument(
-            help="A run folder to replay; or a scenario to simulate: a file, or the name of a shipped one.",
+            help="Run folder to replay, or scenario to simulate (a file or the name of a shipped scenario).",
             autocompletion=complete.runs_or_scenarios,
         ),
     ],
     overrides: SetOption = None,
-    speed: Annotated[float, typer.Option(help="Simulated seconds per second at first.")] = 1.0,
+    speed: Annotated[float, typer.Option(help="Initial speed, in simulated seconds per second.")] = 1.0,
     host: Annotated[
-        str, typer.Option(help="Where to listen: this machine only, unless told otherwise.")
+        str, typer.Option(help="Network interface to listen on; by default, this machine only.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="The first port to try; 0 for any.")] = 8080,
+    port: Annotated[int, typer.Option(help="First port to try; 0 for any free port.")] = 8080,
     native: Annotated[
-        bool, typer.Option("--native", help="MuJoCo's own viewer instead; needs a display.")
+        bool, typer.Option("--native", help="Use MuJoCo's viewer instead; requires a display.")
     ] = False,
 ) -> None:
-    """Watch a run in the browser: a run folder again, or a scenario while it is simulated. Ctrl-C ends it.
+    """Show a run in the browser: replay a run folder, or simulate a scenario live. Stop with Ctrl-C.
 
     Example: escort-mj view main --speed 4; escort-mj view renders/main
     """

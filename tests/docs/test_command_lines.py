@@ -67,7 +67,7 @@ def exists(name: str, options: dict) -> None:
     for path in filter(None, given):
         if path.endswith((".yaml", "/")) or (ROOT / path).is_dir():
             continue
-        if name in STUDIES:
+        if name in STUDIES or path.startswith("studies/"):
             assert api.study_path(path).is_file()
         else:
             api.load_scenario(path, options.get("overrides") or ())
