@@ -26,6 +26,7 @@ Policy = Callable[[Array], Array]
 PAGE = "environments.md"
 TRAINING, HELD_OUT = range(100, 104), range(10)  # seeds
 GENERATIONS, SPREAD = 25, 0.3
+CHORDS = {"mission.behaviors[1]": "chords"}  # the behavior of the measured missions
 # Shares of the largest speed, and reaches in mission radii: by hand, and where the training starts.
 BY_HAND = {
     "follow": 1.0,
@@ -88,7 +89,7 @@ def flown(scenario: Scenario, chosen: Policy) -> tuple[Run, float]:
 def score(job: tuple[Array, int]) -> float:
     """Mean reward of gains on a training seed."""
     gains, seed = job
-    scenario = load_scenario("main", {"seed": seed, "duration": 30.0, "expect": []})
+    scenario = load_scenario("main", CHORDS | {"seed": seed, "duration": 30.0, "expect": []})
     return flown(scenario, policy(gains, scenario.axes))[1]
 
 
@@ -120,7 +121,7 @@ def _row(name: str, runs: list[Run]) -> list[str]:
 
 
 def _rows(gains: Array) -> Iterator[list[str]]:
-    missions = [load_scenario("main", {"seed": seed}) for seed in HELD_OUT]
+    missions = [load_scenario("main", CHORDS | {"seed": seed}) for seed in HELD_OUT]
     yield _row("NSB and APD-SMC", [Run(fly(mission)) for mission in missions])
     by_hand = np.array(list(BY_HAND.values()))
     for name, chosen in (("policy, gains by hand", by_hand), ("policy, trained", gains)):
