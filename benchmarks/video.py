@@ -1,4 +1,4 @@
-"""`python -m benchmarks.video`: what a frame costs, by what is drawn and how, as in docs/video.md.
+"""`python -m benchmarks.video`: what a frame costs, by what is drawn and how, as in docs/frames.md.
 
 Processor time of the whole process, all threads of a software renderer among them: what others take from the
 machine is not counted. Frames of all ways take turns.
@@ -34,7 +34,7 @@ from escort_mj.report.video.shots import plan_shot  # noqa: E402
 from escort_mj.report.video.video import scenario_video  # noqa: E402
 from escort_mj.scenario.schema.scenario import Video  # noqa: E402
 
-PAGE = "video.md"
+PAGE = "frames.md"
 MISSIONS: dict[str, dict[str, Any]] = {
     "main": {},
     "main_3d": {},
