@@ -21,6 +21,7 @@ from escort_mj.scenario.reader.late import judged_again, late, left_out
 from escort_mj.scenario.reader.overrides import Overrides, apply
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
+from escort_mj.scenario.reader.waypoints import read_tables
 from escort_mj.scenario.schema.scenario import Scenario
 
 MAX_BYTES = 1_000_000
@@ -166,7 +167,7 @@ class Template:
         document = copy.deepcopy(self._document)
         if faults := apply(document, overrides):
             raise ScenarioError(faults)
-        data: dict[str, Any] = document.data
+        data, _ = read_tables(document.data, FilePath(self.source).parent)
         return data
 
     def scenario(self, overrides: Overrides = (), plugins: Sequence[str] = ()) -> Scenario:
@@ -189,12 +190,15 @@ def _scenario(
 ) -> Scenario:
     """Checks what a document and overrides say together."""
     findings: list[Finding] = []
+    data, wrong = read_tables(data, FilePath(source).parent)
     if kind is None:
         kind, findings = resolve_plugins(data, FilePath(source).parent)
     scenario = None
     if not findings:
         judged_again(document, data)
         scenario, findings = _checked(data, kind)
+        tables = [finding.path for finding in wrong]
+        findings = [finding for finding in findings if finding.path not in tables] + wrong
         if beyond := late(document, findings):
             findings = [finding for finding in findings if finding not in beyond]
             left_out(data, beyond)

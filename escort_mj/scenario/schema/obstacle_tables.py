@@ -41,6 +41,13 @@ Orientation = Annotated[
 """A yaw angle, or (roll, pitch, yaw) about the world's x, y, z in turn [rad], or a quaternion w, x, y, z."""
 
 
+def _or_table(schema: dict[str, Any]) -> None:
+    """Let editors accept the name of a table, which the reader replaces by its waypoints."""
+    table = {"type": "string", "pattern": r"\.csv$"}
+    listed = {key: schema.pop(key) for key in ("type", "items", "minItems") if key in schema}
+    schema["anyOf"] = [listed, table]
+
+
 class Waypoint(Parameters):
     """Position of a body at a time."""
 
@@ -55,8 +62,9 @@ class Motion(Parameters):
 
     position: tuple[Component, ...] | None = None
     """Position per axis [m]: numbers, or expressions in t."""
-    waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
-    """Timed waypoints; the body rests before the first and after the last."""
+    waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1, json_schema_extra=_or_table)] | None = None
+    """Timed waypoints, or a CSV file with a time and a position per line; the body rests before the first and
+    after the last."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline that starts and ends
     at rest."""

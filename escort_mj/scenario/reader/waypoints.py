@@ -1,0 +1,121 @@
+"""Waypoints from a table: comma-separated values, a line for each, as planners and loggers write them."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path as FilePath
+from typing import Any
+
+from escort_mj.scenario.findings import Finding, Path, shortened
+
+SUFFIX = ".csv"
+MOST = 10_000  # waypoints of a table
+TIMES = ("t", "time")
+
+
+def read_tables(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any], list[Finding]]:
+    """Return plain data with the waypoints of each table in place of its file's name.
+
+    Args:
+        data: What a scenario says; it is not changed.
+        folder: Where files are looked for.
+
+    Returns:
+        The data, and what is wrong with tables: those are left as their names.
+    """
+    found: list[Finding] = []
+    for path, motion in _motions(data):
+        name = motion.get("waypoints")
+        if not isinstance(name, str):
+            continue
+        try:
+            rows = _read(_within(folder, name))
+        except ValueError as error:
+            found.append(Finding((*path, "waypoints"), f"{shortened(name)}{error}"))
+        else:
+            data = _with(data, (*path, "waypoints"), rows)
+    return data, found
+
+
+def _motions(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Every table that may have waypoints, and its place."""
+    target, obstacles = data.get("target"), data.get("obstacles")
+    if isinstance(target, dict):
+        yield ("target",), target
+    for place, obstacle in enumerate(obstacles if isinstance(obstacles, list | tuple) else ()):
+        if isinstance(obstacle, dict) and isinstance(obstacle.get("motion"), dict):
+            yield ("obstacles", place, "motion"), obstacle["motion"]
+
+
+def _with(value: Any, path: Path, new: Any) -> Any:
+    """Return a copy of nested tables and lists with another value at one place."""
+    if not path:
+        return new
+    key, *rest = path
+    changed: Any = dict(value) if isinstance(value, dict) else list(value)
+    changed[key] = _with(value[key], tuple(rest), new)
+    return changed
+
+
+def _within(folder: FilePath, name: str) -> FilePath:
+    """Return the file of a name in a folder or below it.
+
+    Raises:
+        ValueError: If the name leads out of the folder.
+    """
+    file = folder / name
+    if not file.resolve().is_relative_to(folder.resolve()):
+        raise ValueError(": leads out of the scenario's folder")
+    return file
+
+
+def _read(file: FilePath) -> list[dict[str, Any]]:
+    """Return the waypoints of a table.
+
+    Raises:
+        ValueError: If it cannot be read or a line is wrong; the words follow the name of the file.
+    """
+    if file.suffix != SUFFIX:
+        raise ValueError(f": waypoints are a list, or the name of a file with the suffix {SUFFIX}")
+    try:
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError:
+        raise ValueError(": there is no such file beside the scenario") from None
+    except (OSError, ValueError) as error:
+        raise ValueError(f": cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    waypoints: list[dict[str, Any]] = []
+    for number, row in enumerate(csv.reader(lines), 1):
+        cells = [cell.strip() for cell in row]
+        if not any(cells) or cells[0].startswith("#") or (not waypoints and cells[0].lower() in TIMES):
+            continue
+        numbers = _numbers(cells, number)
+        if waypoints and len(numbers) - 1 != len(waypoints[0]["position"]):
+            raise ValueError(f":{number}: found {len(numbers)} numbers; the lines before have another count")
+        waypoints.append({"time": numbers[0], "position": numbers[1:]})
+        if len(waypoints) > MOST:
+            raise ValueError(f": found more than {MOST:,} waypoints")
+    if not waypoints:
+        raise ValueError(": holds no waypoint; a line is a time [s] and a position [m], as in 0,1.5,2")
+    return waypoints
+
+
+def _numbers(cells: list[str], number: int) -> list[float]:
+    """Return the numbers of a line: a time, and a position of two axes or more."""
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        wrong = next(cell for cell in cells if not _is_number(cell))
+        raise ValueError(f":{number}: found {shortened(wrong)!r}; a line is a time and a position") from None
+    if len(numbers) < 3 or not all(map(math.isfinite, numbers)):
+        raise ValueError(f":{number}: a line is a time [s] and a position [m], as in 0,1.5,2; all are finite")
+    return numbers
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
