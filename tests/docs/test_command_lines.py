@@ -14,7 +14,7 @@ from tests.docs.pages import PAGES, ROOT, blocks
 
 COMMANDS = typer.main.get_command(app).commands
 STUDIES = {"sweep", "tune", "falsify"}
-TOP = {"--install-completion", "--help"}  # options of the program itself
+TOP = {"--install-completion", "--help", "--version", "-h"}  # options of the program itself
 
 
 class Line(NamedTuple):
