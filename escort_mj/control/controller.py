@@ -59,8 +59,8 @@ def evaluate(plan: Plan, state: State) -> None:
     """One evaluation of the law: reads `time`, `q`, `v` of the state, writes all its control signals.
 
     Args:
-        plan: What the controller is told.
-        state: Its state; `tau` is the force demanded, `command` what the motors are told, `disturbance` the
+        plan: What the controller is given.
+        state: Its state; `tau` is the force demanded, `command` the command of the motors, `disturbance` the
             force that the plant is to add.
     """
     state.step[0] = round(state.time[0] / plan.timestep)

@@ -123,7 +123,7 @@ def _close_ring(predecessors: np.ndarray, lost: np.ndarray) -> None:
 
 @on_demand
 def command_motors(plan: Plan, state: State) -> None:
-    """What the motors are told: the law's force where they work, else what is left of them.
+    """Command the motors: the law's force where they work, else what is left of them.
 
     The law asks nothing of a robot that is lost, and neither its reference nor its estimate moves on.
     """
@@ -249,7 +249,7 @@ def placed(points: Array, directions: Array, turns: Array) -> Array:
 
 
 def motors(t: float, tau: Array, applied_before: Array, setup: Setup) -> Array:
-    """What the motors are told: tau, and where they have failed what is left of it, shape (n, p) [N].
+    """Return the command of the motors: tau, and where they have failed what is left of it, shape (n, p) [N].
 
     Args:
         t: Time [s].

@@ -64,7 +64,7 @@ class ReferenceController:
     """The whole law with its state: reference position q_d [m] and estimate rho_hat [N], both (n, p).
 
     Args:
-        setup: What the controller is told.
+        setup: What the controller is given.
         stride: Every so many physics steps a sample is taken; the task signals are computed in those only.
         extra: Physics steps of further samples.
     """
@@ -108,12 +108,12 @@ class ReferenceController:
             t: Time [s]; the state moves one timestep if this is later than at the last evaluation.
             q: True positions, shape (n, p) [m].
             v: True velocities, shape (n, p) [m/s].
-            mass: Mass matrix of each robot, for laws that are told it, shape (n, p, p) [kg]; None for 1 kg.
+            mass: Mass matrix of each robot, for laws that are given it, shape (n, p, p) [kg]; None for 1 kg.
             bias: Bias force, likewise, shape (n, p) [N]; None for none.
             obstacle_points: What each robot, and last the target, sees of each obstacle, shape
                 (n + 1, m, p) [m]; None for centers that rest.
             target_state: Position [m] and velocity [m/s] of a target that can be bumped, shape (p,) each;
-                None for one that moves as told.
+                None for one that moves as commanded.
         """
         if obstacle_points is not None:
             self.setup = replace(self.setup, obstacle_points=obstacle_points)

@@ -1,4 +1,4 @@
-"""Everything that the controller is told about a mission, before it is packed for the compiled kernel."""
+"""Everything that the controller is given of a mission, before it is packed for the compiled kernel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Packs what the controller is told into the flat vector of numbers that `plan.unpack_plan` reads."""
+"""Packs what the controller is given into the flat vector of numbers that `unpack_plan` reads."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def pack(
     """Packs a setup into the flat vector that `unpack_plan` reads.
 
     Args:
-        setup: What the controller is told.
+        setup: What the controller is given.
         stride: Every so many physics steps a sample is taken.
         coordinates: Number of MuJoCo's generalized positions, for the record.
         truth: Whether to record the truth channel.

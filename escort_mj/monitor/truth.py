@@ -48,7 +48,7 @@ def observe(
     """Writes the truth channel of one solved physics step; before `note_step`, which counts the step as seen.
 
     Args:
-        plan: What the controller is told.
+        plan: What the controller is given.
         state: `q`, `v` and the law's signals are read, the truth channel is written.
         addresses: Where robots are in MuJoCo's arrays.
         mass: Address of MuJoCo's sparse mass matrix, rows with their columns up to the diagonal.

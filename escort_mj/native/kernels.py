@@ -28,7 +28,7 @@ class External(NamedTuple):
     Attributes:
         symbol: Its name in machine code.
         result: ctypes type of what it returns.
-        arguments: Those of what it is told.
+        arguments: Those of its arguments.
     """
 
     symbol: str
@@ -79,7 +79,7 @@ def external(address: int, result: Any, *arguments: Any) -> Callable[[F], F]:
     Args:
         address: Of the C function in this process.
         result: ctypes type of what it returns.
-        arguments: Those of what it is told.
+        arguments: Those of its arguments.
     """
 
     def declare(function: F) -> F:

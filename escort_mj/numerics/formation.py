@@ -75,7 +75,7 @@ def arrange(
     radius: float,
     order: tuple[int, ...] | None = None,
 ) -> Arrangement:
-    """Gives every robot its place: as told, or the places nearest to where the robots start.
+    """Gives every robot its place: as given, or the places nearest to where the robots start.
 
     Args:
         positions: Initial positions, shape (n, p) [m].

@@ -165,7 +165,7 @@ def fly(force: Array, orientation: Array, rate: Array, craft: Array, thrusts: Ar
         orientation: Unit quaternion, real part first, shape (4,).
         rate: Angular velocity in the body's frame, shape (3,) [rad/s].
         craft: A row of `Craft`.
-        thrusts: Result: what the rotors are told, shape (4,) [N].
+        thrusts: Result: the command of the rotors, shape (4,) [N].
     """
     scratch = matrix_at(stack_memory(), 7, 3)
     wanted, axes, torque = scratch[:3], scratch[3:6], scratch[6]

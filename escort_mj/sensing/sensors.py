@@ -1,4 +1,4 @@
-"""What the robots' sensors make of the truth, in the numbers that the controller is told."""
+"""What the robots' sensors make of the truth, in the numbers that the controller is given."""
 
 from __future__ import annotations
 

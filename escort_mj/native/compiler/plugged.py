@@ -26,14 +26,14 @@ class NotCompiledError(Exception):
     """What a plugin brings cannot be compiled; says where and why in one line."""
 
 
-def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tuple[Any, int, Plugged | None]:
+def compile_function(function: Any, given: tuple[View, ...], robot: bool) -> tuple[Any, int, Plugged | None]:
     """Compile a function.
 
     Unlike the package's own kernels it may make arrays, and is compiled with numba's reference counting.
 
     Args:
         function: Its arguments are views, and then perhaps a robot's number.
-        told: The views.
+        given: The views.
         robot: Whether there is a robot's number; then it returns a whole number.
 
     Returns:
@@ -46,7 +46,7 @@ def compile_function(function: Any, told: tuple[View, ...], robot: bool) -> tupl
     declarations.teach()
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, **declarations.ALONE}
     dispatcher = njit(**options)(function)
-    kinds = (*(views.name_view(*view) for view in told), *([types.intp] if robot else []))
+    kinds = (*(views.name_view(*view) for view in given), *([types.intp] if robot else []))
     collecting = gc.isenabled()
     gc.disable()
     try:

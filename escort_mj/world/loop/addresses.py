@@ -119,7 +119,7 @@ def find_addresses(
     ends = model.tree_dofadr[trees] + model.tree_dofnum[trees]
     mocap = [int(model.body(f"target{stage.suffix}").mocapid[0]) for stage in stages]
     places = [
-        3 * place_of + place if place_of >= 0 else -1  # a target with mass is not told where to be
+        3 * place_of + place if place_of >= 0 else -1  # a target with mass is not led
         for place_of, stage in zip(mocap, stages, strict=True)
         for place in stage.places
     ]

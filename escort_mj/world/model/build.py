@@ -51,7 +51,7 @@ class World:
     Attributes:
         model: MuJoCo's model; it carries the controller's parameters, and no textures.
         tree: The same model as MJCF, and with textures.
-        setup: What the controller is told.
+        setup: What the controller is given.
         team: The robots.
         bodies: What can touch.
         thickness: Least extent of each body, shape (bodies,) [m].
@@ -86,7 +86,7 @@ class Draft(NamedTuple):
     Attributes:
         scenario: What all else follows from.
         robots: The team.
-        setup: What the controller is told.
+        setup: What the controller is given.
         obstacles: What stands in the way.
         stages: Where the axes of the mission are.
         bodies: What can touch.

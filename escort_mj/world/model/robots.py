@@ -142,7 +142,7 @@ def _add_motor(
     limits: tuple[float, float],
     **where: Any,
 ) -> None:
-    """A motor with its lag and gain; what lags is told no more than the limit, or it would wind up."""
+    """A motor with its lag and gain; what lags is commanded no more than the limit, or it would wind up."""
     lag = robots.actuators[i].lag
     motor = SubElement(section(tree, "actuator"), "general", name=name)
     set_attributes(motor, gainprm=robots.gains[i][number], **where)
