@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import PositiveFloat
@@ -21,6 +21,7 @@ from escort_mj.native.lanes import everywhere, row_of, set_row, stack_rows
 from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 
@@ -29,6 +30,15 @@ class ChordParameters(Fields):
 
     predecessors: Annotated[Array, "cycles", "n", Value("1", "robot before each in a cycle, from 0")]
     chord_length: Annotated[float, Value("m", "distance to keep from it")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        arrangement = setup.arrangement
+        return {
+            "predecessors": arrangement.predecessors if arrangement else np.zeros((0, setup.count)),
+            "chord_length": arrangement.length if arrangement else 0.0,
+        }
 
 
 class ChordState(Fields):

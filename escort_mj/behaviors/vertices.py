@@ -8,7 +8,7 @@ is the paper's condition for tasks without conflict (eq. 19).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import PositiveFloat
@@ -33,6 +33,7 @@ from escort_mj.native.lanes import (
 from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 
@@ -40,6 +41,11 @@ class VertexParameters(Fields):
     """The even figure of all robots; no vertices where no behavior asks for them."""
 
     vertices: Annotated[Array, "vertices", "p", Value("1", "unit vector of each robot's vertex")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {"vertices": setup.figure.vertices if setup.figure else np.zeros((0, setup.axes))}
 
 
 class VertexState(Fields):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
 
@@ -24,6 +24,11 @@ class ComponentParameters(Fields):
     """The parameters of the law, then of the behaviors, a block each: see `shipped_layout`."""
 
     parameters: Annotated[Array, "parameters", Value("1", "blocks one behind the other")]
+
+
+def number_of(member: Component, known: Sequence[type[Component]]) -> int:
+    """Return the place of a component's class among those that ship; one past them for a plugin's."""
+    return known.index(type(member)) if type(member) in known else len(known)
 
 
 class _ByNumba(type):

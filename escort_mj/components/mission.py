@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.native.fields import Array, Fields, Recorded, Value
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
 
 
 class MissionParameters(Fields):
@@ -19,6 +22,20 @@ class MissionParameters(Fields):
     ]
     robot_radius: Annotated[Array, "n", Value("m", "of each robot")]
     force_limit: Annotated[Array, "n", Value("N", "largest force per axis; 1e300 for no limit")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        names = (
+            "timestep",
+            "seed",
+            "radius",
+            "max_speed",
+            "target_feedforward",
+            "robot_radius",
+            "force_limit",
+        )
+        return {name: getattr(setup, name) for name in names}
 
 
 class MissionSignals(Fields):

@@ -11,13 +11,14 @@ as far as the force's limit allows and nothing else pushes.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate as evaluate_program
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 TARGET = -1.0  # in the place of an obstacle
@@ -33,6 +34,16 @@ class MoverParameters(Fields):
     mover_paths: Annotated[
         Array, "movers*p", 2, Value("1", "first instruction and their number, axis by axis")
     ]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {
+            "mover_mass": [mover.mass for mover in setup.movers],
+            "mover_force_limit": [mover.force_limit for mover in setup.movers],
+            "mover_gain": [mover.gain for mover in setup.movers],
+            "mover_obstacle": [mover.obstacle for mover in setup.movers],
+        }
 
 
 class MoverState(Fields):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import Lanes, everywhere, lane_numbers, least, pick
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 
@@ -21,6 +22,11 @@ class ObstacleParameters(Fields):
     nearest_within: Annotated[
         float, Value("m", "from here on the box around a shape will do for its nearest point")
     ]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {name: getattr(setup, name) for name in cls.__annotations__}
 
 
 class ObstacleSignals(Fields):

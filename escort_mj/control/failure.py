@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -37,6 +36,19 @@ class FailureParameters(Fields):
     failure_noticed: Annotated[Array, "failing", Value("s", "when the team knows")]
     failure_force: Annotated[Array, "failing", Value("N", "largest force of mad motors")]
 
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        never = [UNLIMITED, DEAD, UNLIMITED, 0.0]
+        table = np.tile(never, (setup.count if setup.failures else 0, 1))
+        for failure in setup.failures:
+            robot = failure.robot - 1
+            force = setup.force_limit[robot] if failure.force is None else failure.force
+            kind = FAILURE_KINDS.index(failure.kind)
+            table[robot] = failure.at, kind, failure.at + failure.notice, force
+        names = ("failure_start", "failure_kind", "failure_noticed", "failure_force")
+        return dict(zip(names, table.T, strict=True))
+
 
 class Failure(Parameters):
     """A failure of a robot's motors.
@@ -54,28 +66,6 @@ class Failure(Parameters):
     """Delay until the team knows about the failure [s]; until then the robot counts as intact."""
     force: Annotated[PositiveFloat, Field(le=1e12)] | None = None
     """Largest force per axis of a `mad` robot [N]; null: the robot's force limit."""
-
-
-def failure_parameters(failures: Sequence[Failure], force_limit: Array) -> dict[str, Any]:
-    """Return the fields of `FailureParameters`.
-
-    Args:
-        failures: At most one of each robot.
-        force_limit: Of each robot, shape (n,) [N].
-    """
-    table = np.tile([UNLIMITED, DEAD, UNLIMITED, 0.0], (len(force_limit) if failures else 0, 1))
-    for failure in failures:
-        robot = failure.robot - 1
-        force = force_limit[robot] if failure.force is None else failure.force
-        kind = FAILURE_KINDS.index(failure.kind)
-        table[robot] = failure.at, kind, failure.at + failure.notice, force
-    start, kinds, noticed, forces = table.T
-    return {
-        "failure_start": start,
-        "failure_kind": kinds,
-        "failure_noticed": noticed,
-        "failure_force": forces,
-    }
 
 
 @on_demand

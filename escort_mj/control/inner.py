@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any
 
-from escort_mj.components.component import OUTSIDE, reader
+import numpy as np
+
+from escort_mj.components.component import OUTSIDE, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.control.custom.calls import custom_law
 from escort_mj.laws import LAWS, ApdSmc, Law
@@ -15,6 +17,7 @@ from escort_mj.native.lanes import WIDTH, Lanes, load, store, where
 from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 
@@ -27,6 +30,19 @@ class InnerLoopParameters(Fields):
     acceleration_filter: Annotated[float, Value("s", "time constant of the filter in front of v_d_rate")]
     estimate_at_start: Annotated[float, Value("N", "value at which rho_hat begins")]
     force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        law = setup.law
+        return {
+            "law": OUTSIDE if setup.outside == "force" else number_of(law, LAWS),
+            "slope": law.slope,
+            "anti_windup": law.anti_windup,
+            "acceleration_filter": getattr(law, "acceleration_filter", 0.0),
+            "estimate_at_start": law.estimate_at_start,
+            "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), setup.axes, axis=1),
+        }
 
 
 class InnerLoopState(Fields):

@@ -22,7 +22,7 @@ from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import sidestep
 from escort_mj.behaviors.task import Situation, resolve_all
 from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
-from escort_mj.components.component import reader
+from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.custom.calls import custom_wishes
@@ -46,6 +46,7 @@ from escort_mj.native.lanes import (
 )
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -64,6 +65,18 @@ class StackParameters(Fields):
         Array, "levels", Value("1", "1 where it wishes velocities in the world's frame, not the target's")
     ]
     alike: Annotated[bool, Value("1", "whether all robots run one stack at every step")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        behaviors = setup.all_behaviors
+        return {
+            "level_behavior": [number_of(behavior, BEHAVIORS) for behavior in behaviors],
+            "level_column": [setup.kinds.index(behavior.behavior) for behavior in behaviors],
+            "level_gain": [behavior.convergence for behavior in behaviors],
+            "level_in_world": [behavior.frame == "world" for behavior in behaviors],
+            "alike": not (setup.phases or setup.failures or setup.trigger or setup.outside),
+        }
 
 
 @inlined

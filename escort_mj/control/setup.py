@@ -134,6 +134,16 @@ class Setup:
         return list(dict.fromkeys(behavior.behavior for stack in stacks for behavior in stack))
 
     @property
+    def all_phases(self) -> list[Phase]:
+        """All phases; the first one rules where none of the supervisor's does."""
+        return [Phase("", self.behaviors), *self.phases]
+
+    @property
+    def all_behaviors(self) -> list[Behavior]:
+        """The behaviors of all phases, one priority stack behind the other."""
+        return [behavior for phase in self.all_phases for behavior in phase.behaviors]
+
+    @property
     def axes(self) -> int:
         """Dimension of the space, p."""
         return self.obstacle_position.shape[1]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -47,6 +46,23 @@ class SupervisorParameters(Fields):
     phase_threshold: Annotated[Array, "phases", Value("m or 1", "where it begins")]
     phase_release: Annotated[Array, "phases", Value("m or 1", "where it ends")]
     phase_team: Annotated[Array, "phases", Value("1", "1 where all robots change over together")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        phases = setup.all_phases
+        conditions = [phase.when for phase in phases]
+        return {
+            "phase_first": np.cumsum([0, *(len(phase.behaviors) for phase in phases[:-1])]),
+            "phase_levels": [len(phase.behaviors) for phase in phases],
+            "phase_after": [phase.after for phase in phases],
+            "phase_before": [phase.before for phase in phases],
+            "phase_quantity": [QUANTITIES.index(when.quantity) if when else ALWAYS for when in conditions],
+            "phase_below": [when is not None and when.below is not None for when in conditions],
+            "phase_threshold": [when.threshold if when else 0.0 for when in conditions],
+            "phase_release": [when.end if when else 0.0 for when in conditions],
+            "phase_team": [when is not None and when.scope == "team" for when in conditions],
+        }
 
 
 class SupervisorState(Fields):
@@ -100,26 +116,6 @@ class Phase(NamedTuple):
     after: float = 0.0
     before: float = math.inf
     when: Condition | None = None
-
-
-def phase_parameters(phases: Sequence[Phase]) -> dict[str, Any]:
-    """Return the fields of `SupervisorParameters`.
-
-    Args:
-        phases: All, the mission's own first.
-    """
-    conditions = [phase.when for phase in phases]
-    return {
-        "phase_first": np.cumsum([0, *(len(phase.behaviors) for phase in phases[:-1])]),
-        "phase_levels": [len(phase.behaviors) for phase in phases],
-        "phase_after": [phase.after for phase in phases],
-        "phase_before": [phase.before for phase in phases],
-        "phase_quantity": [QUANTITIES.index(when.quantity) if when else ALWAYS for when in conditions],
-        "phase_below": [when is not None and when.below is not None for when in conditions],
-        "phase_threshold": [when.threshold if when else 0.0 for when in conditions],
-        "phase_release": [when.end if when else 0.0 for when in conditions],
-        "phase_team": [when is not None and when.scope == "team" for when in conditions],
-    }
 
 
 @on_demand

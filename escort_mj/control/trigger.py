@@ -56,6 +56,17 @@ class TriggerParameters(Fields):
     trigger_dwell: Annotated[float, Value("s", "least time between two updates")]
     trigger_longest: Annotated[float, Value("s", "most time between two updates")]
 
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        trigger = setup.trigger
+        return {
+            "trigger_distance": trigger.distance if trigger else 0.0,
+            "trigger_share": trigger.share if trigger else 0.0,
+            "trigger_dwell": trigger.dwell if trigger else 0.0,
+            "trigger_longest": trigger.longest if trigger else 0.0,
+        }
+
 
 class TriggerState(Fields):
     """The situation of each robot at its last update, and whether it updates now."""
@@ -65,16 +76,6 @@ class TriggerState(Fields):
     held_in: Annotated[Array, "n", Value("1", "phase that ruled, from 1; 0 before the first update")]
     held_with: Annotated[Array, "n", Value("1", "how many robots were lost")]
     fresh: Annotated[Array, "n", Value("1", "1 where the outer loop runs now")]
-
-
-def trigger_parameters(trigger: Trigger | None) -> dict[str, Any]:
-    """Return the fields of `TriggerParameters`."""
-    return {
-        "trigger_distance": trigger.distance if trigger else 0.0,
-        "trigger_share": trigger.share if trigger else 0.0,
-        "trigger_dwell": trigger.dwell if trigger else 0.0,
-        "trigger_longest": trigger.longest if trigger else 0.0,
-    }
 
 
 @inlined

@@ -3,18 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from escort_mj.components.component import OUTSIDE, reader
+from escort_mj.components.component import OUTSIDE, number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.control.nsb import block_at, compose, ruled
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
+from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined, reachable
 from escort_mj.native.lanes import any_of, everywhere, load, store, where
 from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
+
+
+class OuterLoopParameters(Fields):
+    """Which outer loop a mission has."""
+
+    outer: Annotated[int, Value("1", "place in OUTER_LOOPS; OUTSIDE for none")]
+    outer_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
+    outer_composes: Annotated[bool, Value("1", "whether behaviors are composed by priority first")]
+    outer_avoids: Annotated[bool, Value("1", "whether it leaves avoid_obstacles out of that")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {
+            "outer": OUTSIDE if setup.outside else number_of(setup.outer, OUTER_LOOPS),
+            "outer_composes": setup.outer.composes,
+            "outer_avoids": setup.outer.avoids,
+        }
 
 
 @inlined

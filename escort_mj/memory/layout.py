@@ -23,9 +23,9 @@ from escort_mj.control.failure import FailureParameters
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
 from escort_mj.control.nsb import StackParameters
-from escort_mj.control.outer_loops.outer_loop import OuterLoopParameters
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
+from escort_mj.control.velocity import OuterLoopParameters
 from escort_mj.monitor.clearances import ClearanceParameters, ClearanceState
 from escort_mj.monitor.contacts import ContactState
 from escort_mj.monitor.lyapunov import LyapunovParameters, LyapunovState

@@ -8,24 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import BEHAVIORS, Behavior
-from escort_mj.components.component import OUTSIDE, Component, shipped_layout
+from escort_mj.behaviors import BEHAVIORS
+from escort_mj.components.component import Component, shipped_layout
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.custom.native import block_of
-from escort_mj.control.failure import failure_parameters
 from escort_mj.control.harmonics import sum_of, tabulate
-from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop
+from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
-from escort_mj.control.supervisor import Phase, phase_parameters
-from escort_mj.control.trigger import trigger_parameters
-from escort_mj.laws import LAWS, ApdSmc, Law
-from escort_mj.laws.sliding import SMOOTHINGS, SlidingModeLaw
-from escort_mj.memory.layout import LAYOUT
+from escort_mj.laws import LAWS
+from escort_mj.memory.layout import LAYOUT, Plan
 from escort_mj.monitor.contacts import CELLS_PER_PAIR, PAIRS_PER_BODY
+from escort_mj.native.fields import Fields
 from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.reform import scratch_size
-from escort_mj.sensing.sensors import rows_of_past, sensor_parameters
+from escort_mj.sensing.sensors import rows_of_past
 from escort_mj.signals import SIGNALS
 
 Array = NDArray[np.float64]
@@ -55,30 +52,11 @@ def pack(
         extra: Physics steps of further samples, ascending.
     """
     n, p, law, lyapunov = setup.count, setup.axes, setup.law, truth and setup.law.has_lyapunov
-    phases = [Phase("", setup.behaviors), *setup.phases]
-    behaviors = [behavior for phase in phases for behavior in phase.behaviors]
-    parameters, places = _parameters(setup, behaviors)
-    reforming, arrangement = setup.reforming, setup.arrangement
-    values = _scalars(setup) | _functions(setup) | sensor_parameters(setup.sensing, n, p)
-    values |= trigger_parameters(setup.trigger) | phase_parameters(phases)
-    values |= failure_parameters(setup.failures, setup.force_limit) | {
-        "parameters": parameters,
-        "level_behavior": [_number(behavior, BEHAVIORS) for behavior in behaviors],
-        "outer_place": places[1],
-        "level_place": places[2:],
-        "level_column": [setup.kinds.index(behavior.behavior) for behavior in behaviors],
-        "level_gain": [behavior.convergence for behavior in behaviors],
-        "level_in_world": [behavior.frame == "world" for behavior in behaviors],
-        "predecessors": arrangement.predecessors if arrangement else np.zeros((0, n)),
-        "chord_length": arrangement.length if arrangement else 0.0,
-        "vertices": setup.figure.vertices if setup.figure else np.zeros((0, p)),
-        "obstacle_position": setup.obstacle_position,
-        "obstacle_radius": setup.obstacle_radius,
-        "robot_radius": setup.robot_radius,
-        "force_limit": setup.force_limit,
-        "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), p, axis=1),
-        "figures": np.vstack([np.zeros((0, p)), *(reforming.figures if reforming else ())]),
-        "turns": (reforming.turns if reforming else np.zeros((0, p, p))).reshape(-1, p),
+    values = _components(setup) | _functions(setup)
+    for owner in Plan.__bases__:
+        if issubclass(owner, Fields):
+            values |= owner.packed(setup)
+    values |= {
         "watched_group": [group for group, _ in columns],
         "watched_alone": [alone for _, alone in columns],
         "stride": stride,
@@ -125,33 +103,6 @@ def _stretches(sizes: Mapping[str, int]) -> Array:
     return np.array(found, float)
 
 
-def _scalars(setup: Setup) -> dict[str, Any]:
-    """Numbers of the plan, by name."""
-    law, outer = setup.law, setup.outer
-    sliding = law if isinstance(law, SlidingModeLaw) else ApdSmc()  # the others have no Lyapunov function
-    return {
-        "timestep": setup.timestep,
-        "seed": setup.seed,
-        "radius": setup.radius,
-        "target_feedforward": setup.target_feedforward,
-        "max_speed": setup.max_speed,
-        "outer": OUTSIDE if setup.outside else OUTER_LOOPS.index(type(outer)),
-        "outer_composes": outer.composes,
-        "outer_avoids": outer.avoids,
-        "law": OUTSIDE if setup.outside == "force" else _number(law, LAWS),
-        "acceleration_filter": getattr(law, "acceleration_filter", 0.0),
-        "estimate_at_start": law.estimate_at_start,
-        "slope": law.slope,
-        **sliding.gains()._asdict(),
-        "boundary_layer": sliding.boundary_layer,
-        "smoothing": SMOOTHINGS.index(sliding.smoothing),
-        "anti_windup": law.anti_windup,
-        "shaped": setup.shaped,
-        "alike": not (setup.phases or setup.failures or setup.trigger or setup.outside),
-        "nearest_within": setup.nearest_within,
-    }
-
-
 def _functions(setup: Setup) -> dict[str, Any]:
     """Programs of the functions of time, and where each has its instructions."""
     code, target, segments = setup.target.programs()
@@ -177,30 +128,20 @@ def _functions(setup: Setup) -> dict[str, Any]:
         **tabulate(sums),
         "target": spans[0],
         "disturbance": spans[1],
-        "mover_mass": [mover.mass for mover in setup.movers],
-        "mover_force_limit": [mover.force_limit for mover in setup.movers],
-        "mover_gain": [mover.gain for mover in setup.movers],
-        "mover_obstacle": [mover.obstacle for mover in setup.movers],
         "mover_paths": np.reshape(spans[2:], (-1, 2)),
     }
 
 
-def _parameters(setup: Setup, behaviors: Sequence[Behavior]) -> tuple[Array, list[int]]:
-    """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begin."""
+def _components(setup: Setup) -> dict[str, Any]:
+    """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begins."""
     blocks, places, end = [], [], 0
-    everything: list[Law | OuterLoop | Behavior] = [setup.law, setup.outer, *behaviors]
-    for each in everything:
-        ships = type(each) in (*LAWS, *OUTER_LOOPS, *BEHAVIORS)
+    members: list[Component] = [setup.law, setup.outer, *setup.all_behaviors]
+    for member in members:
         places.append(end)
-        if ships:
-            layout = shipped_layout(type(each))
-            blocks.append(layout.pack({"p": setup.axes}, each.packed(setup)))
+        if type(member) in (*LAWS, *OUTER_LOOPS, *BEHAVIORS):
+            layout = shipped_layout(type(member))
+            blocks.append(layout.pack({"p": setup.axes}, member.packed(setup)))
         else:
-            blocks.append(block_of(each, setup.axes))
+            blocks.append(block_of(member, setup.axes))
         end += len(blocks[-1])
-    return np.concatenate(blocks), places
-
-
-def _number(member: Component, known: Sequence[type[Component]]) -> int:
-    """Return the place of a component's class among those that ship; one past them for a plugin's."""
-    return known.index(type(member)) if type(member) in known else len(known)
+    return {"parameters": np.concatenate(blocks), "outer_place": places[1], "level_place": places[2:]}

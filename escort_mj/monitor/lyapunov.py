@@ -6,14 +6,16 @@ booked under `CAUSES`; `docs/theory.md` derives them.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from escort_mj.laws.sliding import smooth_signs
+from escort_mj.laws import ApdSmc
+from escort_mj.laws.sliding import SMOOTHINGS, SlidingModeLaw, smooth_signs
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 DISSIPATION, REFERENCE, EXTERNAL, NOISE, SATURATION, ANTI_WINDUP, UNEXPLAINED = range(len(CAUSES))
@@ -29,6 +31,16 @@ class LyapunovParameters(Fields):
     mu: Annotated[float, Value("N/m", "rate of the estimate; 0 without adaptation")]
     boundary_layer: Annotated[float, Value("m/s", "width of the smoothed zone of s")]
     smoothing: Annotated[int, Value("1", "place in SMOOTHINGS")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        law = setup.law if isinstance(setup.law, SlidingModeLaw) else ApdSmc()  # of others V1 is not recorded
+        return {
+            **law.gains()._asdict(),
+            "boundary_layer": law.boundary_layer,
+            "smoothing": SMOOTHINGS.index(law.smoothing),
+        }
 
 
 class LyapunovState(Fields):

@@ -68,6 +68,15 @@ class Fields:
     def __init__(self, **values: Any) -> None:
         self.__dict__.update(values)
 
+    @classmethod
+    def packed(cls, setup: Any) -> dict[str, Any]:
+        """Return the values of those fields that a mission's setup tells; none by default.
+
+        Args:
+            setup: Everything that the controller is given of the mission.
+        """
+        return {}
+
 
 def declared(kind: type) -> dict[str, Declared]:
     """Return the fields that a class and its bases annotate, by name, the first base's first.

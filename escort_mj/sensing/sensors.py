@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from escort_mj.native.fields import Array, Fields, Recorded, Value
 
 CHANNELS = 4
 NO_BIAS = -1.0
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
 
 
 class SensorParameters(Fields):
@@ -26,6 +29,30 @@ class SensorParameters(Fields):
     perfect: Annotated[bool, Value("1", "whether what is measured is the truth")]
     sensing_robots: Annotated[float, Value("m", "how far robots see each other, surface to surface")]
     sensing_obstacles: Annotated[float, Value("m", "how far robots see obstacles, likewise")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        sensors, biases, past = setup.sensing, [np.zeros((0, setup.axes))], 0
+        starts, pasts = [], []
+        for channel, bodies in zip(sensors.channels, (setup.count, setup.count, 1, 1), strict=True):
+            starts.append(NO_BIAS if channel.bias is None else sum(map(len, biases)))
+            pasts.append(past)
+            if channel.bias is not None:
+                biases.append(np.asarray(channel.bias))
+            past += _rows_of_past(channel, bodies)
+        return {
+            "sensor_noise": [channel.noise for channel in sensors.channels],
+            "sensor_delay": [channel.delay for channel in sensors.channels],
+            "sensor_dropout": [channel.dropout for channel in sensors.channels],
+            "sensor_resolution": [channel.resolution for channel in sensors.channels],
+            "sensor_bias": starts,
+            "sensor_past": pasts,
+            "bias": np.concatenate(biases),
+            "perfect": all(channel.is_perfect for channel in sensors.channels),
+            "sensing_robots": sensors.robots,
+            "sensing_obstacles": sensors.obstacles,
+        }
 
 
 class SensorSignals(Fields):
@@ -99,39 +126,6 @@ class Sensors(NamedTuple):
     def channels(self) -> tuple[Channel, Channel, Channel, Channel]:
         """Robots' positions and velocities, then the target's."""
         return self.position, self.velocity, self.target_position, self.target_velocity
-
-
-def sensor_parameters(sensors: Sensors, count: int, axes: int) -> dict[str, Any]:
-    """Return the fields of `SensorParameters`.
-
-    Args:
-        sensors: Every channel.
-        count: Number of robots, n.
-        axes: p.
-    """
-    biases, starts, pasts, past = [np.zeros((0, axes))], [], [], 0
-    for channel, bodies in zip(sensors.channels, (count, count, 1, 1), strict=True):
-        starts.append(NO_BIAS if channel.bias is None else sum(map(len, biases)))
-        pasts.append(past)
-        if channel.bias is not None:
-            biases.append(np.asarray(channel.bias))
-        past += _rows_of_past(channel, bodies)
-    columns = [
-        (channel.noise, channel.delay, channel.dropout, channel.resolution) for channel in sensors.channels
-    ]
-    noise, delay, dropout, resolution = zip(*columns, strict=True)
-    return {
-        "sensor_noise": noise,
-        "sensor_delay": delay,
-        "sensor_dropout": dropout,
-        "sensor_resolution": resolution,
-        "sensor_bias": starts,
-        "sensor_past": pasts,
-        "bias": np.concatenate(biases),
-        "perfect": all(channel.is_perfect for channel in sensors.channels),
-        "sensing_robots": sensors.robots,
-        "sensing_obstacles": sensors.obstacles,
-    }
 
 
 def rows_of_past(sensors: Sensors, count: int) -> int:

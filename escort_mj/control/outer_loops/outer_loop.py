@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,22 +12,13 @@ from escort_mj.behaviors import AvoidObstacles, Behavior
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.component import Component
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.fields import Array
 from escort_mj.native.kernels import merged
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
-
-
-class OuterLoopParameters(Fields):
-    """Which outer loop a mission has."""
-
-    outer: Annotated[int, Value("1", "place in OUTER_LOOPS; OUTSIDE for none")]
-    outer_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
-    outer_composes: Annotated[bool, Value("1", "whether behaviors are composed by priority first")]
-    outer_avoids: Annotated[bool, Value("1", "whether it leaves avoid_obstacles out of that")]
 
 
 class OuterLoop(Component):

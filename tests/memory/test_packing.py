@@ -1,0 +1,33 @@
+"""Packing: each component gives the values of its own parameters, and together they give all."""
+
+from itertools import combinations
+
+from escort_mj.memory.layout import Plan
+from escort_mj.native.fields import Fields, declared
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.setup import controller_setup
+
+GIVEN_APART = {
+    *("parameters", "outer_place", "level_place"),  # blocks of components, one behind the other
+    *(
+        "code",
+        "segments",
+        "lines",
+        "tones",
+        "waves",
+        "target",
+        "disturbance",
+        "mover_paths",
+    ),  # functions of time
+    *("stride", "extra", "stretches", "truth", "lyapunov", "watched_group", "watched_alone"),  # the record
+}
+
+
+def test_components_give_the_values_of_their_own_parameters() -> None:
+    setup = controller_setup(Scenario())
+    given = {owner: set(owner.packed(setup)) for owner in Plan.__bases__ if issubclass(owner, Fields)}
+    for owner, names in given.items():
+        assert names <= set(declared(owner)), owner
+    for one, other in combinations(given.values(), 2):
+        assert not one & other
+    assert set().union(*given.values()) == set(declared(Plan)) - GIVEN_APART
