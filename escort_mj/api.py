@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import os
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from escort_mj.record.folder import RunFolder
 from escort_mj.record.folder import open_run as read_run
 from escort_mj.runs import Run
 from escort_mj.scenario import Scenario, load_file
+from escort_mj.scenario.checks.whole import trace_note
 from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.reader.load import scenario_of
 from escort_mj.scenario.reader.overrides import Overrides
@@ -154,6 +156,8 @@ def run(
         scenario = load_scenario(scenario)
     if out is None:
         return Run(fly(scenario, None, progress))
+    if note := trace_note(scenario):
+        warnings.warn(note, stacklevel=2)
     with RunFolder.create(Path(out), overwrite=overwrite) as folder:
         flight = fly(scenario, folder, progress)
     if figures:
@@ -161,8 +165,6 @@ def run(
 
         draw_figures(folder.path)
     if video:
-        import warnings
-
         from escort_mj.report.video.video import render_video
 
         try:

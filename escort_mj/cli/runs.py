@@ -64,6 +64,7 @@ def run_command(
     """
     from escort_mj import api
     from escort_mj.record.folder import RunFolder
+    from escort_mj.scenario.checks.whole import trace_note
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     usual = Path("renders") / mission.name
@@ -75,6 +76,8 @@ def run_command(
     else:
         created = RunFolder.create(out if out is not None else usual, overwrite=overwrite)
     path = created.path
+    if (note := trace_note(mission)) and not OUTPUT.quiet:
+        say(note, err=True)
     with (
         stopping.keeping(lambda: _interrupted(path)),
         created as folder,

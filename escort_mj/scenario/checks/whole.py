@@ -40,6 +40,7 @@ from escort_mj.signals import record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
 MAX_TRACE = 4 * 2**30  # bytes
+LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
 
 
 def check_recording(scenario: Scenario) -> Iterator[Finding]:
@@ -63,6 +64,18 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
             f"number of steps, as with {' or '.join(f'{near:.9g}' for near in rates)}",
             related=(("physics", "timestep"),),
         )
+    size = trace_size(scenario)
+    if size > MAX_TRACE:
+        yield Finding(
+            path,
+            f"found a trace of {size / 2**30:.3g} GiB; expected at most {MAX_TRACE / 2**30:g}: "
+            "lower recording.rate or duration",
+            related=(("duration",), ("robots", "count"), ("robots",)),
+        )
+
+
+def trace_size(scenario: Scenario) -> float:
+    """How large the trace of a run will be, before it is compressed [byte]."""
     count, axes = robot_count(scenario), scenario.axes
     bodies = obstacles_of(scenario)
     moving = sum(body.motion is not None for body in bodies) + (scenario.target.body is not None)
@@ -77,14 +90,16 @@ def check_recording(scenario: Scenario) -> Iterator[Finding]:
         "group": len(bodies_of(scenario).watched),
     }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
-    size = 8.0 * record_size(sizes) * (duration * rate + 1.0)
-    if size > MAX_TRACE:
-        yield Finding(
-            path,
-            f"found a trace of {size / 2**30:.3g} GiB; expected at most {MAX_TRACE / 2**30:g}: "
-            "lower recording.rate or duration",
-            related=(("duration",), ("robots", "count"), ("robots",)),
-        )
+    samples = scenario.duration * scenario.recording.rate + 1.0
+    return 8.0 * record_size(sizes) * samples
+
+
+def trace_note(scenario: Scenario) -> str:
+    """What to say of a large trace before it is written; empty of others."""
+    size = trace_size(scenario)
+    if size < LARGE_TRACE:
+        return ""
+    return f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate takes less"
 
 
 AROUND = ("obstacles", "walls", "clutter", "environment")
