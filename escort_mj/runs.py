@@ -205,6 +205,26 @@ class Run:
 
         return Page(write_run_page(self._on_disk(), None if path is None else Path(path)))
 
+    def export(self, path: str | os.PathLike[str]) -> Path:
+        """Write the run for other programs.
+
+        Args:
+            path: FILE.csv or FILE.parquet: a table; FILE.mcap: for Foxglove; FILE.npz: MuJoCo's states;
+                FILE.xml: the world as MJCF.
+
+        Returns:
+            The file.
+
+        Raises:
+            UsageError: If the suffix is none of these, or what it needs is not installed.
+        """
+        from escort_mj.record.folder import open_run
+        from escort_mj.report.exports.exports import check_export, export_run
+
+        check_export(Path(path))
+        export_run(open_run(self._on_disk()), Path(path))
+        return Path(path)
+
     def view(self, speed: float = 1.0, host: str = "127.0.0.1", port: int = 8080) -> None:
         """Show the run in the browser, until it is interrupted (Ctrl-C, or a notebook's stop button).
 

@@ -111,6 +111,13 @@ def test_a_page_of_a_run_in_memory(made: Run, tmp_path: Path) -> None:
     assert made.folder is None
 
 
+def test_runs_are_exported(made: Run, tmp_path: Path) -> None:
+    assert made.export(tmp_path / "run.csv").read_text().startswith("time,q.robot_1.x,")
+    assert made.export(tmp_path / "run.xml").read_text().startswith("<mujoco")
+    with pytest.raises(UsageError, match="the suffix says what to write; allowed are .xml, .csv"):
+        made.export(tmp_path / "run.doc")
+
+
 def test_a_saved_run_stays(made: Run, opened: Run) -> None:
     assert opened.folder is not None
     with pytest.raises(UsageError, match="holds a run already"):

@@ -29,7 +29,7 @@ def runs(folder: Path) -> escort_mj.Run:
     print(run.trace["q"].isel(time=-1).values, run.scenario.duration, run.figures)
     run.plot("paths").savefig(folder / "paths.pdf")
     run.to_dataframe(["q", "tau"]).to_csv(folder / "signals.csv")
-    print(run.summary()["force_rms"], run.report(), run.video(speed=8).path)
+    print(run.summary()["force_rms"], run.report(), run.video(speed=8).path, run.export(folder / "run.csv"))
     return escort_mj.open_run(folder)
 
 

@@ -86,34 +86,18 @@ def export_command(
     Example: escort-mj export renders/main main.mcap
     """
     from escort_mj import api
-    from escort_mj.record.export import CSV, PARQUET, write_table
     from escort_mj.record.files import write_text
-    from escort_mj.record.folder import MODEL, open_run
+    from escort_mj.record.folder import open_run
+    from escort_mj.report.exports.exports import MJCF, check_export, export_run
 
     is_run = os.path.isdir(source)
-    allowed = (".xml", CSV, PARQUET, ".mcap", ".npz")
-    if to.suffix not in allowed:
-        raise UsageError(f"{to}: the suffix says what to write; allowed are {', '.join(allowed)}")
-    if not to.parent.is_dir():
-        raise UsageError(f"{to}: there is no folder {to.parent}")
+    check_export(to)
     if is_run and overrides:
         raise UsageError("--set changes a scenario; a run folder is what it is")
-    if to.suffix != ".xml":
-        if not is_run:
-            raise UsageError(f"{source}: is no run folder; {to.suffix} holds what a run recorded")
-        run = open_run(source)
-        if to.suffix == ".mcap":
-            from escort_mj.report.exports.foxglove import write_mcap
-
-            write_mcap(run, to)
-        elif to.suffix == ".npz":
-            from escort_mj.report.exports.states import write_states
-
-            write_states(run, to)
-        else:
-            write_table(run.trace, to)
-    elif is_run:
-        write_text(to, (open_run(source).path / MODEL).read_text(encoding="utf-8"))
+    if is_run:
+        export_run(open_run(source), to)
+    elif to.suffix != MJCF:
+        raise UsageError(f"{source}: is no run folder; {to.suffix} holds what a run recorded")
     else:
         from escort_mj.world.model.build import build
 

@@ -10,7 +10,7 @@ import escort_mj
 from escort_mj.expect.verdicts import judge
 from escort_mj.measuring import measures_of
 from escort_mj.metrics import METRICS
-from escort_mj.mission import Flight
+from escort_mj.mission import Flight, fly
 from escort_mj.record.recording import record as recording_of
 from escort_mj.record.trace import build_trace
 from escort_mj.record.window import window
@@ -27,7 +27,7 @@ MISSIONS = {
 def flown(request: pytest.FixtureRequest) -> Flight:
     """Missions that together have every kind of signal: touches, losses, the truth."""
     name, overrides = MISSIONS[request.param]
-    return escort_mj.run(escort_mj.load_scenario(name, overrides))
+    return fly(escort_mj.load_scenario(name, overrides))
 
 
 def test_metrics_and_verdicts_are_those_of_the_trace(flown: Flight) -> None:
