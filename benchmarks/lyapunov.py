@@ -30,15 +30,15 @@ CONVERGENCE = {
 }
 NO_NOISE, NO_LIMIT = "sensing={}", "robots.force_limit=null"
 GROWTH = {
-    "case 1: nothing disturbs": ("paper/case1_2d", QUIET),
+    "case 1: no disturbance": ("paper/case1_2d", QUIET),
     "case 1: disturbance": ("paper/case1_2d", [NO_NOISE, NO_LIMIT]),
     "case 1: disturbance, 10 N limit": ("paper/case1_2d", [NO_NOISE]),
     "case 1: disturbance, 10 N limit, noise": ("paper/case1_2d", []),
-    "case 1: disturbance, balls that roll": (
+    "case 1: disturbance, rolling balls": (
         "paper/case1_2d",
         [NO_NOISE, NO_LIMIT, "robots.kind=rolling_sphere"],
     ),
-    "case 2, obstacles: nothing disturbs": ("paper/case2_2d_obstacles", QUIET),
+    "case 2, obstacles: no disturbance": ("paper/case2_2d_obstacles", QUIET),
     "case 2, obstacles: disturbance, 10 N limit, noise": ("paper/case2_2d_obstacles", []),
 }
 

@@ -1,4 +1,4 @@
-"""What users import: load a scenario, run it, get everything that came of it."""
+"""The public functions: load a scenario, run it, read the results."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ def shipped_scenarios() -> list[str]:
 def load_scenario(
     source: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), plugins: Sequence[str] = ()
 ) -> Scenario:
-    """Reads and checks a scenario.
+    """Load and validate a scenario.
 
-    Where an override makes the run shorter, expectations whose windows it does not reach are not judged.
+    If an override shortens the run, expectations whose windows it does not reach are not judged.
 
     Args:
         source: A YAML file, the name of a shipped scenario such as `main` or `paper/case1_2d`, or a mapping
             with keys and values as in a file.
         overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
-        plugins: Plugins beside those that it names (docs/plugins.md): Python files, names of installed ones.
+        plugins: Additional plugins: Python files or names of installed plugins.
 
     Raises:
-        ScenarioError: With every fault of the file at once.
-        UsageError: If there is neither such a file nor such a shipped scenario.
+        ScenarioError: With all faults of the file.
+        UsageError: If there is no such file or shipped scenario.
     """
     if isinstance(source, Mapping):
         return scenario_of(source, overrides, plugins)
@@ -59,7 +59,7 @@ def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     """The file of a scenario: as given, or the shipped one of that name.
 
     Raises:
-        UsageError: If there is neither such a file nor such a shipped scenario.
+        UsageError: If there is no such file or shipped scenario.
     """
     return _shipped(path, "scenario", shipped_scenarios)
 
@@ -134,23 +134,23 @@ def run(
     report: bool = False,
     progress: Progress | None = None,
 ) -> Run:
-    """Runs a scenario.
+    """Run a scenario.
 
     Args:
-        scenario: A scenario, or what `load_scenario` takes.
-        out: Run folder to write; None keeps everything in memory.
-        overwrite: Whether a run that the folder holds already may be replaced.
-        figures: Whether a run folder gets its figures.
-        video: Whether a run folder gets its video; without GL there is none, and `outcome.json` is complete.
-        report: Whether a run folder gets `report.html`: one page with everything, and a replay in it.
-        progress: Called now and then with the simulated time reached and the time to reach [s].
+        scenario: A scenario, or any source that `load_scenario` accepts.
+        out: Run folder; None keeps the run in memory.
+        overwrite: Whether to replace an existing run in the folder.
+        figures: Whether to write the figures to the run folder.
+        video: Whether to render the video in the run folder. Without GL, no video is rendered.
+        report: Whether to write `report.html`, one page with all results and a replay, to the run folder.
+        progress: Called periodically with the simulated time and the duration [s].
 
     Returns:
-        The run: outcome, trace, metrics, verdicts, and what draws it.
+        The run: outcome, trace, metrics, verdicts, and methods to draw it.
 
     Raises:
-        UsageError: If the folder holds a run that may not be replaced, or something else.
-        KeyboardInterrupt: If it comes; a run folder then holds the run as far as it came.
+        UsageError: If the folder contains a run that must not be replaced, or other files.
+        KeyboardInterrupt: On an interrupt; a run folder then contains the run up to that point.
     """
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
@@ -179,13 +179,13 @@ def run(
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:
-    """Opens a run folder.
+    """Open a run folder.
 
-    A run that still goes on shows its trace so far. A run whose process died gets its trace from the journal
-    and the outcome `killed`, written to the folder where that can be.
+    For a run in progress, the trace contains the samples so far. For a run whose process has died, the trace
+    is recovered from the journal and the outcome is `killed`; both are written to the folder if possible.
 
     Raises:
-        RunFolderError: If it is not a run folder, or the run has recorded nothing.
+        RunFolderError: If the path is not a run folder, or if the run has recorded nothing.
     """
     return Run(read_run(path))
 
@@ -197,23 +197,24 @@ def run_many(
     traces: bool = False,
     progress: Progress | None = None,
 ) -> Iterator[Run]:
-    """Runs many scenarios side by side, in threads of this process.
+    """Run many scenarios in parallel, in threads of this process.
 
-    Every run has the bits that it has alone, however many there are beside it. Memory does not grow with
-    their number: scenarios are taken as they are needed; of a run its outcome, metrics and verdicts stay.
+    Every run is identical, bit for bit, to a single run of its scenario. Memory does not grow with the number
+    of scenarios: they are read as needed, and only outcome, metrics and verdicts of a run are kept.
 
     Args:
-        scenarios: Scenarios, or what `load_scenario` takes; they may differ in anything.
-        threads: How many cores to keep busy; None for all that this process may use.
-        traces: Whether runs keep their traces: `run.trace`.
-        progress: Called with the runs that have ended and all of them, infinity where that is not known.
+        scenarios: Scenarios, or any sources that `load_scenario` accepts; they can differ in every key.
+        threads: Number of threads; None for one per available core.
+        traces: Whether to keep the traces of the runs, `run.trace`.
+        progress: Called with the number of finished runs and their total, infinite if unknown.
 
     Yields:
-        One run per scenario, in their order. An error in one is its outcome `failed`, and disturbs no other.
+        One run per scenario, in the same order. A run with an error has the outcome `failed`; the others
+        continue.
 
     Raises:
-        ScenarioError: With every fault of a file that is wrong.
-        UsageError: If there is no such file or scenario, or the threads are fewer than one.
+        ScenarioError: With all faults of an invalid file.
+        UsageError: If there is no such file or scenario, or if `threads` is less than 1.
     """
     if threads is not None and threads < 1:
         raise UsageError(f"threads: found {threads}; allowed is 1 or more")

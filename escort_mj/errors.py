@@ -1,4 +1,4 @@
-"""The error tree: every fault a user can cause has one class, one message and one exit code."""
+"""Errors: each error that a user can cause has a class, a message and an exit code."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _COMMAND = re.compile(r"^(\s*):(?=:)")  # of GitHub's workflows
 
 
 def one_line(text: str) -> str:
-    """Return text as one line that terminals and the runners of GitHub's workflows only show.
+    """Return text as one line without control characters or workflow commands.
 
-    It is what `visible` returns, and `::` at its beginning, which would begin a workflow command, is pulled
-    apart.
+    The result is that of `visible`. In addition, `::` at the beginning, which would start a workflow command
+    of GitHub, is separated.
     """
     return _COMMAND.sub(r"\1: ", visible(text))
 
@@ -25,17 +25,17 @@ def one_line(text: str) -> str:
 def visible(text: str) -> str:
     """Return text without control characters.
 
-    Line breaks and tabs become spaces; other control characters, marks that turn the direction of writing and
-    halves of surrogate pairs become `?`. `##[`, a workflow command wherever it stands, is pulled apart.
+    Line breaks and tabs become spaces. Other control characters, marks that change the direction of writing
+    and halves of surrogate pairs become `?`. `##[`, which starts a workflow command anywhere, is separated.
     """
     return _OBEYED.sub("?", _BREAKS.sub(" ", text)).replace("##[", "# #[")
 
 
 class EscortError(Exception):
-    """Root of every error that escort_mj raises on purpose.
+    """Base class of all errors that escort_mj raises deliberately.
 
     Attributes:
-        exit_code: What the command line exits with when this error reaches it.
+        exit_code: Exit code of the command line for this error.
     """
 
     exit_code = 3
@@ -46,14 +46,14 @@ MOST_SHOWN = 100  # faults in words; beyond, something is wrong with the file as
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with an input file.
+    """One fault in an input file.
 
     Attributes:
         message: What was found and what is allowed, in one sentence.
         key: Key path such as `robots.overrides[1].mass`; empty for the file as a whole.
-        line: 1-based line, or 0 where there is none (a command-line override).
+        line: 1-based line, or 0 if there is none (a command-line override).
         column: 1-based column, or 0.
-        source: File name, or what set it beside the file: `--set key=value`, or a key given in Python.
+        source: File name, or the origin of an override: `--set key=value`, or a key given in Python.
     """
 
     message: str
@@ -72,10 +72,10 @@ class Fault:
 
 
 class ScenarioError(EscortError, ValueError):
-    """A scenario that cannot run as written; carries all its faults at once.
+    """An invalid scenario, with all its faults.
 
     Attributes:
-        faults: Every fault found, in the order of the file.
+        faults: All faults, in the order of the file.
     """
 
     exit_code = 2
@@ -89,13 +89,13 @@ class ScenarioError(EscortError, ValueError):
 
 
 class UsageError(EscortError, ValueError):
-    """A command or call that cannot be carried out as asked (missing file, foreign folder ...)."""
+    """An invalid command or call, for example with a missing file or a folder of another kind."""
 
     exit_code = 2
 
 
 class PluginError(UsageError):
-    """A plugin that is not there, cannot be loaded, or is not what it should be."""
+    """A plugin that does not exist, cannot be loaded, or is invalid."""
 
 
 _PATH_AT_FAULT = frozenset(
@@ -105,21 +105,21 @@ _PATH_AT_FAULT = frozenset(
 
 
 class CompilerMissingError(UsageError):
-    """Something has to be compiled, and numba is not installed."""
+    """A kernel must be compiled, but numba is not installed."""
 
     def __init__(self, why: str) -> None:
         super().__init__(f"{why}; numba would compile it: pip install 'escort-mj[compile]'")
 
 
 class WriteError(EscortError, OSError):
-    """A file that cannot be written; an earlier file of that name stays as it was.
+    """A file that cannot be written. An earlier file of that name remains unchanged.
 
-    Exit code 2 where its path is at fault (no such folder, no permission), else 3: the disk is full or
-    read-only, a quota or a limit is reached, the device fails.
+    The exit code is 2 if the path is wrong (no such folder, no permission), otherwise 3: the disk is full or
+    read-only, a quota or limit is reached, or the device fails.
 
     Attributes:
         path: The file.
-        reason: What the system says.
+        reason: Message of the operating system.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class WriteError(EscortError, OSError):
 
 
 class MujocoError(EscortError):
-    """MuJoCo gave up in the middle of a step, as where its memory is too small."""
+    """MuJoCo stopped within a step, for example because its memory is too small."""
 
 
 class RunFolderError(EscortError):
@@ -147,10 +147,10 @@ class RunFolderError(EscortError):
 
 
 class BrokenRunError(RunFolderError):
-    """A run that had begun and whose folder can no longer be written (a full disk, a share that is gone)."""
+    """A run whose folder became unwritable after the start (a full disk, a disconnected share)."""
 
     exit_code = 3
 
 
 class RenderError(EscortError):
-    """A video or picture that could not be drawn; the run itself is not lost."""
+    """A video or figure that cannot be drawn. The run itself is complete."""

@@ -30,15 +30,15 @@ MOST_SHOWN = 5  # failed verdicts in a text of a few lines
 
 
 class Run:
-    """What came of a scenario, in memory or in a run folder.
+    """The results of a scenario, in memory or in a run folder.
 
     Attributes:
-        name: The scenario's.
-        outcome: How it ended.
-        message: The same in one sentence, with the moment.
-        metrics: What metrics.json has: of each metric its value, unit, window, moment and bodies.
-        verdicts: What was expected, and whether it held.
-        folder: Its run folder; None where it is in memory alone.
+        name: Name of the scenario.
+        outcome: Outcome of the run.
+        message: The outcome in one sentence, with the time.
+        metrics: Contents of metrics.json: value, unit, window, time and bodies of each metric.
+        verdicts: Verdicts of the expectations.
+        folder: Run folder; None for a run in memory.
     """
 
     name: str
@@ -49,11 +49,11 @@ class Run:
     folder: Path | None
 
     def __init__(self, source: Flight | StoredRun, folder: Path | None = None) -> None:
-        """Takes over what there is of a run.
+        """Wrap a run.
 
         Args:
-            source: A run that was made now, or one that was read.
-            folder: Where the one that was made now was written; None for nowhere.
+            source: A new run, or a run that was read from its folder.
+            folder: Folder of a new run; None for a run in memory.
         """
         self._source = source
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
@@ -70,10 +70,10 @@ class Run:
 
     @cached_property
     def scenario(self) -> Scenario:
-        """What was run.
+        """The scenario of the run.
 
         Raises:
-            ScenarioError: If a run folder's scenario is none to this version of the program.
+            ScenarioError: If the scenario of a run folder is invalid in this version of the program.
         """
         if isinstance(self._source, StoredRun):
             return stored_scenario(self._source.scenario_yaml, self._source.path)
@@ -81,25 +81,25 @@ class Run:
 
     @property
     def trace(self) -> xarray.Dataset:
-        """Every recorded signal, labelled, with unit and meaning.
+        """Every recorded signal, with labels, units and meanings.
 
         Raises:
-            UsageError: If it was not kept.
+            UsageError: If the trace was not kept.
         """
         return self._source.trace
 
     @property
     def passed(self) -> bool:
-        """Whether every verdict holds, the outcome itself among them."""
+        """Whether every verdict passed, including the outcome."""
         return bool(self.verdicts) and all(verdict.passed for verdict in self.verdicts)
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Every metric as a number: NaN where it says nothing of this run, infinite for "never"."""
+        """Every metric as a number: NaN if it does not apply, infinite for "never"."""
         return {name: metric_value(found) for name, found in self.metrics.items() if name != "run"}
 
     def summary(self) -> pandas.Series[Any]:
-        """Return the run in one row: its name, seed, how it ended, and every metric as a number."""
+        """Return the run as one row: name, seed, outcome, and every metric as a number."""
         import pandas
 
         about = self.metrics.get("run", {})
@@ -114,16 +114,16 @@ class Run:
         return pandas.Series(row | self.values, name=self.name, dtype=object)
 
     def to_dataframe(self, signals: str | Sequence[str] | None = None) -> pandas.DataFrame:
-        """Return recorded signals over time, one number a column, such as `q.robot_1.x`.
+        """Return recorded signals over time, with one column per component, such as `q.robot_1.x`.
 
         Args:
             signals: Names of signals (`trace.data_vars`); None for all.
 
         Returns:
-            A table with the time [s] as its index; units are those of the trace.
+            A table with the time [s] as its index and the units of the trace.
 
         Raises:
-            UsageError: If there is no such signal over time.
+            UsageError: If there is no such time-dependent signal.
         """
         from escort_mj.record.export import dataframe_of
 
@@ -152,7 +152,7 @@ class Run:
             name: One of `figures`; None for the first, distances and tracking errors.
 
         Returns:
-            A figure of matplotlib, which notebooks show; `savefig` writes it.
+            A matplotlib figure.
 
         Raises:
             UsageError: If the run has no such figure.
@@ -166,18 +166,18 @@ class Run:
         return figure_of(self.trace, name, words)
 
     def video(self, path: str | os.PathLike[str] | None = None, **changes: Any) -> Video:
-        """Draw the video of the run, unless its folder has it already.
+        """Render the video of the run, unless its folder already contains it.
 
         Args:
-            path: File to write (.mp4); None for the run folder's, or a temporary one of a run in memory.
-            changes: Keys of the scenario's `video` and other values: `speed=8`, `camera="follow"`.
+            path: File to write (.mp4); None for the run folder, or a temporary file for a run in memory.
+            changes: Keys of the scenario's `video` with new values, such as `speed=8` or `camera="follow"`.
 
         Returns:
-            The file, which notebooks show.
+            The file; notebooks display it.
 
         Raises:
-            RenderError: If nothing can be drawn on this machine.
-            ScenarioError: If a key or value is wrong.
+            RenderError: If this machine cannot render.
+            ScenarioError: If a key or value is invalid.
         """
         from escort_mj.report.video.video import render_video
 
@@ -193,10 +193,10 @@ class Run:
         return Video(file if path is None else Path(path))
 
     def report(self, path: str | os.PathLike[str] | None = None) -> Page:
-        """Write the run as one self-contained HTML page, with a replay in it.
+        """Write the run as a self-contained HTML page with a replay.
 
         Args:
-            path: File to write; None for the run folder's, or a temporary one of a run in memory.
+            path: File to write; None for the file in the run folder, or a temporary file for a run in memory.
 
         Raises:
             RenderError: If there is no sample to show.
@@ -226,12 +226,12 @@ class Run:
         return Path(path)
 
     def view(self, speed: float = 1.0, host: str = "127.0.0.1", port: int = 8080) -> None:
-        """Show the run in the browser, until it is interrupted (Ctrl-C, or a notebook's stop button).
+        """Show the run in the browser until interrupted (Ctrl-C, or the stop button of a notebook).
 
         Args:
-            speed: Simulated seconds per second at first.
-            host: Where to listen: this machine only, unless another is given.
-            port: The first port to try; 0 for any.
+            speed: Initial speed, in simulated seconds per second.
+            host: Network interface to listen on; by default, this machine only.
+            port: First port to try; 0 for any free port.
 
         Raises:
             UsageError: If viser is not installed.
@@ -249,17 +249,17 @@ class Run:
                 viewer.run(Event())
 
     def save(self, path: str | os.PathLike[str], overwrite: bool = False) -> Run:
-        """Write a run folder of a run in memory.
+        """Write a run in memory to a run folder.
 
         Args:
             path: The folder.
-            overwrite: Whether a run that the folder holds already may be replaced.
+            overwrite: Whether to replace an existing run in the folder.
 
         Returns:
             The same run, with its folder.
 
         Raises:
-            UsageError: If it has no trace, or the folder holds another run or something else.
+            UsageError: If the run has no trace, or if the folder contains another run or other files.
         """
         from escort_mj.world.model.build import build
 
@@ -274,7 +274,7 @@ class Run:
         return Run(source, folder.path)
 
     def _on_disk(self) -> Path:
-        """The run's folder, or a temporary one, which lasts as long as the run."""
+        """Return the run folder, or a temporary one with the lifetime of the run."""
         if self.folder is not None:
             return self.folder
         if self._temporary is None:

@@ -26,15 +26,15 @@ ShowProgress = bool | Progress | None
 
 @dataclass(frozen=True, repr=False)
 class StudyResult:
-    """What came of a study.
+    """The results of a study.
 
     Attributes:
-        name: Of the study or of the scenario.
-        folder: Where its results lie; the same call goes on there.
-        lines: What the command prints.
-        table: A row for each run, trial, counterexample or claim.
-        passed: Whether it came out well: no run failed, a best point or no counterexample was found.
-        found: Everything that the search or the sweep says of itself.
+        name: Name of the study or of the scenario.
+        folder: Folder of the results; the same call continues there.
+        lines: Output of the command.
+        table: One row per run, trial, counterexample or claim.
+        passed: Whether the study succeeded: no run failed, a best point was found, or no counterexample.
+        found: Detailed results of the search or sweep.
     """
 
     name: str
@@ -55,7 +55,7 @@ class StudyResult:
             path: File to write; None for `report.html` in the folder.
 
         Raises:
-            UsageError: If the folder holds no results of a sweep.
+            UsageError: If the folder contains no results of a sweep.
         """
         from escort_mj.report.pages.study_page import write_study_page
 
@@ -77,17 +77,17 @@ def lay_out(
     workers: int | None,
     confirmed: bool = True,
 ) -> tuple[Design, Path, int]:
-    """Lay a study out: its design, the folder of its results, and how many work on it.
+    """Return the design of a study, the folder of its results, and the number of workers.
 
     Args:
-        study: A file, or the name of a shipped study.
-        out: The folder; None for `renders/studies/NAME`.
-        workers: How many; None for one per core.
-        confirmed: Whether it may be larger than it says itself.
+        study: Study file, or name of a shipped study.
+        out: Folder for the results; None for `renders/studies/NAME`.
+        workers: Number of workers; None for one per core.
+        confirmed: Whether the study may exceed its own `at_most`.
 
     Raises:
-        UsageError: If there is no such study, or it is too large and not confirmed.
-        ScenarioError: With everything that is wrong with it.
+        UsageError: If there is no such study, or if it is too large and not confirmed.
+        ScenarioError: With all faults of the study.
     """
     from escort_mj.study.sweeps.definition import load_study
     from escort_mj.study.sweeps.design import Design
@@ -110,24 +110,24 @@ def sweep(
     confirmed: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Make the runs of a study that have not been made yet.
+    """Make the missing runs of a study.
 
     Args:
-        study: A study file, or the name of a shipped one.
+        study: Study file, or name of a shipped study.
         out: Folder of results; None for `renders/studies/NAME`.
-        workers: How many runs go on at once; None for one per core.
-        backend: Processes or threads of this machine, or a Dask cluster.
-        scheduler: Address of a Dask scheduler; None for a cluster of its own.
-        confirmed: Whether a study larger than its own `at_most` may begin.
-        progress: As for `shown_progress`: None shows it on terminals and in notebooks.
+        workers: Number of parallel runs; None for one per core.
+        backend: Local processes, threads, or a Dask cluster.
+        scheduler: Address of a Dask scheduler; None to start a local cluster.
+        confirmed: Whether to start a study that exceeds its own `at_most`.
+        progress: Called with progress, as for `shown_progress`; None shows it on terminals and in notebooks.
 
     Returns:
-        A table with a row for each run: what was varied, the seed, how it ended, every metric.
+        A table with one row per run: varied values, seed, outcome, every metric.
 
     Raises:
-        UsageError: If there is no such study, or it is too large and not confirmed.
-        ScenarioError: With everything that is wrong with it.
-        KeyboardInterrupt: If it comes; what is done stays, and the same call goes on.
+        UsageError: If there is no such study, or if it is too large and not confirmed.
+        ScenarioError: With all faults of the study.
+        KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.study.engine import backends
     from escort_mj.study.sweeps.sweep import TABLE, sweep_line
@@ -155,24 +155,24 @@ def compare(
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Run a scenario under several laws and outer loops, where that has not been done, and compare them.
+    """Run a scenario with several laws and outer loops, and compare the results.
 
     Args:
-        scenario: A scenario, or what `load_scenario` takes.
+        scenario: A scenario, or any source that `load_scenario` accepts.
         laws: Names of laws; empty for all.
-        outer: Names of outer loops; empty for the scenario's own.
-        seeds: How many seeds, from the scenario's own upward.
+        outer: Names of outer loops; empty for that of the scenario.
+        seeds: Number of seeds, starting at the scenario's seed.
         out: Folder of results; None for `renders/compare/NAME`.
-        workers: Processes; None for one per core.
-        again: Whether to make every run again.
+        workers: Number of processes; None for one per core.
+        again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
     Returns:
-        A table with a row for each run: law, outer loop, seed, how it ended, every quantity.
+        A table with one row per run: law, outer loop, seed, outcome, every quantity.
 
     Raises:
-        UsageError: If there is no such law or outer loop, or a folder holds something else.
-        KeyboardInterrupt: If it comes; what is done stays, and the same call goes on.
+        UsageError: If there is no such law or outer loop, or if a folder contains other files.
+        KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.report.comparison import draw_comparison
     from escort_mj.study.compare.compare import compare as compare_laws
@@ -197,21 +197,21 @@ def reproduce(
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Run the paper's simulations, draw its figures, and judge its claims.
+    """Reproduce the paper's simulations and figures, and check its claims.
 
     Args:
         only: Figures, 5 to 17 or `laws`; empty for all.
         out: Folder of results; None for `renders/reproduction`.
-        workers: Processes; None for one per core.
-        again: Whether to make every run again.
+        workers: Number of processes; None for one per core.
+        again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
     Returns:
-        A table with a row for each claim: section, figures, the claim, the rule, and whether it holds.
+        A table with one row per claim: section, figures, claim, rule, and whether the claim holds.
 
     Raises:
-        UsageError: If there is no such figure, or a folder holds something else.
-        KeyboardInterrupt: If it comes; what is done stays, and the same call goes on.
+        UsageError: If there is no such figure, or if a folder contains other files.
+        KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     import pandas
 
@@ -243,18 +243,18 @@ def tune(
     """Tune values of a scenario within the bounds of a study's section `tune`.
 
     Args:
-        study: A study file, or the name of a shipped one.
-        out: Folder of results; None for `renders/studies/NAME`. The best scenario is its `best.yaml`.
-        workers: Processes; None for one per core.
+        study: Study file, or name of a shipped study.
+        out: Folder of results; None for `renders/studies/NAME`. Its `best.yaml` is the best scenario.
+        workers: Number of processes; None for one per core.
         progress: As for `sweep`.
 
     Returns:
-        A table with a row for each trial; `found.best.point` has the best values.
+        A table with one row per trial; `found.best.point` contains the best values.
 
     Raises:
-        UsageError: If Optuna is not installed, or no point tried keeps every constraint.
-        ScenarioError: With everything that is wrong with the study.
-        KeyboardInterrupt: If it comes; what is done stays, and the same call goes on.
+        UsageError: If Optuna is not installed, or if no trial satisfies all constraints.
+        ScenarioError: With all faults of the study.
+        KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.study.engine import backends
     from escort_mj.study.search.evaluate import base_of
@@ -278,21 +278,21 @@ def falsify(
     workers: int | None = None,
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Search the bounds of a study's section `falsify` for missions that break a verdict, and shrink them.
+    """Search within the bounds of a study's section `falsify` for missions that violate a verdict.
 
     Args:
-        study: A study file, or the name of a shipped one.
+        study: Study file, or name of a shipped study.
         out: Folder of results; None for `renders/studies/NAME`.
-        workers: Processes; None for one per core.
+        workers: Number of processes; None for one per core.
         progress: As for `sweep`.
 
     Returns:
-        A table with a row for each counterexample: what breaks, its scenario file and its run folder.
+        A table with one row per counterexample: violated verdict, scenario file and run folder.
 
     Raises:
         UsageError: If Optuna is not installed.
-        ScenarioError: With everything that is wrong with the study.
-        KeyboardInterrupt: If it comes; what is done stays, and the same call goes on.
+        ScenarioError: With all faults of the study.
+        KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     import pandas
 

@@ -1,4 +1,4 @@
-"""Assertions on runs, for tests in Python: each is an expectation as scenarios have it, judged on the spot.
+"""Assertions on runs, for tests in Python. Each assertion evaluates an expectation of a scenario.
 
 from escort_mj.testing import assert_no_contacts, assert_settled
 
@@ -26,11 +26,11 @@ Sides = tuple[str, str]
 
 
 class VerdictError(AssertionError):
-    """What was expected of a run did not hold.
+    """An expectation of a run failed.
 
     Attributes:
         run: The run.
-        verdicts: Those that failed.
+        verdicts: The failed verdicts.
     """
 
     def __init__(self, run: Run, *verdicts: Verdict) -> None:
@@ -40,10 +40,10 @@ class VerdictError(AssertionError):
 
 
 def assert_passed(run: Run) -> None:
-    """Every verdict of a run holds, that of its outcome among them.
+    """Assert that every verdict of a run passes, including its outcome.
 
     Raises:
-        VerdictError: With those that do not.
+        VerdictError: With the failed verdicts.
     """
     __tracebackhide__ = True
     if failed := [verdict for verdict in run.verdicts if not verdict.passed]:
@@ -53,17 +53,17 @@ def assert_passed(run: Run) -> None:
 def assert_no_contacts(
     run: Run, between: Sides | None = None, after: float = 0.0, before: float | None = None
 ) -> None:
-    """Nothing touches anything else, but for the floor.
+    """Assert that no bodies touch, except with the floor.
 
     Args:
-        run: A run, or a run folder that was opened.
+        run: A run, or the result of `open_run`.
         between: Two groups (robots, target, obstacles, walls, floor) or bodies by name; None for any two.
         after: Start of the window [s].
-        before: Its end [s]; None for the end of the run.
+        before: End of the window [s]; None for the end of the run.
 
     Raises:
-        VerdictError: If they touch.
-        ScenarioError: If the run's scenario has no such group or body.
+        VerdictError: If bodies touch.
+        ScenarioError: If the run's scenario does not have such a group or body.
     """
     __tracebackhide__ = True
     assert_expected(run, contacts="none" if between is None else between, after=after, before=before)
@@ -72,35 +72,35 @@ def assert_no_contacts(
 def assert_clearance(
     run: Run, between: Sides, at_least: float, after: float = 0.0, before: float | None = None
 ) -> None:
-    """Two groups or bodies stay apart, surface to surface, at every physics step.
+    """Assert that two groups or bodies stay apart, surface to surface, at every physics step.
 
     Args:
-        run: A run, or a run folder that was opened.
-        between: Two groups or bodies; a body that is neither robot nor target has to be named by a clearance
-            in the scenario's own expectations, so that the run records it.
-        at_least: [m].
+        run: A run, or the result of `open_run`.
+        between: Two groups or bodies. If you name a body other than a robot or the target, a clearance
+            expectation of the scenario must name it too, so that the run records it.
+        at_least: Minimum distance [m].
         after: Start of the window [s].
-        before: Its end [s]; None for the end of the run.
+        before: End of the window [s]; None for the end of the run.
 
     Raises:
-        VerdictError: If they come nearer.
-        ScenarioError: If the run's scenario has no such group or body.
+        VerdictError: If they come closer.
+        ScenarioError: If the run's scenario does not have such a group or body.
     """
     __tracebackhide__ = True
     assert_expected(run, clearance=between, at_least=at_least, after=after, before=before)
 
 
 def assert_settled(run: Run, within: float, by: float, before: float | None = None) -> None:
-    """Every robot is at the mission's radius by some time, and stays.
+    """Assert that every robot reaches the mission's radius by some time and stays there.
 
     Args:
-        run: A run, or a run folder that was opened.
-        within: How far from it a robot may be [m].
-        by: From when on [s].
-        before: Until when [s]; None for the end of the run.
+        run: A run, or the result of `open_run`.
+        within: Largest deviation from the radius [m].
+        by: Latest settling time [s].
+        before: End of the window [s]; None for the end of the run.
 
     Raises:
-        VerdictError: If one is farther.
+        VerdictError: If a robot deviates more.
     """
     __tracebackhide__ = True
     assert_expected(run, settled=within, by=by, before=before)
@@ -114,51 +114,51 @@ def assert_metric(
     after: float = 0.0,
     before: float | None = None,
 ) -> None:
-    """A metric is within bounds.
+    """Assert that a metric is within bounds.
 
     Args:
-        run: A run, or a run folder that was opened.
-        metric: Its name.
-        at_most: Upper bound, in its unit.
-        at_least: Lower bound, in its unit.
+        run: A run, or the result of `open_run`.
+        metric: Name of the metric.
+        at_most: Upper bound, in the unit of the metric.
+        at_least: Lower bound, in the unit of the metric.
         after: Start of the window [s].
-        before: Its end [s]; None for the end of the run.
+        before: End of the window [s]; None for the end of the run.
 
     Raises:
-        VerdictError: If it is not.
-        ScenarioError: If there is no such metric, or no value can be in bounds.
+        VerdictError: If the metric is out of bounds.
+        ScenarioError: If the metric does not exist, or if no value can meet the bounds.
     """
     __tracebackhide__ = True
     assert_expected(run, metric=metric, at_most=at_most, at_least=at_least, after=after, before=before)
 
 
 def assert_sane(run: Run, *checks: str) -> None:
-    """The simulation can be trusted.
+    """Assert that the simulation is trustworthy.
 
     Args:
-        run: A run, or a run folder that was opened.
-        checks: Some of warnings, finite, energy, tunneling; all of them if none is named.
+        run: A run, or the result of `open_run`.
+        checks: Any of warnings, finite, energy, tunneling; by default all of them.
 
     Raises:
-        VerdictError: If it cannot.
+        VerdictError: If a check fails.
     """
     __tracebackhide__ = True
     assert_expected(run, sanity=checks or "all")
 
 
 def assert_expected(run: Run, **expectation: Any) -> Verdict:
-    """Any expectation, with the keys that it has in a scenario.
+    """Assert any expectation, with the same keys as in a scenario.
 
     Args:
-        run: A run, or a run folder that was opened.
-        expectation: Such as `contacts=("robots", "walls"), peak_force=5.0`.
+        run: A run, or the result of `open_run`.
+        expectation: Keys, such as `contacts=("robots", "walls"), peak_force=5.0`.
 
     Returns:
         The verdict.
 
     Raises:
-        VerdictError: If it does not hold.
-        ScenarioError: If it is not an expectation, or none of the run's scenario.
+        VerdictError: If the expectation fails.
+        ScenarioError: If the expectation is invalid or does not fit the run's scenario.
     """
     __tracebackhide__ = True
     verdict = judge_one(_with(run.scenario, expectation).expect[0], run.trace, run.outcome)
@@ -168,10 +168,10 @@ def assert_expected(run: Run, **expectation: Any) -> Verdict:
 
 
 def _with(scenario: Scenario, expectation: dict[str, Any]) -> Scenario:
-    """The scenario with this expectation alone, checked.
+    """Return the validated scenario with this expectation only.
 
     Raises:
-        ScenarioError: If it is none, or none of this scenario.
+        ScenarioError: If the expectation is invalid or does not fit this scenario.
     """
     data = scenario.model_dump() | {"expect": (expectation,)}
     try:

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Outcome(StrEnum):
-    """How a run ended, equal to its name; only `completed` is good."""
+    """Outcome of a run, equal to its name; only `completed` is good."""
 
     COMPLETED = "completed"
     DIVERGED = "diverged"
@@ -18,23 +18,23 @@ class Outcome(StrEnum):
 
     @property
     def good(self) -> bool:
-        """Whether the run reached its end in good order."""
+        """Whether the run completed."""
         return self is Outcome.COMPLETED
 
     @property
     def meaning(self) -> str:
-        """One sentence for reports and docs."""
+        """Description of the outcome in one sentence."""
         return _MEANINGS[self]
 
 
 _MEANINGS = {
     Outcome.COMPLETED: "the run reached the end of its duration",
-    Outcome.DIVERGED: "a robot left the mission for good, or the state is no longer a number",
-    Outcome.UNSTABLE: "MuJoCo warned about the simulation",
-    Outcome.INTERRUPTED: "the run was stopped by Ctrl-C or a polite kill, and ended in order",
-    Outcome.KILLED: "the process died without ending the run; the trace goes as far as its journal",
-    Outcome.FAILED: "the program itself broke, or a plugin",
-    Outcome.RUNNING: "the run is still going on",
+    Outcome.DIVERGED: "a robot moved far away from the mission, or the state is no longer finite",
+    Outcome.UNSTABLE: "MuJoCo issued a warning about the simulation",
+    Outcome.INTERRUPTED: "the run was stopped by Ctrl-C or SIGTERM, and ended in order",
+    Outcome.KILLED: "the process died before the end of the run; the trace is recovered from its journal",
+    Outcome.FAILED: "an internal error or an error in a plugin",
+    Outcome.RUNNING: "the run is in progress",
 }
 
 

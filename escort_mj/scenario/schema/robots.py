@@ -87,7 +87,7 @@ class Robots(Parameters):
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial positions, one row per robot [m]; null: random, see `placement`."""
     velocities: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
-    """Initial velocities, one row per robot [m/s]; balls start rolling without slip; null: at rest."""
+    """Initial velocities, one row per robot [m/s]; balls start without slip; null: at rest."""
     placement: RandomPlacement | None = None
     """Random initial positions; null: within twice the mission's radius around the target."""
     overrides: tuple[RobotOverride, ...] = ()

@@ -154,10 +154,10 @@ class Scenario(Parameters, metaclass=_Checked):
     """A mission: everything that a run depends on.
 
     Args:
-        data: Keys and values as in a file; tables may be mappings, and lists and numbers NumPy's.
+        data: Keys and values as in a file. Tables can be mappings; lists and numbers can be NumPy objects.
 
     Raises:
-        ScenarioError: With everything that is wrong, as for a file.
+        ScenarioError: With all faults, as for a file.
     """
 
     checked: ClassVar[Callable[..., Any]]
@@ -212,16 +212,16 @@ class Scenario(Parameters, metaclass=_Checked):
     """Conditions that the run must meet to pass."""
 
     def replace(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> Self:
-        """Return a checked copy in which some values are others.
+        """Return a validated copy with some values replaced.
 
         `scenario.replace({"robots.mass": 2})`, `scenario.replace(duration=20, seed=3)`.
 
         Args:
-            changes: Values by their key paths, or texts `key.path=value`.
-            more: More values by their key paths.
+            changes: Values by key path, or texts `key.path=value`.
+            more: Further values by key path.
 
         Raises:
-            ScenarioError: With everything that is wrong with the copy.
+            ScenarioError: With all faults of the copy.
         """
         again = type(self).checked
         changed: Self = again(self, changes, kind=type(self)) if changes or not more else self
