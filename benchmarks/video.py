@@ -76,8 +76,8 @@ def detail(slices: int) -> Callable[[mujoco.MjModel], None]:
 
 
 WAYS: Mapping[str, Callable[[mujoco.MjModel], None]] = {
-    "as it is": lambda model: None,
-    "one sample a pixel": samples(0),
+    "default": lambda model: None,
+    "one sample per pixel": samples(0),
     "shadows": shadows,
     "48 slices": detail(48),
     "16 slices": detail(16),
@@ -118,7 +118,7 @@ def frame(stage: Stage, marked: bool) -> tuple[float, float]:
 
 def measure(folder: Path, name: str) -> tuple[list[str], list[str]]:
     """One run: what marks, words and encoding add to the renderer's own work; and other ways to render."""
-    stage = staged(folder, WAYS["as it is"])
+    stage = staged(folder, WAYS["default"])
     video, replay = stage.video, stage.replay
     nobody = np.zeros(replay.count, dtype=bool)
     picture = np.full((video.height, video.width, 3), 200, dtype=np.uint8)
@@ -190,8 +190,8 @@ def main(arguments: Any = None) -> None:
             print(part, way, flush=True)
             parts.append(part)
             ways.append(way)
-    heads = ["", "rendering [ms]", "marks, Python [ms]", "marks in all [ms]", "words [ms]"]
-    heads += ["to the encoder [ms]", "drawing / rendering"]
+    heads = ["", "rendering [ms]", "marks, Python [ms]", "marks, total [ms]", "text [ms]"]
+    heads += ["to the encoder [ms]", "ratio"]
     tables = {"frame": table(heads, parts), "ways": table(["frame [ms]", *WAYS], ways)}
     publish(PAGE, tables, write)
 
