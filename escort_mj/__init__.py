@@ -60,7 +60,7 @@ __all__ = [
 if not TYPE_CHECKING:
 
     def __getattr__(name: str) -> object:
-        """Loads a public name at its first use, so that importing the package stays light."""
+        """Load a public name at its first use, so that importing the package stays light."""
         if name == "__version__":
             from importlib.metadata import version
 

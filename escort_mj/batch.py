@@ -61,7 +61,7 @@ def _flown(scenario: Scenario, room: Room | None) -> Flight:
 
 
 def in_threads(function: Callable[[Item], Result], items: Iterable[Item], threads: int) -> Iterator[Result]:
-    """Calls a function for every item, a few ahead of who takes the results.
+    """Call a function for every item, a few ahead of who takes the results.
 
     When results are no longer taken, missions that are under way end.
 

@@ -47,7 +47,7 @@ def probe(backend: str = "egl") -> str | None:
 
 
 def choose_backend() -> tuple[str | None, str]:
-    """Chooses what the rendering child shall be given as MUJOCO_GL.
+    """Choose what the rendering child shall be given as MUJOCO_GL.
 
     A MUJOCO_GL that the user set is kept; "disable" counts as unset, because the simulation sets that itself.
 
@@ -150,7 +150,7 @@ def _last_line(text: str) -> str:
 
 
 def _load(*names: str) -> CDLL | None:
-    """Loads the first of these shared libraries that is there."""
+    """Load the first of these shared libraries that is there."""
     for name in names:
         try:
             return CDLL(name)
@@ -160,7 +160,7 @@ def _load(*names: str) -> CDLL | None:
 
 
 def _egl_fault() -> str | None:
-    """Goes the way of MuJoCo's EGL context, down to a current OpenGL context. Only ever run in a child."""
+    """Create a current OpenGL context through EGL, as MuJoCo does. Run only in a child process."""
     egl = _load("libEGL.so.1")
     if egl is None:
         return "libEGL.so.1 is missing"
@@ -189,7 +189,7 @@ def _egl_fault() -> str | None:
 
 
 def _egl_context(egl: CDLL, display: c_void_p) -> bool:
-    """Makes an OpenGL context current on the display, with no surface, and tells whether that worked."""
+    """Make an OpenGL context current on the display, with no surface, and tell whether that worked."""
     wanted = (
         (0x3024, 8),  # EGL_RED_SIZE
         (0x3023, 8),  # EGL_GREEN_SIZE
@@ -212,7 +212,7 @@ def _egl_context(egl: CDLL, display: c_void_p) -> bool:
 
 
 def _osmesa_fault() -> str | None:
-    """Makes an OSMesa context. Only ever run in a child."""
+    """Make an OSMesa context. Run only in a child process."""
     osmesa = _load("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so")
     if osmesa is None:
         return "libOSMesa.so.8 is missing (libosmesa6 brings it)"

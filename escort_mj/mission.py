@@ -116,7 +116,7 @@ def fly(
     progress: Progress | None = None,
     room: Room | None = None,
 ) -> Flight:
-    """Runs a scenario to its end, or to where it broke.
+    """Run a scenario to its end, or to the point where it fails.
 
     Args:
         scenario: A checked scenario.
@@ -143,7 +143,7 @@ def fly(
 
 
 def begin_folder(folder: RunFolder, scenario: Scenario, world: World) -> None:
-    """Writes what is known of a run before its first step."""
+    """Write the data that is known before the first step of a run."""
     plugins = [file for each in catalog_of(scenario).plugins if (file := each.source.file)]
     labels, short = labels_of(scenario, world), short_dump(scenario)
     folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels, plugins, short)
@@ -202,7 +202,7 @@ def failed(scenario: Scenario, error: Exception) -> Flight:
 def _simulate(
     plant: Plant, scenario: Scenario, folder: RunFolder | None, progress: Progress | None, room: Room
 ) -> tuple[Array, Array, Outcome, str]:
-    """Steps the world in blocks of samples, and looks after each block whether to go on.
+    """Step the world in blocks of samples, and check after each block whether to continue.
 
     Returns:
         The samples worth keeping, shape (k, record_size); the contact episodes, shape (k, len(EPISODE)); how

@@ -46,7 +46,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFile | None:
-    """Collects a file if it is a scenario."""
+    """Collect a file if it is a scenario."""
     if file_path.suffix not in SUFFIXES:
         return None
     config = parent.config
@@ -60,7 +60,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFi
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Keeps the tests of one file in one process where scenarios are tested, so that each runs once."""
+    """Keep the tests of one file in one process where scenarios are tested, so that each runs once."""
     places = [config.invocation_params.dir / argument.partition("::")[0] for argument in config.args]
     asked = config.getoption("escort")
     if config.getoption("dist") != "load" or not any(_holds_scenarios(place, asked) for place in places):
@@ -162,7 +162,7 @@ class ScenarioTest(pytest.Item):
 
 @pytest.fixture(scope="session")
 def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
-    """Runs a scenario, once for all tests of a process that ask for the same.
+    """Run a scenario, once for all tests of a process that ask for the same.
 
     Called as `escort_run("main", {"duration": 20})`: a file or a shipped scenario's name, then overrides.
     """
@@ -191,7 +191,7 @@ def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Draws a clip for a test in Python whose assertion on a run failed."""
+    """Draw a clip for a test in Python whose assertion on a run failed."""
     report = yield
     if call.excinfo is not None and item.config.getoption("escort_video"):
         from escort_mj.testing import VerdictError
@@ -204,7 +204,7 @@ def pytest_runtest_makereport(
 
 
 def _clip(folder: Path, error: Any) -> str:
-    """Draws the clip of verdicts that were found after a run; where it lies, or why there is none."""
+    """Draw the clip of verdicts that were found after a run; where it lies, or why there is none."""
     from escort_mj.errors import EscortError
     from escort_mj.record.files import write_json
     from escort_mj.report.video.video import render_clip
@@ -217,7 +217,7 @@ def _clip(folder: Path, error: Any) -> str:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Removes the folders of runs that nothing failed in."""
+    """Remove the folders of runs that nothing failed in."""
     for folder in config.stash.get(FOLDERS, {}).values():
         shutil.rmtree(folder, ignore_errors=True)
 

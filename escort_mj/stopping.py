@@ -59,7 +59,7 @@ def asked() -> str:
 
 
 def end_with(unwanted: threading.Event) -> None:
-    """Has this thread end what it does once its results are no longer wanted; for the start of a thread.
+    """Let this thread end its work once its results are no longer wanted; for the start of a thread.
 
     Args:
         unwanted: Set when that is so.
@@ -139,7 +139,7 @@ class _Command:
         raise KeyboardInterrupt
 
     def unraisable(self, lost: Any) -> None:
-        """Has an interrupt come again that hit code whose errors Python can only print, such as `__del__`."""
+        """Raise an interrupt again if Python could only print it, as in `__del__`."""
         if not issubclass(lost.exc_type, KeyboardInterrupt):
             sys.__unraisablehook__(lost)
         elif not self.ended:
@@ -153,7 +153,7 @@ _command = _Command()
 
 
 def command(run: Callable[[], None]) -> None:
-    """Runs a command, for which this process was started: an interrupt becomes one line and exit code 130.
+    """Run a command, for which this process was started: an interrupt becomes one line and exit code 130.
 
     It is one also where the process was started to ignore signals, as shells do with what runs in the
     background.

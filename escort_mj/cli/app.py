@@ -91,7 +91,7 @@ def _before_every_command(
 def finish(
     command: str, as_json: bool, lines: Iterable[str], code: int = GOOD, /, **results: Any
 ) -> NoReturn:
-    """Ends a command with its exit code: prints lines for people, or what came of it as one JSON document.
+    """End a command with its exit code: print lines of text, or the results as one JSON document.
 
     Args:
         command: Its name.
@@ -124,7 +124,7 @@ def _print_event(event: str, **what: Any) -> None:
 
 
 def draw_video(folder: Path) -> bool:
-    """Draws the video; without GL it says what is missing and leaves the rest of the run as it is."""
+    """Draw the video; without GL, report what is missing and leave the rest of the run unchanged."""
     from escort_mj.errors import RenderError
     from escort_mj.report.video.video import render_video
 
@@ -191,7 +191,7 @@ def shown_path(path: Path) -> str:
 
 @lasting_streams()
 def run_program() -> None:
-    """Runs a command; errors become one message and an exit code, never a traceback."""
+    """Run a command; errors become one message and an exit code, never a traceback."""
     try:
         app()
     except ScenarioError as error:

@@ -240,7 +240,7 @@ def schema_command(
 
 
 def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
-    """Draws what was asked for; what the folder then holds."""
+    """Draw the requested files, and return the contents of the folder."""
     written = ["scenario.yaml", "resolved.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
     if figures:
         from escort_mj.report.figures.figures import draw_figures
@@ -269,7 +269,7 @@ def _interrupted(folder: Path) -> str:
 
 
 def _report(result: Flight) -> None:
-    """Prints the outcome and the verdicts."""
+    """Print the outcome and the verdicts."""
     from escort_mj.expect.verdicts import verdict_lines
 
     summary = result.metrics["run"]
@@ -283,7 +283,7 @@ def _report(result: Flight) -> None:
 
 
 def _report_failures(result: Flight) -> None:
-    """Prints the verdicts that failed."""
+    """Print the verdicts that failed."""
     from escort_mj.expect.verdicts import verdict_lines
 
     for line in verdict_lines([verdict for verdict in result.verdicts if not verdict.passed]):

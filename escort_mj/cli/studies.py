@@ -357,7 +357,7 @@ def _finish(
     summary: str,
     code: int = GOOD,
 ) -> NoReturn:
-    """Ends a command that wrote what it found into a JSON file of its folder."""
+    """End a command that wrote what it found into a JSON file of its folder."""
     from escort_mj.record.files import read_json
 
     said = chain(lines, [f"wrote {shown_path(folder)}: {' '.join(written)}"])

@@ -20,7 +20,7 @@ TASK = "task"
 
 
 def check_behavior(member: type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Checks a behavior: on memory filled by hand, in plane, space and beyond.
+    """Check a behavior: on memory filled by hand, in plane, space and beyond.
 
     Args:
         member: The behavior.

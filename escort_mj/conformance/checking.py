@@ -51,7 +51,7 @@ class Check(NamedTuple):
 
 
 def check_plugin(written: str) -> Iterator[Check]:
-    """Checks all that a plugin brings.
+    """Check all that a plugin brings.
 
     Args:
         written: A Python file, or the name of an installed plugin.

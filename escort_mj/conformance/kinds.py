@@ -23,7 +23,7 @@ PUSHED = 0.5  # s, enough for a robot that has to turn its thrust first
 
 
 def check_kind(member: type[RobotKind], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Checks a kind of robots: its body, where it is, and what it weighs.
+    """Check a kind of robots: its body, where it is, and what it weighs.
 
     Args:
         member: The kind.

@@ -15,7 +15,7 @@ FAR = 100.0  # m and m/s: errors at which a law must still give numbers
 
 
 def check_law(member: type[Law], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Checks a law: on memory filled by hand, in plane, space and beyond.
+    """Check a law: on memory filled by hand, in plane, space and beyond.
 
     Args:
         member: The law.

@@ -26,7 +26,7 @@ def own_parameters(member: type[BaseModel]) -> list[str]:
 
 
 def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Checks the parameters of a member.
+    """Check the parameters of a member.
 
     Args:
         member: What has them.

@@ -47,7 +47,7 @@ def recordings() -> dict[str, Recording]:
 
 
 def try_metric(metric: Metric, kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Checks a metric.
+    """Check a metric.
 
     Args:
         metric: Which.
@@ -108,7 +108,7 @@ def _grows(metric: Metric) -> CheckResult:
 
 
 def check_expectation(member: type[Expectation], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Checks an expectation, with its keys' defaults, or else plausible values for those without.
+    """Check an expectation, with its keys' defaults, or else plausible values for those without.
 
     Args:
         member: Which.
@@ -118,7 +118,7 @@ def check_expectation(member: type[Expectation], kind: type[Scenario]) -> Iterat
 
 
 def check_judgments(demand: Expectation) -> Iterator[CheckResult]:
-    """Checks what an expectation says of recorded runs."""
+    """Check what an expectation says of recorded runs."""
     held, kind = 0, type(demand)
     for name, trace in recordings().items():
         try:

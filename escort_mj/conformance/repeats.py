@@ -25,7 +25,7 @@ DRAWS = 20
 
 
 def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Checks a law or behavior, call by call.
+    """Check a law or behavior, call by call.
 
     Args:
         member: What is called.
@@ -68,7 +68,7 @@ def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Ite
 
 
 def _in_bounds(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Runs a compiled form as Python first: there an index beyond its array is an error, not a wild write."""
+    """Run a compiled form as Python first: there an index beyond its array is an error, not a wild write."""
     kernel = member.forms().kernel
     if kernel is None or not member.prefer_kernel:
         return

@@ -101,7 +101,7 @@ class Stand:
         return int(self.memory.ctypes.data)
 
     def fill(self, random: np.random.Generator, scale: float = 1.0) -> None:
-        """Draws what the law or behavior sees.
+        """Draw what the law or behavior sees.
 
         Args:
             random: Where numbers come from.
@@ -123,7 +123,7 @@ class Stand:
         state.model_bias[:] = random.standard_normal(state.model_bias.shape)
 
     def call(self, robot: int | None = None) -> int:
-        """Calls the law, or the behavior for one robot.
+        """Call the law, or the behavior for one robot.
 
         Returns:
             What a behavior returned.

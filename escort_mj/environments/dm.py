@@ -26,12 +26,12 @@ class EscortEnvironment(dm_env.Environment):
     def __init__(
         self, scenario: Scenario | str, command: Command = "velocity", reward: Reward | None = None
     ) -> None:
-        """Prepares a scenario; arguments as of `Simulation`."""
+        """Prepare a scenario; arguments as of `Simulation`."""
         self.simulation = Simulation(scenario, command, reward)
         self._ended = True
 
     def reset(self) -> dm_env.TimeStep:
-        """Starts the mission again."""
+        """Start the mission again."""
         self.simulation.reset()
         self._ended = False
         return dm_env.restart(self.simulation.observe())

@@ -35,7 +35,7 @@ class EscortParallelEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):
     def __init__(
         self, scenario: Scenario | str, command: Command = "velocity", reward: Reward | None = None
     ) -> None:
-        """Prepares a scenario; arguments as of `Simulation`."""
+        """Prepare a scenario; arguments as of `Simulation`."""
         self.simulation = Simulation(scenario, command, reward)
         self.possible_agents = [f"robot_{i + 1}" for i in range(self.simulation.count)]
         self.agents: list[str] = []
@@ -56,7 +56,7 @@ class EscortParallelEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Starts a mission; without a seed the scenario's own, or the one before."""
+        """Start a mission; without a seed the scenario's own, or the one before."""
         self.simulation.reset(seed)
         self.agents = list(self.possible_agents)
         return self._observations(), {agent: {} for agent in self.agents}

@@ -69,7 +69,7 @@ class Simulation:
         command: Command = "velocity",
         reward: Reward | None = None,
     ) -> None:
-        """Prepares a scenario; `reset` starts it.
+        """Prepare a scenario; `reset` starts it.
 
         Args:
             scenario: A checked scenario, or what `load_scenario` takes.
@@ -121,7 +121,7 @@ class Simulation:
         self._advance(np.zeros((self.count, self.axes)) if command is None else command)
 
     def step(self, command: Array) -> Array:
-        """Holds a command until the next one is due.
+        """Hold a command until the next one is due.
 
         Args:
             command: Share of the largest velocity or force, shape (n, p); beyond [-1, 1] it is cut off.

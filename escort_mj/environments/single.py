@@ -32,7 +32,7 @@ class EscortEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     def __init__(
         self, scenario: Scenario | str = "main", command: Command = "velocity", reward: Reward | None = None
     ) -> None:
-        """Prepares a scenario; arguments as of `Simulation`."""
+        """Prepare a scenario; arguments as of `Simulation`."""
         self.simulation = Simulation(scenario, command, reward)
         count, axes = self.simulation.count, self.simulation.axes
         self.observation_space = spaces.Box(-np.inf, np.inf, (count, self.simulation.width), np.float64)
@@ -41,7 +41,7 @@ class EscortEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Array, dict[str, Any]]:
-        """Starts a mission; without a seed the scenario's own, or the one before."""
+        """Start a mission; without a seed the scenario's own, or the one before."""
         super().reset(seed=seed)
         self.simulation.reset(seed)
         return self.simulation.observe(), {}

@@ -68,7 +68,7 @@ class Verdict:
 
 
 def judge(expectations: Sequence[Expectation], trace: Recorded, outcome: Outcome) -> list[Verdict]:
-    """Judges a run: its outcome first, then every expectation.
+    """Judge a run: its outcome first, then every expectation.
 
     Args:
         expectations: From the scenario.
@@ -86,7 +86,7 @@ def judge(expectations: Sequence[Expectation], trace: Recorded, outcome: Outcome
 def judge_one(
     expectation: Expectation, trace: Recorded, outcome: Outcome, place: int | None = None
 ) -> Verdict:
-    """Judges one expectation.
+    """Judge one expectation.
 
     Args:
         expectation: What is expected.

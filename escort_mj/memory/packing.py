@@ -38,7 +38,7 @@ def pack(
     samples: tuple[int, int] = (0, 0),
     extra: Sequence[int] = (),
 ) -> Array:
-    """Packs a setup into the flat vector that `unpack_plan` reads.
+    """Pack a setup into the flat vector that `unpack_plan` reads.
 
     Args:
         setup: What the controller is given.

@@ -55,7 +55,7 @@ class Piece(NamedTuple):
 
 
 def keep_artifact(piece: Piece, code: bytes) -> None:
-    """Writes a piece to the cache."""
+    """Write a piece to the cache."""
     cache.kernels.write(piece.file, code)
 
 

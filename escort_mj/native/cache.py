@@ -243,7 +243,7 @@ def _remove_all(paths: list[Path]) -> None:
 
 
 def _age(path: Path) -> float:
-    """Sorts the latest first; what has just gone is the oldest."""
+    """Sort the latest first; what has just gone is the oldest."""
     try:
         return -path.stat().st_mtime
     except OSError:

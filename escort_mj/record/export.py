@@ -51,7 +51,7 @@ def _labels(trace: xarray.Dataset, dim: str) -> list[str]:
 
 
 def write_table(trace: xarray.Dataset, path: Path) -> None:
-    """Writes the table of a trace; the suffix says how.
+    """Write the table of a trace; the suffix says how.
 
     Args:
         trace: Of a run.

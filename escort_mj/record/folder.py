@@ -95,7 +95,7 @@ class RunFolder:
 
     @classmethod
     def create(cls, path: Path, made_by: str = RUN, overwrite: bool = False) -> RunFolder:
-        """Makes a folder ready for a run.
+        """Make a folder ready for a run.
 
         Checks and studies replace runs that they have made there before; any other run stays, unless it
         recorded nothing.
@@ -133,7 +133,7 @@ class RunFolder:
 
     @classmethod
     def create_beside(cls, path: Path, made_by: str = RUN) -> RunFolder:
-        """Makes a folder ready for a run: this one, or the first of NAME-2, NAME-3 ... that is free.
+        """Make a folder ready for a run: this one, or the first of NAME-2, NAME-3 ... that is free.
 
         Raises:
             UsageError: If the folder holds something else than a run.
@@ -152,7 +152,7 @@ class RunFolder:
         plugins: Sequence[str] = (),
         short: str = "",
     ) -> None:
-        """Writes what is known before the first step, and opens the journal.
+        """Write what is known before the first step, and open the journal.
 
         Args:
             scenario: The complete scenario as YAML.
@@ -295,7 +295,7 @@ def _refuse_others(path: Path, made_by: str, overwrite: bool = False) -> None:
 
 @contextlib.contextmanager
 def _alone(path: Path) -> Iterator[None]:
-    """Lets one process at a time look into a folder and claim it."""
+    """Let one process at a time look into a folder and claim it."""
     handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     try:
         with contextlib.suppress(OSError):  # some network file systems lock no folders
@@ -322,7 +322,7 @@ def _writing(path: Path, begun: bool = True) -> Iterator[None]:
 
 
 def _remove(entry: Path) -> None:
-    """Removes a file, a link or a whole folder, if it is there."""
+    """Remove a file, a link or a whole folder, if it is there."""
     if entry.is_dir() and not entry.is_symlink():
         shutil.rmtree(entry)
     else:

@@ -29,7 +29,7 @@ class Journal:
     """
 
     def __init__(self, folder: Path, header: dict[str, Any]) -> None:
-        """Starts a journal.
+        """Start a journal.
 
         Args:
             folder: Made again.
@@ -75,7 +75,7 @@ class Journal:
 
 
 def read_journal(folder: Path) -> tuple[Array, Array, dict[str, Any]]:
-    """Reads what a journal holds, without a last row that was torn.
+    """Read what a journal holds, without a last row that was torn.
 
     Returns:
         Samples, shape (k, record_size); episodes, shape (k, len(COLUMNS)); and the header.

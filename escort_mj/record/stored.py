@@ -69,7 +69,7 @@ def is_run(folder: Path) -> bool:
 
 
 def open_run(path: str | os.PathLike[str]) -> StoredRun:
-    """Opens a run folder.
+    """Open a run folder.
 
     A run that still goes on shows its trace so far. A run whose process died gets its trace from the journal
     and the outcome `killed`, written to the folder where that can be.
@@ -161,7 +161,7 @@ def facts(trace: Recorded | None) -> dict[str, Any]:
 
 
 def _bury(folder: Path, outcome: dict[str, Any], trace: xarray.Dataset | None) -> dict[str, Any]:
-    """Writes the trace and the outcome of a run whose process is dead; a folder of others stays as it is."""
+    """Write the trace and the outcome of a run whose process is dead; a folder of others stays as it is."""
     so_far = facts(trace)
     moment = (
         f"recorded up to {so_far['simulated_time']:.2f} s" if trace is not None else "before the first step"

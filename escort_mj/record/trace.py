@@ -43,7 +43,7 @@ def save_trace(trace: Recorded, path: Path) -> None:
 
 
 def load_trace(path: Path) -> xarray.Dataset:
-    """Reads a trace into memory.
+    """Read a trace into memory.
 
     Raises:
         RunFolderError: If there is none, or it cannot be read.

@@ -43,7 +43,7 @@ def _colors(laws: Iterable[str]) -> dict[str, palette.Color]:
 
 
 def draw_comparison(out: Path, scenario: Scenario, results: Sequence[Result]) -> list[Path]:
-    """Draws the figures of a comparison into `figures/` of its folder and returns their files.
+    """Draw the figures of a comparison into `figures/` of its folder and return their files.
 
     Args:
         out: The folder, with the run folders of what completed.

@@ -44,7 +44,7 @@ class Kind(NamedTuple):
 
 
 def draw_reproduction(folder: Path, runs: Sequence[Measured], shown: PaperFigure) -> Path:
-    """Draws one figure into `figures/` and returns its file.
+    """Draw one figure into `figures/` and return its file.
 
     Args:
         folder: That of the reproduction.

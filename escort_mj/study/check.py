@@ -87,7 +87,7 @@ def crashed(task: CheckJob, cause: str) -> Checked:
 
 
 def perform_check(task: CheckJob) -> Checked:
-    """Checks one scenario, and draws a clip if it fails."""
+    """Check one scenario, and draw a clip if it fails."""
     result = check_one(task.case, task.folder, task.keep)
     if task.clip is None or result.folder is None or result.code == GOOD or not result.verdicts:
         return result
@@ -98,7 +98,7 @@ def perform_check(task: CheckJob) -> Checked:
 
 
 def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Checked:
-    """Runs and judges one scenario. Whatever goes wrong is part of the result.
+    """Run and evaluate one scenario. Errors are part of the result.
 
     Args:
         case: Which.
@@ -129,7 +129,7 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
 
 
 def _fly(case: Case, folder: Path | None) -> Checked:
-    """Runs a scenario as often as asked.
+    """Run a scenario as often as asked.
 
     Raises:
         EscortError: If the scenario or the folder is wrong.

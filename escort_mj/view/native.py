@@ -66,7 +66,7 @@ class Native:
             self.now = 0.0
 
     def run(self, ended: Event) -> None:
-        """Opens the window, and goes on until it is closed.
+        """Open the window, and continue until it is closed.
 
         Args:
             ended: Closes it, too.
@@ -107,7 +107,7 @@ class Native:
             thread.join(CLOSING)  # a process that ends before its window breaks
 
     def draw(self, passed: float, scenery: Scenery, scene: mujoco.MjvScene) -> None:
-        """Puts the bodies where they are next, and the marks beside them.
+        """Put the bodies where they are next, and the marks beside them.
 
         Args:
             passed: Wall time since the last picture [s].

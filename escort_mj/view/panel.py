@@ -41,7 +41,7 @@ class ControlPanel:
         follow: bool,
         shown: dict[str, bool],
     ) -> None:
-        """Adds the controls.
+        """Add the controls.
 
         Args:
             server: Viser's.
@@ -116,7 +116,7 @@ class ControlPanel:
     def tell(
         self, now: float, behind: bool, moment: Moment, replay: Replay, ending: str, at_once: bool
     ) -> None:
-        """Writes the time, and who avoids or touches something: a few times a second, or at once."""
+        """Write the time, and who avoids or touches something: a few times a second, or at once."""
         clock = time.monotonic()
         if clock - self._said < UPDATES and not at_once:
             return
@@ -138,7 +138,7 @@ class ControlPanel:
         self.status.content = "<br>".join(words)
 
     def judge(self, verdicts: list[Verdict]) -> None:
-        """Shows the verdicts of a run that has ended."""
+        """Show the verdicts of a run that has ended."""
         lines = [f"**{mark(one)}** {one.metric} {one.demanded}: {one.found}" for one in verdicts]
         self.verdicts.content = "\n\n".join(lines)
 

@@ -84,7 +84,7 @@ class StageView:
                 handle.visible = self.shown[layer]
 
     def draw(self, part: Recorded, replay: Replay, now: float) -> Moment:
-        """Shows the moment of a time.
+        """Show the moment of a time.
 
         Args:
             part: Samples of a while before that time, and the one after it.

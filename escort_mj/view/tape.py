@@ -100,7 +100,7 @@ class Stored:
     """A run folder. See `Tape`."""
 
     def __init__(self, folder: Path) -> None:
-        """Opens a run folder.
+        """Open a run folder.
 
         Raises:
             RunFolderError: If it is no run folder, or the run has recorded nothing.
@@ -136,7 +136,7 @@ class Live:
     """A mission that is simulated as far as it is watched. See `Tape`; a context manager."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Builds the world and takes the first sample.
+        """Build the world and take the first sample.
 
         Args:
             scenario: What to run.
@@ -189,7 +189,7 @@ class Live:
         return np.vstack([self._episodes, self._plant.under_way()])
 
     def _simulate(self, most: int) -> None:
-        """Takes the next samples, and looks whether to go on."""
+        """Take the next samples, and look whether to go on."""
         clock = time.perf_counter()
         rows = self._samples[self._done : self._done + most]
         kept, ended, outcome, message = take(self._plant, rows, self._bound)

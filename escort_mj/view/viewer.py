@@ -46,7 +46,7 @@ class Viewer:
     """
 
     def __init__(self, tape: Tape, host: str = LOCAL[0], port: int = 8080, speed: float = 1.0) -> None:
-        """Starts the server.
+        """Start the server.
 
         Args:
             tape: What to show.
@@ -114,7 +114,7 @@ class Viewer:
             time.sleep(max(0.0, now + 1 / RATE - time.perf_counter()))
 
     def tick(self, passed: float) -> None:
-        """Shows the next moment.
+        """Show the next moment.
 
         Args:
             passed: Wall time since the last tick [s].
@@ -197,6 +197,6 @@ def _family(host: str) -> socket.AddressFamily:
 
 @contextlib.contextmanager
 def _silent() -> Iterator[None]:
-    """Keeps what viser says about itself off the terminal."""
+    """Keep viser's own messages off the terminal."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield

@@ -95,7 +95,7 @@ _before: tuple[Any, ...] = ()
 
 @contextmanager
 def native_loop(world: World, *others: World) -> Iterator[None]:
-    """Installs the callbacks that worlds need while inside; nests, and may be entered by several threads.
+    """Install the callbacks that worlds need while inside; nests, and may be entered by several threads.
 
     MuJoCo's callbacks are global to the process: what was installed before comes back at the end. So does
     the clock that the bindings install, which costs a fifth of a small step and that is not read here.

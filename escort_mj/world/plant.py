@@ -148,7 +148,7 @@ class Plant:
         return kept[:count]
 
     def fill(self, rows: Array) -> tuple[int, Array]:
-        """Takes the next samples, as many as there are rows.
+        """Take the next samples, as many as there are rows.
 
         Args:
             rows: Receives them, shape (k, record_size).
@@ -198,7 +198,7 @@ class Plant:
         self._start()
 
     def _start(self) -> None:
-        """Sets what moves at the start moving; what a plugin did in this memory before is forgotten."""
+        """Set what moves at the start moving; what a plugin did in this memory before is forgotten."""
         native.forget(self._memory)
         if self.world.model.nkey:
             mujoco.mj_resetDataKeyframe(self.world.model, self.data, 0)
@@ -214,7 +214,7 @@ class Plant:
         return bool(self._kept.ended[0])
 
     def ended(self) -> Array:
-        """Takes the contact episodes that have ended off the log, shape (k, EPISODE_SIZE)."""
+        """Take the contact episodes that have ended off the log, shape (k, EPISODE_SIZE)."""
         rows = self._kept.episodes[: int(self._kept.ended[0])].copy()
         self._kept.ended[0] = 0.0
         return rows

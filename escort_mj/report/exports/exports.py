@@ -14,7 +14,7 @@ SUFFIXES = (MJCF, CSV, PARQUET, MCAP, STATES)
 
 
 def check_export(path: Path) -> None:
-    """Refuses a file that cannot be an export.
+    """Refuse a file that cannot be an export.
 
     Raises:
         UsageError: If its suffix is none of those allowed, or there is no such folder.
@@ -26,7 +26,7 @@ def check_export(path: Path) -> None:
 
 
 def export_run(run: StoredRun, path: Path) -> None:
-    """Writes a run as a table, for Foxglove, as MuJoCo's states, or its world as MJCF.
+    """Write a run as a table, for Foxglove, as MuJoCo's states, or its world as MJCF.
 
     Args:
         run: What a run folder holds.

@@ -37,7 +37,7 @@ _GEOM = mujoco.mjtGeom
 
 
 def write_mcap(run: StoredRun, path: Path) -> None:
-    """Writes a run as MCAP; times are those of the simulation.
+    """Write a run as MCAP; times are those of the simulation.
 
     Topics: `/scene` (foxglove.SceneUpdate), `/tf` (foxglove.FrameTransforms), `/robots/K` (position,
     velocity, reference velocity, force, tracking error, clearance, whether it avoids; SI units), `/log`

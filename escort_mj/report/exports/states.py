@@ -15,7 +15,7 @@ from escort_mj.report.video.stages import stage_replays
 
 
 def write_states(run: StoredRun, path: Path) -> None:
-    """Writes the states of a run, one row per sample, as arrays of a NumPy archive without pickles.
+    """Write the states of a run, one row per sample, as arrays of a NumPy archive without pickles.
 
     `time` (T,) [s]; `qpos` (T, nq) and `qvel` (T, nv), by differences of qpos from sample to sample;
     `mocap_pos` (T, nmocap, 3) [m] and `mocap_quat` (T, nmocap, 4, wxyz), which move the target; `model`, the

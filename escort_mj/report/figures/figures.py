@@ -78,7 +78,7 @@ PLOTS: tuple[Plot, ...] = (
 
 
 def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png",)) -> list[Path]:
-    """Draws every figure that a run folder has data for, into its `figures/`.
+    """Draw every figure that a run folder has data for, into its `figures/`.
 
     Args:
         folder: A run folder.
@@ -111,7 +111,7 @@ def plots_of(trace: xarray.Dataset) -> dict[str, Plot]:
 
 
 def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "") -> Figure:
-    """Draws one figure of a trace.
+    """Draw one figure of a trace.
 
     Args:
         trace: Of a run.

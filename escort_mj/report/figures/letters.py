@@ -28,7 +28,7 @@ def legible(words: str) -> str:
 
 
 def spell(figure: Figure) -> None:
-    """Gives every text of a figure the fonts that its letters need, and boxes where no font has them."""
+    """Give every text of a figure the fonts that its letters need, and boxes where no font has them."""
     for text in figure.findobj(Text):
         words = text.get_text()
         lacking, families = set(words) - _letters(font_file()) - {"\n"}, [FONT]

@@ -40,7 +40,7 @@ class Point(NamedTuple):
 def draw_study_curves(
     path: Path, results: Results, factor: Factor, by: Factor | None, quantities: Sequence[str]
 ) -> None:
-    """Draws each quantity over one factor with numbers; what else varies is taken together.
+    """Draw each quantity over one factor with numbers; what else varies is taken together.
 
     Args:
         path: Where to save it.
@@ -147,7 +147,7 @@ def _name(canvas: Figure, by: Factor | None) -> None:
 
 
 def draw_intervals(path: Path, results: Results, by: Factor | None, quantities: Sequence[str]) -> None:
-    """Draws each cell's medians and shares with their intervals, a panel per quantity.
+    """Draw each cell's medians and shares with their intervals, a panel per quantity.
 
     Args:
         path: Where to save it.

@@ -37,7 +37,7 @@ class Drawn(NamedTuple):
 def draw_study(
     results: Results, folder: Path, compare: str | None = None, formats: Sequence[str] = ("svg",)
 ) -> list[Drawn]:
-    """Draws every figure that a study has data for.
+    """Draw every figure that a study has data for.
 
     Args:
         results: The study's.

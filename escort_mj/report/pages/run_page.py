@@ -29,7 +29,7 @@ MOST_EPISODES = 200
 
 
 def write_run_page(folder: str | os.PathLike[str], out: Path | None = None) -> Path:
-    """Writes the page of a run; figures that the folder does not have yet are drawn.
+    """Write the page of a run; figures that the folder does not have yet are drawn.
 
     Args:
         folder: A run folder.

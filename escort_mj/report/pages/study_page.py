@@ -39,7 +39,7 @@ MOST_FAILURES = 200
 def write_study_page(
     folder: Path, out: Path | None = None, compare: str | None = None, formats: Sequence[str] = ("svg",)
 ) -> Path:
-    """Writes the page of a study, its figures and the scenarios of its worst runs.
+    """Write the page of a study, its figures and the scenarios of its worst runs.
 
     Args:
         folder: Of a sweep's results.

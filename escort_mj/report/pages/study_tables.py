@@ -165,7 +165,7 @@ def _better(quantity: str, first: str, level: str, dominance: Interval) -> str:
 
 
 def write_cells(results: Results, path: Path) -> None:
-    """Writes every statistic of every cell as comma-separated values, in SI units, for other programs."""
+    """Write every statistic of every cell as comma-separated values, in SI units, for other programs."""
     known = results.known(VALUES)
     head = ["cell", *results.factors, "runs"]
     head += [f"{name}_{part}" for name in RATES for part in ("times", "of", "share", "low", "high")]

@@ -75,7 +75,7 @@ class Marks:
     """
 
     def __init__(self, clip: Clip, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Finds the bodies in a model; those that it does not have are not marked."""
+        """Find the bodies in a model; those that it does not have are not marked."""
         self.clip = clip
         self._model, self._data = model, data
         bodies = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name) for name in clip.bodies]
@@ -110,7 +110,7 @@ class Marks:
         return Shot(times, look_at, np.full(2, view.distance), np.full(2, azimuth), elevation)
 
     def draw(self, scene: mujoco.MjvScene, time: float, planar: bool, width: int) -> None:
-        """Adds the rings to a scene that was just updated from the data.
+        """Add the rings to a scene that was just updated from the data.
 
         Args:
             scene: MuJoCo's scene.

@@ -44,7 +44,7 @@ class VideoFile:
     """
 
     def __init__(self, path: Path, size: tuple[int, int], rate: int) -> None:
-        """Prepares a video.
+        """Prepare a video.
 
         Args:
             path: Where to write; the suffix chooses the container.

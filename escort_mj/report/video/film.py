@@ -47,7 +47,7 @@ def film(
     on_frame: Callable[[int, int], None],
     clip: Clip | None = None,
 ) -> None:
-    """Renders a run, or a clip of one, into a video file.
+    """Render a run, or a clip of one, into a video file.
 
     Args:
         replay: The run.
@@ -134,7 +134,7 @@ def _model(path: Path, replay: Replay, video: Video) -> mujoco.MjModel:
 
 
 def _only(group: int) -> mujoco.MjvOption:
-    """Shows the geoms of one group."""
+    """Show the geoms of one group."""
     option = mujoco.MjvOption()
     option.geomgroup[:] = 0
     option.geomgroup[group] = 1

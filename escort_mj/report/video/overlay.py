@@ -130,7 +130,7 @@ class Overlay:
             self._text(draw, at, f"{_named(lost)} lost", SOFT, _font(self._px(16)))
 
     def _ramp(self, draw: ImageDraw.ImageDraw, left: int, middle: int) -> int:
-        """Draws the colors of a large team, and returns where they end."""
+        """Draw the colors of a large team, and return where they end."""
         width, half = self._px(220), self._px(8)
         for column in range(width):
             ink = self._inks[column * self.count // width]
@@ -149,7 +149,7 @@ class Overlay:
         touching: Flags,
         lost: Flags,
     ) -> int:
-        """Draws a numbered dot per robot, and returns where they end."""
+        """Draw a numbered dot per robot, and return where they end."""
         radius, step = self._px(12), self._px(34)
         for index, ink in enumerate(self._inks):
             at = (left + radius + index * step, middle)

@@ -34,7 +34,7 @@ class Scenery:
     """
 
     def __init__(self, replay: Replay, speed: float, width: int) -> None:
-        """Prepares the marks that never change.
+        """Prepare the constant marks.
 
         Args:
             replay: The run.
@@ -52,7 +52,7 @@ class Scenery:
         self._safe = np.maximum(replay.safe_radius, 0.0)
 
     def draw(self, scene: mujoco.MjvScene, moment: Moment, avoiding: Flags, touching: Flags) -> None:
-        """Adds the marks of one moment to a scene that holds the model.
+        """Add the marks of one moment to a scene that holds the model.
 
         Args:
             scene: MuJoCo's scene, just updated from the data.

@@ -80,7 +80,7 @@ def load_model(path: Path, coordinates: int) -> mujoco.MjModel:
 
 
 def pose(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, targets: Mapping[str, Array]) -> None:
-    """Puts every body where it was.
+    """Restore the position of every body.
 
     Args:
         model: The model.

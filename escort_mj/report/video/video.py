@@ -40,7 +40,7 @@ _NOT_WRITTEN = 4  # exit code of the child where the video has no room on the di
 def render_video(
     folder: str | os.PathLike[str], video: Video | None = None, progress: Progress | None = None
 ) -> Path:
-    """Renders the video of a run folder.
+    """Render the video of a run folder.
 
     Args:
         folder: A run folder.
@@ -60,7 +60,7 @@ def render_video(
 
 
 def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> Path:
-    """Renders a few seconds around the worst moment of a run folder whose verdicts failed.
+    """Render a few seconds around the worst moment of a run folder whose verdicts failed.
 
     Args:
         folder: A run folder.
@@ -79,7 +79,7 @@ def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> P
 
 
 def _render(run: StoredRun, name: str, options: list[str], progress: Progress | None) -> Path:
-    """Lets a child process draw one file of a run folder."""
+    """Let a child process draw one file of a run folder."""
     if run.trace.sizes["time"] == 0:
         raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
     backend, reason = choose_backend()
@@ -121,7 +121,7 @@ def _environment(backend: str) -> dict[str, str]:
 
 
 def _watch(child: subprocess.Popen[str], progress: Progress | None) -> None:
-    """Reads what the child says until it has nothing more to say.
+    """Read the output of the child until it ends.
 
     Raises:
         RenderError: If it says nothing for too long.
@@ -163,7 +163,7 @@ def _reason(code: int, errors: IO[str], folder: Path) -> str:
 
 
 def render_here(arguments: list[str] | None = None) -> int:
-    """Renders one folder in this process. MUJOCO_GL must name a back end that works.
+    """Render one folder in this process. MUJOCO_GL must name a back end that works.
 
     Returns:
         The exit code.
@@ -205,7 +205,7 @@ def ending(run: StoredRun) -> tuple[str, bool]:
 
 
 def _film(run: StoredRun, video: Video, short: bool) -> None:
-    """Renders a run that was opened, or only its clip."""
+    """Render a run that was opened, or only its clip."""
     from escort_mj.report.video.clip import plan_clip
     from escort_mj.report.video.film import film
     from escort_mj.report.video.replay import replay_of

@@ -230,7 +230,7 @@ class _Reader:
         return table
 
     def refuse(self, event: Any, path: Path) -> None:
-        """Notes what is not read at all; the first of each kind, for a bomb has many."""
+        """Note what is not read at all; the first of each kind, for a bomb has many."""
         if isinstance(event, yaml_events.AliasEvent):
             self.fault_once("anchor", event, path, f"found the alias *{event.anchor}; write the value out")
         elif event.anchor is not None:

@@ -32,7 +32,7 @@ NO_DEMAND = {"sanity": "all"}  # an expectation that nothing can be wrong with s
 def load_file(
     path: str | os.PathLike[str], overrides: Overrides = (), plugins: Sequence[str] = ()
 ) -> Scenario:
-    """Reads and checks a scenario file.
+    """Read and check a scenario file.
 
     Args:
         path: A YAML file.
@@ -51,7 +51,7 @@ def load_file(
 def parse_scenario(
     text: str, source: str = "<text>", overrides: Overrides = (), plugins: Sequence[str] = ()
 ) -> Scenario:
-    """Reads and checks a scenario given as YAML text.
+    """Read and check a scenario given as YAML text.
 
     Args:
         text: The YAML.
@@ -71,7 +71,7 @@ def scenario_of(
     plugins: Sequence[str] = (),
     kind: type[Scenario] | None = None,
 ) -> Scenario:
-    """Checks a scenario given as Python's own data; NumPy's arrays and scalars do for lists and numbers.
+    """Check a scenario given as Python's own data; NumPy's arrays and scalars do for lists and numbers.
 
     Args:
         data: Keys and values as in a file, or a scenario to be changed; plugin files that it names are looked
@@ -137,7 +137,7 @@ class Template:
     """
 
     def __init__(self, text: str, source: str = "<text>") -> None:
-        """Reads the text.
+        """Read the text.
 
         Args:
             text: The YAML.
@@ -188,7 +188,7 @@ def _scenario(
     source: str,
     kind: type[Scenario] | None = None,
 ) -> Scenario:
-    """Checks what a document and overrides say together."""
+    """Check a document together with its overrides."""
     findings: list[Finding] = []
     data, wrong = read_tables(data, FilePath(source).parent)
     if kind is None:

@@ -32,7 +32,7 @@ class Location(NamedTuple):
 
 
 def locate(location: Path, root: type[BaseModel] = Scenario) -> Location:
-    """Follows a key path, or the location of a pydantic error, which names union members on its way.
+    """Follow a key path, or the location of a pydantic error, which names union members on its way.
 
     Args:
         location: Keys and list indices.

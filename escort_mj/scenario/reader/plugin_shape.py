@@ -23,7 +23,7 @@ PARAMETERS: dict[type, list[str]] = {Law: ["self", "robots"], Behavior: ["self",
 
 
 def check_shape(model: type[Any], source: str) -> None:
-    """Checks a class of a plugin.
+    """Check a class of a plugin.
 
     Args:
         model: Derives from one of the base classes.
@@ -51,7 +51,7 @@ def check_shape(model: type[Any], source: str) -> None:
 
 
 def check_metric(metric: Metric, source: str) -> None:
-    """Checks a metric of a plugin.
+    """Check a metric of a plugin.
 
     Raises:
         PluginError: If its name or function is not as it must be.

@@ -123,7 +123,7 @@ def source_of(written: Any, folder: Path) -> PluginSource:
 
 
 def load_plugin(source: PluginSource) -> Plugin:
-    """Loads a plugin, or finds it loaded already.
+    """Load a plugin, or find it loaded already.
 
     Raises:
         PluginError: If it is not there, is not what its digest says, cannot be loaded, or is no plugin.

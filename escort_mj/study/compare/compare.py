@@ -56,7 +56,7 @@ def compare(
     again: bool = False,
     progress: Callable[[float, float], None] | None = None,
 ) -> Findings:
-    """Runs a scenario under several laws and outer loops, where that has not been done, and compares them.
+    """Run a scenario under several laws and outer loops, where that has not been done, and compare them.
 
     Args:
         scenario: What to run; its own law's gains go to the other laws where they mean the same.
@@ -115,7 +115,7 @@ def trial_scenario(base: Scenario, trial: Trial) -> Scenario:
 
 
 def fly_trial(task: RunJob[Trial]) -> Result:
-    """Runs a trial, unless its folder holds it already, and measures it."""
+    """Run a trial, unless its folder holds it already, and measure it."""
     ended = run_once(task)
     values: dict[str, float | None] = dict.fromkeys(QUANTITIES)
     if ended.trace is not None and ended.outcome == Outcome.COMPLETED.value:

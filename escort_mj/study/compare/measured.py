@@ -93,7 +93,7 @@ class Measured:
 
 
 def measured(simulation: PaperRun, outcome: str, message: str, trace: xarray.Dataset | None) -> Measured:
-    """Measures a run; one that did not reach its end has no steady state, only least distances.
+    """Measure a run; one that did not reach its end has no steady state, only least distances.
 
     Args:
         simulation: Which run.

@@ -34,7 +34,7 @@ class Done(NamedTuple):
 
 
 def fly_simulation(task: RunJob[PaperRun]) -> Done:
-    """Runs a simulation, unless its folder holds it already, and measures it.
+    """Run a simulation, unless its folder holds it already, and measure it.
 
     Raises:
         UsageError: If the folder holds something else, or another process is writing in it.
@@ -53,7 +53,7 @@ def reproduce(
     again: bool = False,
     progress: Callable[[float, float], None] | None = None,
 ) -> Findings:
-    """Runs the paper's simulations, those that have not run before, draws its figures and writes the table.
+    """Run the paper's simulations, those that have not run before, draw its figures and write the table.
 
     Args:
         scenarios: Folder of the shipped scenarios.
@@ -107,7 +107,7 @@ def reproduce(
 
 
 def measured_before(task: RunJob[PaperRun]) -> Measured | None:
-    """Measures a simulation that has ended before; None if there is no such run."""
+    """Measure a simulation that has ended before; None if there is no such run."""
     stored = finished(task)
     if stored is None:
         return None

@@ -86,7 +86,7 @@ def lines_of(kind: str, ended: Sequence[tuple[str, str, str, bool]]) -> list[str
 
 
 def run_once(task: RunJob[Any]) -> Ended:
-    """Makes a run, unless its folder holds it already.
+    """Make a run, unless its folder holds it already.
 
     Raises:
         UsageError: If the folder holds something else, or another process is writing in it.

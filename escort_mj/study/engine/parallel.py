@@ -52,7 +52,7 @@ class _Context(ForkServerContext):
 
 
 def parent_of_workers() -> _Context:
-    """Starts the process that worker processes are forked from, or finds it.
+    """Start the process that worker processes are forked from, or find it.
 
     It imports what a run needs, once for all workers, while this process gets ready itself: call this early.
     Workers are not forked from this process, whose threads and native callbacks would not survive it. Ctrl-C
@@ -86,7 +86,7 @@ def _end_parent(number: int | None) -> None:
 
 
 def _die_with_parent() -> None:
-    """Ends this worker when the process that wants its results is gone, however that ended."""
+    """End this worker when the process that wants its results is gone, however that ended."""
     parent = multiprocessing.parent_process()
     assert parent is not None, "a worker has a parent"
 
@@ -240,7 +240,7 @@ def side_by_side(
     progress: Callable[[float, float], None] | None = None,
     lost: Callable[[Item, str], Result] | None = None,
 ) -> list[Result]:
-    """Calls a function for every item.
+    """Call a function for every item.
 
     Processes, not threads: a run takes samples in Python between its native stretches, and on two cores two
     threads need longer than one after the other.

@@ -91,7 +91,7 @@ class Store:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Opens the results in a folder, or begins them.
+        """Open the results in a folder, or create them.
 
         Raises:
             UsageError: If the file is no store of this format, or cannot be written.
@@ -177,7 +177,7 @@ class Store:
         return sum(not _lapsed(owner, since, now) for owner, since in claims)
 
     def put(self, row: Row) -> None:
-        """Writes a run, once and for all: a run that is there stays as it is."""
+        """Write a run, once and for all: a run that is there stays as it is."""
         values: dict[str, Any] = {
             **row._asdict(),
             "settings": json.dumps(row.settings),

@@ -59,7 +59,7 @@ def _template(text: str, source: str) -> Template:
 
 
 def perform(job: Job) -> Row:
-    """Makes one run and sums it up; whatever goes wrong is a row, too."""
+    """Make one run and summarize it; an error becomes a row too."""
     began = time.perf_counter()
     try:
         scenario = _template(job.text, job.source).scenario(job.settings | {"seed": job.seed})

@@ -30,7 +30,7 @@ class Asker:
         batch: int,
         goals: Sequence[Goal] = ("minimize",),
     ) -> None:
-        """Sets an optimizer up.
+        """Set an optimizer up.
 
         Args:
             box: Keys and their ranges.
@@ -71,7 +71,7 @@ class Asker:
             self._study = optuna.create_study(sampler=samplers[method](), directions=list(goals))
 
     def suggest(self, point: Mapping[str, float | int]) -> None:
-        """Has a point of one's own asked for next."""
+        """Add a given point as the next one to try."""
         self._study.enqueue_trial(dict(point))
 
     def ask(self, count: int) -> list[Point]:
@@ -97,7 +97,7 @@ class Asker:
         values: Sequence[Sequence[float] | None],
         violations: Sequence[Mapping[str, float]] | None = None,
     ) -> None:
-        """Answers the points that were asked for last.
+        """Answer the points that were asked for last.
 
         Args:
             values: Of each point; None for one that cannot be tried.

@@ -36,7 +36,7 @@ class Evaluator:
     """
 
     def __init__(self, design: Design, out: Path, backend: Backend[Job, Row]) -> None:
-        """Opens the store.
+        """Open the store.
 
         Args:
             design: The study's.
@@ -81,7 +81,7 @@ class Evaluator:
         return self.design.scenario(*_placed(point, self.design, cell, first))
 
     def write(self, path: Path, point: Point, scenario: Scenario, title: str) -> Scenario:
-        """Writes a scenario of a point as a file that runs, and says at its top what the search moved.
+        """Write the scenario of a point as a file, with the keys that the search changed at its top.
 
         Args:
             path: The file; its name is the scenario's.

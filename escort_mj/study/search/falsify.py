@@ -143,7 +143,7 @@ class _Hunt:
                 progress(min(evaluator.asked, search.runs), search.runs)
 
     def look(self, point: Point, rows: list[Row] | None) -> float | None:
-        """Notes what came of a point; returns its robustness, None where it is impossible."""
+        """Record the result of a point; return its robustness, or None for an impossible point."""
         if rows is None:
             self.impossible += 1
             return None

@@ -108,7 +108,7 @@ def is_study(document: Document) -> bool:
 
 
 def load_study(path: str | os.PathLike[str]) -> StudyFile:
-    """Reads and checks a study file; the scenario that it names is read by `design.Design`.
+    """Read and check a study file; the scenario that it names is read by `design.Design`.
 
     Raises:
         UsageError: If there is no such file or it cannot be read.

@@ -123,7 +123,7 @@ class Design:
         return len(self.cells) * len(self.seeds)
 
     def _try_cells(self) -> None:
-        """Checks every cell with the first seed.
+        """Check every cell with the first seed.
 
         Raises:
             ScenarioError: With the faults of the cells; each fault once.

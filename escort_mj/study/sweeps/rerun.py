@@ -77,7 +77,7 @@ class Agreement:
 def rerun_folder(
     path: Path, out: Path | None = None, tolerance: float = TOLERANCE, progress: Progress | None = None
 ) -> Agreement:
-    """Makes the run of a run folder again.
+    """Make the run of a run folder again.
 
     Args:
         path: The run folder. Of a run that was stopped, what it recorded is compared.
@@ -121,7 +121,7 @@ def _changed_plugins(stored: StoredRun) -> tuple[str, ...]:
 
 
 def compare_runs(stored: StoredRun, run: Flight, tolerance: float = TOLERANCE) -> Agreement:
-    """Compares a stored run with one made of the same scenario."""
+    """Compare a stored run with one made of the same scenario."""
     then, now = stored.trace, run.trace
     ended = stored.outcome["outcome"] in FINAL
     if not ended:  # it was stopped: as far as it came

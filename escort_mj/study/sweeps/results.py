@@ -94,7 +94,7 @@ class Results:
     """
 
     def __init__(self, facts: Mapping[str, Any], rows: Mapping[str, Row]) -> None:
-        """Puts them side by side.
+        """Compare them side by side.
 
         Args:
             facts: As `facts_of` has them.

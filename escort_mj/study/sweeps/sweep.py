@@ -56,7 +56,7 @@ def sweep(
     confirmed: bool = False,
     progress: Progress | None = None,
 ) -> Swept:
-    """Makes the runs that are missing.
+    """Make the runs that are missing.
 
     Args:
         design: The study's.
@@ -105,7 +105,7 @@ def sweep_line(design: Design, done: Swept) -> str:
 
 
 def check_size(file: StudyFile, out: Path) -> None:
-    """Refuses a study that is too large to begin unasked, before its cells are laid out.
+    """Refuse a study that is too large to begin unasked, before its cells are laid out.
 
     Args:
         file: The checked study.
@@ -135,7 +135,7 @@ def _missing(runs: Sequence[Keyed], store: Store) -> list[Keyed]:
 
 
 def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, workers: int) -> int:
-    """Makes one run to judge how long all will take; returns how many it made.
+    """Make one run to estimate how long all of them take; return how many it made.
 
     Raises:
         UsageError: If that is too many or too long.
@@ -167,7 +167,7 @@ def make(
     total: int,
     progress: Progress | None,
 ) -> int:
-    """Makes what no other process makes, then waits for those and makes what they leave.
+    """Make the runs that no other process makes, then wait for the others and make what they leave.
 
     Args:
         jobs: Runs that the store did not have.
@@ -223,7 +223,7 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
 
 
 def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
-    """Writes the runs as comma-separated values: what was varied, how it ended, every metric."""
+    """Write the runs as comma-separated values: what was varied, how it ended, every metric."""
     facts = ("seed", "outcome", "passed", "simulated_time", "message", "key")
     lines: list[list[object]] = [
         [*design.factors, *(["point"] if design.study.sample else []), *facts, *METRIC_NAMES]

@@ -51,7 +51,7 @@ def worst_runs(results: Results, quantities: Iterable[str], each: int) -> Iterat
 
 
 def write_scenario(results: Results, run: Planned, folder: Path) -> Path | None:
-    """Writes the complete scenario of a run into `worst/` of the study's folder.
+    """Write the complete scenario of a run into `worst/` of the study's folder.
 
     Args:
         results: The study's.

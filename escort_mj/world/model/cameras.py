@@ -20,7 +20,7 @@ MARGIN = 1.08
 def add_cameras(
     tree: Element, target: Element, scenario: Scenario, low: NDArray[Any], high: NDArray[Any]
 ) -> None:
-    """Adds the cameras and the extent of the scene.
+    """Add the cameras and the extent of the scene.
 
     Args:
         tree: MJCF tree.

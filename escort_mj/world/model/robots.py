@@ -155,7 +155,7 @@ def _add_motor(
 
 
 def _shape(body: Element, name: str, kind: RobotKind, mass: float, radius: float, axes: int) -> None:
-    """Has a kind give its body sizes and masses.
+    """Have a kind give its body sizes and masses.
 
     Raises:
         PluginError: If it raises an error, or has other coordinates than it says.

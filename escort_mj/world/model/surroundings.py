@@ -97,7 +97,7 @@ def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence
 
 
 def _set_free(body: Element, geom: Element, name: str, drive: Drive, stage: Stage, start: Array) -> None:
-    """Lets a body slide along the mission's axes, with its mass; its weight is borne."""
+    """Let a body slide along the mission's axes, with its mass; its weight is borne."""
     set_attributes(geom, mass=drive.mass)
     set_attributes(body, gravcomp=1.0)
     for axis, value in zip(stage.directions, start[stage.axes], strict=True):
