@@ -55,7 +55,12 @@ class TestWatchedBetweenSamples:
         part, whole = window(trace, 2.0), trace.isel(time=slice(1, None))
         changed = {name for name in whole if part[name].values.tobytes() != whole[name].values.tobytes()}
         looks_back = {one.name for one in SIGNALS if "since the previous sample" in one.meaning}
-        assert changed | {"speed_max", "kinetic_energy", "target_speed_max"} == looks_back | {
+        assert changed | {
+            "speed_max",
+            "kinetic_energy",
+            "target_speed_max",
+            "obstacle_speed_max",
+        } == looks_back | {
             "clearance_body",
             "target_clearance_body",
         }
