@@ -111,6 +111,34 @@ def test_a_page_of_a_run_in_memory(made: Run, tmp_path: Path) -> None:
     assert made.folder is None
 
 
+def test_a_run_is_viewed_until_it_is_interrupted(made: Run, monkeypatch, capsys) -> None:
+    class Viewer:
+        url = "http://here"
+
+        def __init__(self, tape: object, *where: object) -> None:
+            assert tape.title == "two" and where == ("127.0.0.1", 8080, 2.0)
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error: object) -> None:
+            print("stopped")
+
+        def run(self, ended: object) -> None:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("escort_mj.view.viewer.Viewer", Viewer)
+    monkeypatch.setattr("escort_mj.view.viewer.require_viser", lambda: None)
+    made.view(speed=2.0)
+    assert capsys.readouterr().out == "two at http://here\nstopped\n"
+
+
+def test_a_cell_is_shown_without_a_picture_where_none_can_be_drawn(made: Run, monkeypatch) -> None:
+    monkeypatch.setattr("escort_mj.report.figures.figures.thumbnail_of", lambda trace: 1 / 0)
+    run = Run(made._source)
+    assert "<img" not in run._repr_html_() and "force_rms" in run._repr_html_()
+
+
 def test_runs_are_exported(made: Run, tmp_path: Path) -> None:
     assert made.export(tmp_path / "run.csv").read_text().startswith("time,q.robot_1.x,")
     assert made.export(tmp_path / "run.xml").read_text().startswith("<mujoco")
