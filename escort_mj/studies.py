@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from escort_mj.study.sweeps.design import Design
 
 ShowProgress = bool | Progress | None
+AnyStudy = str | os.PathLike[str] | Mapping[str, Any]
 
 
 @dataclass(frozen=True, repr=False)
@@ -72,7 +73,7 @@ class StudyResult:
 
 
 def lay_out(
-    study: str | os.PathLike[str],
+    study: AnyStudy,
     out: str | os.PathLike[str] | None,
     workers: int | None,
     confirmed: bool = True,
@@ -80,7 +81,7 @@ def lay_out(
     """Return the design of a study, the folder of its results, and the number of workers.
 
     Args:
-        study: Study file, or name of a shipped study.
+        study: Study file, name of a shipped study, or a mapping with the keys of a file.
         out: Folder for the results; None for `renders/studies/NAME`.
         workers: Number of workers; None for one per core.
         confirmed: Whether the study may exceed its own `at_most`.
@@ -93,7 +94,7 @@ def lay_out(
     from escort_mj.study.sweeps.design import Design
     from escort_mj.study.sweeps.sweep import check_size
 
-    file = load_study(study_path(study))
+    file = load_study(study if isinstance(study, Mapping) else study_path(study))
     folder = Path(out) if out is not None else Path("renders") / "studies" / file.study.study
     if not confirmed:
         check_size(file, folder)
@@ -101,7 +102,7 @@ def lay_out(
 
 
 def sweep(
-    study: str | os.PathLike[str],
+    study: AnyStudy,
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
@@ -113,7 +114,7 @@ def sweep(
     """Make the missing runs of a study.
 
     Args:
-        study: Study file, or name of a shipped study.
+        study: Study file, name of a shipped study, or a mapping with the keys of a file.
         out: Folder of results; None for `renders/studies/NAME`.
         workers: Number of parallel runs; None for one per core.
         backend: Local processes, threads, or a Dask cluster.
@@ -234,7 +235,7 @@ def reproduce(
 
 
 def tune(
-    study: str | os.PathLike[str],
+    study: AnyStudy,
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
@@ -243,7 +244,7 @@ def tune(
     """Tune values of a scenario within the bounds of a study's section `tune`.
 
     Args:
-        study: Study file, or name of a shipped study.
+        study: Study file, name of a shipped study, or a mapping with the keys of a file.
         out: Folder of results; None for `renders/studies/NAME`. Its `best.yaml` is the best scenario.
         workers: Number of processes; None for one per core.
         progress: As for `sweep`.
@@ -272,7 +273,7 @@ def tune(
 
 
 def falsify(
-    study: str | os.PathLike[str],
+    study: AnyStudy,
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
@@ -281,7 +282,7 @@ def falsify(
     """Search within the bounds of a study's section `falsify` for missions that violate a verdict.
 
     Args:
-        study: Study file, or name of a shipped study.
+        study: Study file, name of a shipped study, or a mapping with the keys of a file.
         out: Folder of results; None for `renders/studies/NAME`.
         workers: Number of processes; None for one per core.
         progress: As for `sweep`.

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import escort_mj
 from escort_mj.study.compare.runs import Findings
+from escort_mj.study.sweeps.definition import load_study
 
 SCENARIO = """
 name: one
@@ -94,3 +96,14 @@ def test_claims_of_the_paper_are_a_table(tmp_path: Path, monkeypatch: pytest.Mon
     assert result.table.to_dict("records") == [
         {"section": "4", "figures": "5", "claim": "it settles", "rule": "in time", "holds": "yes"}
     ]
+
+
+def test_a_study_may_be_a_mapping(study: str) -> None:
+    keys = {"study": "keys", "scenario": "one.yaml", "vary": {"robots.mass": np.array([1.0, 2.0])}}
+    result = escort_mj.sweep(keys, "out", workers=1, confirmed=True)
+    assert result.table["robots.mass"].tolist() == [1.0, 2.0]
+    assert load_study("out/study.yaml").study.vary == {"robots.mass": (1.0, 2.0)}
+    again = escort_mj.sweep(keys, "out", workers=1)
+    assert " 0 made now, 2 had been made before" in again.lines[0]
+    with pytest.raises(escort_mj.ScenarioError, match=r"masss\[0\]: .*robots.masss: is not a key"):
+        escort_mj.sweep(keys | {"vary": {"robots.masss": [1]}})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal
 
@@ -15,7 +15,9 @@ from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, key_path, listed, parse_key_path
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.document import Document, read_document
+from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import read_text, tuples
+from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.schema.fields import RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.parameters import NAME, names_in_braces
@@ -91,10 +93,11 @@ class StudyFile:
     Attributes:
         path: The file.
         study: What it says.
+        text: The same as YAML.
     """
 
-    def __init__(self, path: FilePath, study: Study, document: Document) -> None:
-        self.path, self.study, self._document = path, study, document
+    def __init__(self, path: FilePath, study: Study, document: Document, text: str) -> None:
+        self.path, self.study, self._document, self.text = path, study, document, text
 
     def fault(self, message: str, *path: str | int) -> Fault:
         """A fault with its place in the file."""
@@ -107,15 +110,23 @@ def is_study(document: Document) -> bool:
     return isinstance(document.data, dict) and "study" in document.data
 
 
-def load_study(path: str | os.PathLike[str]) -> StudyFile:
-    """Read and check a study file; the scenario that it names is read by `design.Design`.
+def load_study(given: str | os.PathLike[str] | Mapping[str, Any]) -> StudyFile:
+    """Read and check a study; the scenario that it names is read by `design.Design`.
+
+    Args:
+        given: A file; or keys and values as in a file, whose scenario is looked for from here.
 
     Raises:
         UsageError: If there is no such file or it cannot be read.
         ScenarioError: With every fault found.
     """
-    source = os.fspath(path)
-    document = read_document(read_text(FilePath(source)), source)
+    if isinstance(given, Mapping):
+        source, document = "study", document_of(given)
+        text = "".join(f"{key}: {flow(value)}\n" for key, value in document.data.items())
+    else:
+        source = os.fspath(given)
+        text = read_text(FilePath(source))
+        document = read_document(text, source)
     if not is_study(document):
         message = "is no study: a study names itself with the key study, and its scenario with scenario"
         raise ScenarioError([Fault(message, source=source)])
@@ -126,7 +137,7 @@ def load_study(path: str | os.PathLike[str]) -> StudyFile:
     else:
         findings = list(_findings(study))
         if not findings:
-            return StudyFile(FilePath(source), study, document)
+            return StudyFile(FilePath(source), study, document, text)
     faults = []
     for finding in findings:
         place = document.place(finding.path, finding.at_key)

@@ -22,6 +22,7 @@ from escort_mj.study.sweeps.definition import StudyFile, cells_of
 from escort_mj.study.sweeps.design import Design, Planned
 from escort_mj.study.sweeps.results import write_design
 
+CONFIRMING = "--yes (in Python confirmed=True) makes them"
 TABLE = "runs.csv"
 CLAIMED_AT_ONCE = 16  # runs
 BEAT = 30.0  # s between two signs of life
@@ -78,7 +79,7 @@ def sweep(
         return f"{ended} of {len(planned)} runs are kept in {out}; the same command makes the others"
 
     with Store(out) as store, stopping.keeping(kept):
-        write_text(out / "study.yaml", design.file.path.read_text(encoding="utf-8"))
+        write_text(out / "study.yaml", design.file.text)
         write_design(design, out)
         missing = _missing(planned, store)
         made = 0
@@ -125,7 +126,7 @@ def _refuse_many(file: StudyFile, runs: int) -> None:
     """Raises UsageError if there are more runs to make than the study allows."""
     if runs > (most := file.study.at_most.runs):
         raise UsageError(
-            f"{file.path}: takes {runs} runs, more than at_most.runs allows ({most}); --yes makes them"
+            f"{file.path}: takes {runs} runs, more than at_most.runs allows ({most}); {CONFIRMING}"
         )
 
 
@@ -155,7 +156,7 @@ def _weigh(design: Design, missing: Sequence[Planned], store: Store, out: Path, 
         raise UsageError(
             f"{design.file.path}: {len(missing)} runs of about {row.wall_time:.2g} s each would take "
             f"{hours:.2g} h on {workers} workers, more than at_most.hours allows ({most.hours:g}); "
-            "--yes makes them"
+            f"{CONFIRMING}"
         )
     return 1
 
