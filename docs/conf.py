@@ -21,7 +21,8 @@ author = PROJECT["authors"][0]["name"]
 copyright = author
 version = release = PROJECT["version"]
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
+nb_execution_mode = "off"  # `python -m benchmarks.notebooks` runs them
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 napoleon_use_ivar = True

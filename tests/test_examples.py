@@ -3,6 +3,7 @@
 import contextlib
 import io
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -20,8 +21,11 @@ def test_many_missions(compiled: None) -> None:
     assert " of 3 missions passed; least clearance 0." in made.stdout
 
 
-def test_the_notebook_runs_and_shows_what_it_showed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    book = json.loads((EXAMPLES / "first_mission.ipynb").read_text(encoding="utf-8"))
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)
+def test_a_notebook_runs_and_prints_what_it_shows(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compiled: None
+) -> None:
+    book = json.loads(path.read_text(encoding="utf-8"))
     matplotlib.use("agg")
     monkeypatch.setattr("matplotlib.pyplot.show", lambda: None)
     monkeypatch.chdir(tmp_path)
@@ -30,8 +34,13 @@ def test_the_notebook_runs_and_shows_what_it_showed(tmp_path: Path, monkeypatch:
     with contextlib.redirect_stdout(now):
         for cell in book["cells"]:
             if cell["cell_type"] == "code":
-                exec(compile("".join(cell["source"]), "first_mission.ipynb", "exec"), names)
+                exec(compile("".join(cell["source"]), path.name, "exec"), names)
                 shown += [text for output in cell["outputs"] for text in output.get("text", ())]
-    assert now.getvalue().splitlines()[:5] == "".join(shown).splitlines()[:5]  # the verdicts
+    assert words(now.getvalue()) == words("".join(shown))
     pictures = [output for cell in book["cells"] for output in cell.get("outputs", ()) if "data" in output]
-    assert sum("image/png" in picture["data"] for picture in pictures) == 2
+    assert any("image/png" in picture["data"] for picture in pictures)
+
+
+def words(text: str) -> str:
+    """Text without its digits: they depend on the processor."""
+    return re.sub(r"[\d.]+", "#", text)

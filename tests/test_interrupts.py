@@ -228,7 +228,9 @@ def interrupted(bench: Bench, name: str, out: str, chance: random.Random) -> Tol
     if told.code in (0, 1, -number) and said and not err:
         return None  # it had ended: only Python had not
     assert told.code == 130, about
-    assert err.startswith("escort-mj: interrupted; ") and err.count("\n") == 1, about
+    *notes, last = err.splitlines()
+    assert last.startswith("escort-mj: interrupted; "), about
+    assert all("the trace will take" in note or "is there already" in note for note in notes), about
     assert told.seconds < max(patience, soon(COMMANDS[name].cold)), about
     return told
 

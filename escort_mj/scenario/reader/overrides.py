@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path as FilePath
 from typing import Any
 
 from escort_mj.errors import Fault, ScenarioError
@@ -10,6 +11,7 @@ from escort_mj.scenario.findings import Path, key_path, parse_key_path, shortene
 from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, read_document
 from escort_mj.scenario.reader.paths import locate, models, tag_of
 from escort_mj.scenario.reader.plain import document_of
+from escort_mj.scenario.reader.plugins import placed_in
 
 Overrides = Sequence[str] | Mapping[str, Any]
 
@@ -23,6 +25,8 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
     """
     faults: list[Fault] = []
     for place, path, value in _read(overrides, faults):
+        if path == ("plugins",):
+            value = placed_in(FilePath(), value)
         try:
             _set(document, path, value, place)
         except ScenarioError as error:

@@ -83,6 +83,26 @@ _loaded: dict[tuple[str, str], Plugin] = {}  # by file or package, and digest
 _loading = threading.RLock()  # a plugin may load scenarios while it is loaded
 
 
+def placed_in(folder: Path, written: Any) -> Any:
+    """Return a list of plugins with absolute paths; anything but a list is returned as it is.
+
+    Args:
+        folder: Where the paths begin: the current folder for a command, its own for a study.
+        written: The value of the key `plugins`.
+    """
+    if not isinstance(written, list | tuple):
+        return written
+    return [_placed(folder, one) for one in written]
+
+
+def _placed(folder: Path, one: Any) -> Any:
+    if isinstance(one, str) and (one.endswith(".py") or "/" in one):
+        return str((folder / one).absolute())
+    if isinstance(one, dict) and isinstance(one.get("file"), str):
+        return one | {"file": str((folder / one["file"]).absolute())}
+    return one
+
+
 def source_of(written: Any, folder: Path) -> PluginSource:
     """Where a plugin is that is named by a file or package, or by a table with one of the two.
 

@@ -22,6 +22,7 @@ from escort_mj.recognize import scenario_names
 from escort_mj.scenario.findings import did_you_mean, parse_key_path, shortened
 from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
 from escort_mj.scenario.reader.load import Template, read_text
+from escort_mj.scenario.reader.plugins import placed_in
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.definition import Sample, Study, StudyFile, values_of
 from escort_mj.study.sweeps.parameters import filled
@@ -242,7 +243,10 @@ def _cells(file: StudyFile, searched: Mapping[str, Any] = MappingProxyType({})) 
             for number, point in points:
                 labels = label | varied | point
                 settings = dict(study.set) | case | varied | point | dict(searched)
-                yield Cell(labels | number, _settled(study, settings))
+                settled = _settled(study, settings)
+                if "plugins" in settled:
+                    settled["plugins"] = placed_in(file.path.parent, settled["plugins"])
+                yield Cell(labels | number, settled)
 
 
 def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
