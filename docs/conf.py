@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 import tomllib
 from html import escape
 from pathlib import Path
@@ -14,6 +15,8 @@ from sphinx.application import Sphinx
 from sphinx.util.logging import getLogger
 
 LOG = getLogger(__name__)
+HERE = Path(__file__).parent
+NOTEBOOKS = HERE / "notebooks"  # copies: Sphinx reads nothing outside of its folder
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
 
 project = "escort_mj"
@@ -31,6 +34,11 @@ smartquotes = False  # -- begins an option
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 exclude_patterns = ["site"]
+copybutton_exclude = ".linenos, .gp, .go"
+
+shutil.copytree(
+    HERE.parent / "examples", NOTEBOOKS, dirs_exist_ok=True, ignore=shutil.ignore_patterns("*.py", "plugins")
+)
 
 html_theme = "furo"
 html_title = f"escort_mj {version}"

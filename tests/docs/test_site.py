@@ -58,8 +58,10 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_no_page_is_left_out() -> None:
     text = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     trees = "\n".join(re.findall(r"^```{toctree}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL))
-    listed = re.findall(r"^(?:.*<(\w+)>|(\w+))$", trees, flags=re.MULTILINE)
-    assert sorted("".join(pair) for pair in listed) == [page.stem for page in PAGES if page.stem != "index"]
+    listed = re.findall(r"^(?:.*<([\w/]+)>|([\w/]+))$", trees, flags=re.MULTILINE)
+    pages = [page.stem for page in PAGES if page.stem != "index"]
+    pages += [f"notebooks/{book.stem}" for book in (ROOT / "examples").glob("*.ipynb")]
+    assert sorted("".join(pair) for pair in listed) == sorted(pages)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
