@@ -1,9 +1,14 @@
 """Scenarios for learned policies: the same worlds, sensors and native step, commanded from outside.
 
-`Simulation` needs nothing beyond the core; `parallel_env` and `EscortEnv` need the extra `rl` (PettingZoo and
-Gymnasium); `dm_environment` needs dm_env, which comes with dm_control.
+`Simulation` needs nothing beyond the core; `parallel`, `single` and `vector` need the extra `rl` (PettingZoo
+and Gymnasium); `dm` needs dm_env, which comes with dm_control; `dataset` needs the extra `minari`. Where
+Gymnasium is installed, importing this package registers `escort_mj/Escort-v0` with it.
 """
 
-from escort_mj.environments.simulation import Reward, Simulation
+from escort_mj.environments.registration import register
+from escort_mj.environments.senses import Reward
+from escort_mj.environments.simulation import Simulation
 
 __all__ = ["Reward", "Simulation"]
+
+register()

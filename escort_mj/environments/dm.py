@@ -7,7 +7,9 @@ import numpy as np
 from dm_env import specs
 from numpy.typing import NDArray
 
-from escort_mj.environments.simulation import Command, Reward, Simulation
+from escort_mj.environments.seeds import Seeds
+from escort_mj.environments.senses import Command, Reward
+from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 
@@ -28,20 +30,21 @@ class EscortEnvironment(dm_env.Environment):
     ) -> None:
         """Prepare a scenario; arguments as of `Simulation`."""
         self.simulation = Simulation(scenario, command, reward)
+        self._seeds = Seeds(self.simulation.scenario.seed)
         self._ended = True
 
     def reset(self) -> dm_env.TimeStep:
-        """Start the mission again."""
-        self.simulation.reset()
+        """Start the next mission: the scenario's own at first, then each with a seed drawn after that one."""
+        self.simulation.reset(self._seeds.next())
         self._ended = False
-        return dm_env.restart(self.simulation.observe())
+        return dm_env.restart(self.simulation.observe_within())
 
     def step(self, action: Array) -> dm_env.TimeStep:
-        """Advances to the next sample; the first step, and the one after the last, start again."""
+        """Advance to the next sample; the first step, and the one after the last, start again."""
         if self._ended:
             return self.reset()
         reward = float(self.simulation.step(action).mean())
-        observation, outcome = self.simulation.observe(), self.simulation.outcome
+        observation, outcome = self.simulation.observe_within(), self.simulation.outcome
         self._ended = outcome is not Outcome.RUNNING
         if not self._ended:
             return dm_env.transition(reward, observation)
@@ -49,11 +52,12 @@ class EscortEnvironment(dm_env.Environment):
             return dm_env.truncation(reward, observation)
         return dm_env.termination(reward, observation)
 
-    def observation_spec(self) -> specs.Array:
+    def observation_spec(self) -> specs.BoundedArray:
         """Shape (n, width)."""
-        return specs.Array((self.simulation.count, self.simulation.width), float, "observation")
+        most = np.tile(self.simulation.limits, (self.simulation.count, 1))
+        return specs.BoundedArray(most.shape, np.float32, -most, most, "observation")
 
     def action_spec(self) -> specs.BoundedArray:
         """Shape (n, p), each number from -1 to 1."""
         shape = (self.simulation.count, self.simulation.axes)
-        return specs.BoundedArray(shape, float, -1.0, 1.0, "command")
+        return specs.BoundedArray(shape, np.float32, -1.0, 1.0, "command")

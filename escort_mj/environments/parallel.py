@@ -13,14 +13,14 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
-from escort_mj.environments.simulation import Command, Reward, Simulation
+from escort_mj.environments.seeds import Seeds
+from escort_mj.environments.senses import Command, Reward, Seen
+from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 
-Observation = NDArray[np.float64]
 
-
-class EscortParallelEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):
+class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
     """Agents robot_1, robot_2 ...; see `Simulation` for commands, observations and rewards.
 
     All agents are there until the end: the scenario's duration truncates, a mission that diverged or became
@@ -40,10 +40,11 @@ class EscortParallelEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):
         self.possible_agents = [f"robot_{i + 1}" for i in range(self.simulation.count)]
         self.agents: list[str] = []
         self.render_mode = None
-        seen = spaces.Box(-np.inf, np.inf, (self.simulation.width,), np.float64)
-        told = spaces.Box(-1.0, 1.0, (self.simulation.axes,), np.float32)
-        self.observation_spaces = dict.fromkeys(self.possible_agents, seen)
-        self.action_spaces = dict.fromkeys(self.possible_agents, told)
+        self._seeds = Seeds(self.simulation.scenario.seed)
+        most, axes = self.simulation.limits, self.simulation.axes
+        agents = self.possible_agents
+        self.observation_spaces = {agent: spaces.Box(-most, most, dtype=np.float32) for agent in agents}
+        self.action_spaces = {agent: spaces.Box(-1.0, 1.0, (axes,), np.float32) for agent in agents}
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """What an agent observes: the same object at every call."""
@@ -55,22 +56,22 @@ class EscortParallelEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Start a mission; without a seed the scenario's own, or the one before."""
-        self.simulation.reset(seed)
+    ) -> tuple[dict[str, Seen], dict[str, dict[str, Any]]]:
+        """Start a mission: that of a seed, or the next one of this environment's generator."""
+        self.simulation.reset(self._seeds.next(seed))
         self.agents = list(self.possible_agents)
         return self._observations(), {agent: {} for agent in self.agents}
 
     def step(
         self, actions: dict[str, NDArray[np.float32]]
     ) -> tuple[
-        dict[str, Observation],
+        dict[str, Seen],
         dict[str, float],
         dict[str, bool],
         dict[str, bool],
         dict[str, dict[str, Any]],
     ]:
-        """Advances to the next sample; a robot without an action is told to rest."""
+        """Advance to the next sample; a robot without an action rests."""
         if not self.agents:
             return {}, {}, {}, {}, {}
         rest = np.zeros(self.simulation.axes)
@@ -90,12 +91,12 @@ class EscortParallelEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):
             self.agents = []
         return result
 
-    def state(self) -> NDArray[np.float64]:
+    def state(self) -> Seen:
         """All that robots observe, one after the other, shape (n * width,)."""
-        return self.simulation.observe().ravel()
+        return self.simulation.observe_within().ravel()
 
     def close(self) -> None:
-        """Nothing is held that has to be let go."""
+        """Do nothing: nothing is held."""
 
-    def _observations(self) -> dict[str, Observation]:
-        return dict(zip(self.agents, self.simulation.observe(), strict=True))
+    def _observations(self) -> dict[str, Seen]:
+        return dict(zip(self.agents, self.simulation.observe_within(), strict=True))

@@ -13,47 +13,66 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
-from escort_mj.environments.simulation import Command, Reward, Simulation
+from escort_mj.environments.seeds import Seeds
+from escort_mj.environments.senses import Command, Reward, Seen
+from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 
-Array = NDArray[np.float64]
 
-
-class EscortEnv(gymnasium.Env[Array, NDArray[np.float32]]):
+class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
     """Observations and commands of all robots one below the other; the reward is the mean of theirs.
 
     Attributes:
         simulation: The mission.
     """
 
-    metadata = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}
 
     def __init__(
         self, scenario: Scenario | str = "main", command: Command = "velocity", reward: Reward | None = None
     ) -> None:
         """Prepare a scenario; arguments as of `Simulation`."""
         self.simulation = Simulation(scenario, command, reward)
-        count, axes = self.simulation.count, self.simulation.axes
-        self.observation_space = spaces.Box(-np.inf, np.inf, (count, self.simulation.width), np.float64)
-        self.action_space = spaces.Box(-1.0, 1.0, (count, axes), np.float32)
+        self._seeds = Seeds(self.simulation.scenario.seed)
+        team = self.simulation.count, self.simulation.axes
+        self.observation_space, self.action_space = spaces_of(self.simulation.limits, *team)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Array, dict[str, Any]]:
-        """Start a mission; without a seed the scenario's own, or the one before."""
-        super().reset(seed=seed)
-        self.simulation.reset(seed)
-        return self.simulation.observe(), {}
+    ) -> tuple[Seen, dict[str, Any]]:
+        """Start a mission: that of a seed, or the next one of this environment's generator.
 
-    def step(self, action: NDArray[np.float32]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Advances to the next sample."""
+        Args:
+            seed: The mission is then that of `escort-mj run` with this seed. Without one, the first mission
+                has the scenario's seed, and each later one a seed drawn after the last seed asked for.
+            options: Not used.
+        """
+        super().reset(seed=seed)
+        self.simulation.reset(self._seeds.next(seed))
+        return self.simulation.observe_within(), {}
+
+    def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
+        """Advance to the next sample."""
         rewards = self.simulation.step(np.asarray(action, dtype=float))
         outcome = self.simulation.outcome
         return (
-            self.simulation.observe(),
+            self.simulation.observe_within(),
             float(rewards.mean()),
             outcome not in (Outcome.RUNNING, Outcome.COMPLETED),
             outcome is Outcome.COMPLETED,
             {"touching": self.simulation.touching, "outcome": outcome.value},
         )
+
+
+def spaces_of(limits: Seen, robots: int, axes: int) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
+    """Return what a team observes, and what it may command: shapes (n, width) and (n, p).
+
+    Args:
+        limits: Largest size of each number that a robot observes, shape (width,).
+        robots: n.
+        axes: p.
+    """
+    most = np.tile(limits, (robots, 1))
+    observed = spaces.Box(-most, most, dtype=np.float32)
+    return observed, spaces.Box(-1.0, 1.0, (robots, axes), np.float32)

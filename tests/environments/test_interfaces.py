@@ -1,5 +1,8 @@
 """The interfaces of others, by their own tests."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,9 @@ gymnasium = pytest.importorskip("gymnasium")
 pytest.importorskip("pettingzoo")
 
 SHORT = {"duration": 0.6, "expect": []}
+
+
+pytestmark = pytest.mark.filterwarnings("error:.*:UserWarning")  # of what the checkers find fault with
 
 
 @pytest.mark.parametrize("command", ["velocity", "force"])
@@ -25,12 +31,47 @@ def test_pettingzoo(name: str, command: str) -> None:
     parallel_seed_test(make, num_cycles=20)
 
 
-def test_gymnasium() -> None:
+@pytest.mark.parametrize("command", ["velocity", "force"])
+def test_gymnasium(command: str) -> None:
     from gymnasium.utils.env_checker import check_env
 
+    environment = gymnasium.make(
+        "escort_mj/Escort-v0", scenario=load_scenario("main", SHORT), command=command
+    )
+    check_env(environment.unwrapped)
+
+
+def test_gymnasium_finds_the_environment_by_its_module() -> None:
+    code = "import gymnasium; print(gymnasium.make('escort_mj.environments:escort_mj/Escort-v0').spec.id)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "escort_mj/Escort-v0\n" and done.stderr == ""
+
+
+def test_without_a_seed_the_next_mission_is_another() -> None:
+    from escort_mj.environments.dm import EscortEnvironment
+    from escort_mj.environments.parallel import EscortParallelEnv
     from escort_mj.environments.single import EscortEnv
 
-    check_env(EscortEnv(load_scenario("main", SHORT)), skip_render_check=True)
+    scenario = load_scenario("main", SHORT)
+    single, parallel, dm = EscortEnv(scenario), EscortParallelEnv(scenario), EscortEnvironment(scenario)
+    starts = [single.reset()[0] for _ in range(3)]
+    assert not np.array_equal(starts[0], starts[1]) and not np.array_equal(starts[1], starts[2])
+    for start in starts:
+        np.testing.assert_array_equal(np.stack(list(parallel.reset()[0].values())), start)
+        np.testing.assert_array_equal(dm.reset().observation, start)
+    np.testing.assert_array_equal(single.reset(seed=scenario.seed)[0], starts[0])
+    np.testing.assert_array_equal(single.reset()[0], starts[1])
+
+
+def test_observations_stay_in_their_space_where_a_mission_breaks() -> None:
+    from escort_mj.environments.simulation import Simulation
+
+    simulation = Simulation(load_scenario("main", SHORT))
+    simulation.reset()
+    simulation._newest[:] = np.nan
+    assert not simulation.observe_within().any()
+    simulation._newest[:, ::2] = np.inf
+    assert (np.abs(simulation.observe_within()) <= simulation.limits).all()
 
 
 def test_dm_env() -> None:
@@ -44,7 +85,7 @@ def test_dm_env() -> None:
     assert step.step_type is StepType.FIRST
     kinds = []
     while not step.last():
-        step = environment.step(np.ones(action.shape))
+        step = environment.step(np.ones(action.shape, action.dtype))
         observation.validate(step.observation)
         kinds.append(step.step_type)
     assert len(kinds) == 30 and step.discount == 1.0

@@ -1,0 +1,164 @@
+"""Many missions of a scenario as one Gymnasium environment, stepped natively in threads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+try:
+    from gymnasium.vector import AutoresetMode, VectorEnv
+    from gymnasium.vector.utils import batch_space
+except ImportError as error:
+    raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
+
+from escort_mj.environments.fleet import Fleet
+from escort_mj.environments.seeds import Seeds
+from escort_mj.environments.senses import Command, Reward, Seen
+from escort_mj.environments.single import spaces_of
+from escort_mj.errors import UsageError
+from escort_mj.record.outcome import Outcome
+from escort_mj.scenario import Scenario
+
+Flags = NDArray[np.bool_]
+Step = tuple[Seen, NDArray[np.float64], Flags, Flags, dict[str, Any]]
+
+
+class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
+    """N missions that differ by seed; each has the bits of an `EscortEnv` with its seed.
+
+    Attributes:
+        fleet: The missions.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        scenario: Scenario | str = "main",
+        command: Command = "velocity",
+        reward: Reward | None = None,
+        threads: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    ) -> None:
+        """Prepare missions.
+
+        Args:
+            num_envs: N.
+            scenario: A checked scenario, or what `load_scenario` takes.
+            command: As of `Simulation`.
+            reward: As of `Simulation`.
+            threads: How many step missions; None for one per core. It changes no bit.
+            autoreset_mode: What a mission does that has ended: it begins again in the next step, in the same
+                step, or when `reset` is called with its place in `options["reset_mask"]`.
+
+        Raises:
+            UsageError: If there is to be no mission, or forces are to be commanded without a limit.
+        """
+        if num_envs < 1:
+            raise UsageError(f"num_envs is {num_envs}; expected at least 1")
+        self.fleet = Fleet(scenario, num_envs, command, reward, threads)
+        self.num_envs = num_envs
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        team = self.fleet.senses.robots, self.fleet.senses.axes
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.single_observation_space, self.single_action_space = spaces_of(self.fleet.limits, *team)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._seeds = [Seeds(self.fleet.scenario.seed + k) for k in range(num_envs)]
+        self._over = np.ones(num_envs, dtype=bool)
+        self._rest = np.zeros((num_envs, *team))
+        self._begun = False
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Seen, dict[str, Any]]:
+        """Start missions.
+
+        Args:
+            seed: Of mission k it is `seed + k`, or the k-th of several; without one, its generator goes on,
+                as that of `EscortEnv` does. At first mission k has the scenario's seed plus k.
+            options: Its `reset_mask`, shape (N,), says which missions start; all others stay where they are.
+        """
+        mask = np.ones(self.num_envs, dtype=bool)
+        if options is not None and "reset_mask" in options:
+            mask = np.asarray(options["reset_mask"])
+            if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+                raise UsageError(f"reset_mask is {mask!r}; expected {self.num_envs} flags, at least one set")
+        seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed
+        if seeds is None:
+            seeds = [None] * self.num_envs
+        if len(seeds) != self.num_envs:
+            raise UsageError(f"{len(seeds)} seeds for {self.num_envs} missions")
+        started = [int(k) for k in np.flatnonzero(mask)]
+        self._begin(started, seeds)
+        self._begun = True
+        self.fleet.advance(started, self._rest)
+        return self.fleet.observe(), {}
+
+    def step(self, actions: NDArray[np.float32]) -> Step:
+        """Advance every mission to its next sample; see Gymnasium's `AutoresetMode` for those that had ended.
+
+        Args:
+            actions: Shape (N, n, p).
+
+        Returns:
+            Observations (N, n, width), rewards (N,), terminations (N,), truncations (N,) and infos:
+            `touching`, `outcome`, and in same-step mode `final_obs` and `final_info` of missions that ended.
+
+        Raises:
+            UsageError: If missions were not reset, or shapes differ.
+        """
+        actions = np.asarray(actions, dtype=float)
+        if actions.shape != self._rest.shape:
+            raise UsageError(f"actions have the shape {actions.shape}; expected {self._rest.shape}")
+        fresh = self._over.copy()
+        if fresh.any():
+            if self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._begun:
+                raise UsageError(f"missions {np.flatnonzero(fresh).tolist()} have ended: call reset")
+            self._begin([int(k) for k in np.flatnonzero(fresh)], [None] * self.num_envs)
+            actions = np.where(fresh[:, None, None], 0.0, actions)
+        robots = self.fleet.advance(range(self.num_envs), actions)
+        rewards = np.where(fresh, 0.0, robots.mean(axis=1))
+        outcome = self.fleet.outcome
+        truncated = np.array([one is Outcome.COMPLETED for one in outcome])
+        terminated = np.array([one is not Outcome.RUNNING for one in outcome]) & ~truncated
+        self._over = truncated | terminated
+        infos = self._infos(~fresh)
+        observed = self.fleet.observe()
+        if self._over.any() and self.autoreset_mode is AutoresetMode.SAME_STEP:
+            observed, infos = self._begin_again(observed, infos)
+        return observed, rewards, terminated, truncated, infos
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads."""
+        self.fleet.close()
+
+    def _begin(self, missions: Sequence[int], seeds: Sequence[int | None]) -> None:
+        for k in missions:
+            self.fleet.begin(k, self._seeds[k].next(seeds[k]))
+            self._over[k] = False
+
+    def _infos(self, those: Flags) -> dict[str, Any]:
+        """Return what is said of some missions beside observations, as Gymnasium batches it."""
+        if not those.any():
+            return {}
+        outcomes = np.array([one.value for one in self.fleet.outcome], dtype=object)
+        outcomes[~those] = None
+        touching = self.fleet.touching & those[:, None]
+        return {"touching": touching, "_touching": those, "outcome": outcomes, "_outcome": those.copy()}
+
+    def _begin_again(self, observed: Seen, infos: dict[str, Any]) -> tuple[Seen, dict[str, Any]]:
+        """Start missions that have just ended, and put how they ended into the infos."""
+        over = self._over.copy()
+        final = np.full(self.num_envs, None, dtype=object)
+        for k in np.flatnonzero(over):
+            final[k] = observed[k]
+        ended = self._infos(over)
+        going_on = self._infos(~over)
+        started = [int(k) for k in np.flatnonzero(over)]
+        self._begin(started, [None] * self.num_envs)
+        self.fleet.advance(started, self._rest)
+        extra = {"final_obs": final, "_final_obs": over, "final_info": ended, "_final_info": over.copy()}
+        return self.fleet.observe(), going_on | extra
