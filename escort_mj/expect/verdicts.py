@@ -33,12 +33,12 @@ class Verdict:
         time: When it was found [s].
         who: Who had it, in words.
         margin: Distance from the bound, negative beyond it.
-        passed: Whether it counts as passed: it held, or it was known to fail and did.
+        passed: Whether it counts as passed: it held, or it failed as expected.
         near_miss: It held, but barely.
         message: All of it in one line.
         bodies: Names of the bodies that had the worst value.
         held: Whether what was demanded held.
-        xfail: Why it is known to fail; empty where it is not.
+        xfail: Reason for an expected failure; empty for none.
         expectation: Its place in the scenario's list, from 0; None for the outcome that was not written down.
         broken: A plugin raised an error instead of judging.
         skip: Why it was not judged; empty where it was.
@@ -103,7 +103,11 @@ def judge_one(
     known = "" if skip else expectation.xfail or ""
     message = f"{expectation.subject} {demanded}: {found.words}"
     if known:
-        message += f"; known to fail: {known}" if not found.held else f"; but it was to fail: {known}"
+        message += (
+            f"; expected failure: {known}"
+            if not found.held
+            else f"; passed, but failure was expected: {known}"
+        )
     return Verdict(
         metric=expectation.subject,
         demanded=demanded,

@@ -192,12 +192,12 @@ class TestKnownToFail:
     def test_it_passes_as_long_as_it_fails(self):
         found = contacts("none", xfail="the rock is in the way")
         assert (found.held, found.passed, found.xfail) == (False, True, "the rock is in the way")
-        assert found.message.endswith("; known to fail: the rock is in the way")
+        assert found.message.endswith("; expected failure: the rock is in the way")
 
     def test_it_fails_as_soon_as_it_holds(self):
         found = contacts(("robots", "target"), xfail="the rock is in the way")
         assert (found.held, found.passed) == (True, False)
-        assert found.message.endswith("; but it was to fail: the rock is in the way")
+        assert found.message.endswith("; passed, but failure was expected: the rock is in the way")
 
 
 class TestByGeometry:
