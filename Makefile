@@ -41,6 +41,7 @@ bench: .venv/.test ## measure speed
 	$(BIN)/python -m benchmarks $(ARGS)
 
 docs: .venv/.test ## the site, in docs/site; broken links are errors
+	rm -rf docs/jupyter_execute # output of an earlier build, which Sphinx would read as pages
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d .cache/doctrees docs docs/site $(ARGS)
 
 reference: .venv/.test ## write the pages of the docs that are made from the code
