@@ -1,7 +1,8 @@
 """pytest collects scenarios: `pytest scenarios/` runs each of them once, one test per expectation.
 
-A YAML file is collected if its first lines name the JSON Schema of scenarios, if `escort_files` in pytest's
-settings names it, or with `--escort` if it looks like one. Until then nothing is loaded that takes time.
+A YAML file is collected if its first lines name the JSON Schema of scenarios or `escort_files` in pytest's
+settings names it. One that looks like a scenario is collected by its name on the command line or with
+`--escort`. Until then nothing is loaded that takes time.
 """
 
 from __future__ import annotations
@@ -52,18 +53,38 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFi
     config = parent.config
     place = os.path.relpath(file_path, config.rootpath)
     named = any(fnmatch(place, pattern) for pattern in config.getini("escort_files"))
-    if not named and not is_scenario(file_path, asked=config.getoption("escort")):
+    asked = config.getoption("escort") or file_path in _places(config)
+    if not named and not is_scenario(file_path, asked):
         return None
     found: ScenarioFile = ScenarioFile.from_parent(parent, path=file_path)
     return found
 
 
+def pytest_terminal_summary(
+    terminalreporter: pytest.TerminalReporter, exitstatus: int, config: pytest.Config
+) -> None:
+    """Say which option collects the scenarios, if there are some and nothing was collected."""
+    if exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED and any(
+        _holds_scenarios(place, asked=True) for place in _places(config)
+    ):
+        terminalreporter.write_line(
+            "escort_mj: YAML files here look like scenarios; --escort collects them, or begin them with "
+            "# yaml-language-server: $schema=schema.json (escort-mj new writes both)"
+        )
+
+
+def _places(config: pytest.Config) -> list[Path]:
+    """Return the files and folders that the command line names."""
+    return [config.invocation_params.dir / argument.partition("::")[0] for argument in config.args]
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """Keep the tests of one file in one process where scenarios are tested, so that each runs once."""
-    places = [config.invocation_params.dir / argument.partition("::")[0] for argument in config.args]
     asked = config.getoption("escort")
-    if config.getoption("dist") != "load" or not any(_holds_scenarios(place, asked) for place in places):
+    if config.getoption("dist") != "load" or not any(
+        _holds_scenarios(place, asked or place.is_file()) for place in _places(config)
+    ):
         return None
     from xdist.scheduler import LoadFileScheduling
 
@@ -72,7 +93,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 
 def _holds_scenarios(path: Path, asked: bool) -> bool:
     """Whether a path is a scenario, or a folder with one in it."""
-    return any(is_scenario(file, asked) for file in (path.iterdir() if path.is_dir() else [path]))
+    files = path.iterdir() if path.is_dir() else [path] if path.is_file() else []
+    return any(is_scenario(file, asked) for file in files)
 
 
 class ScenarioFile(pytest.File):

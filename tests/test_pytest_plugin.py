@@ -222,3 +222,25 @@ def test_assertions_in_python(tmp_path):
     assert "testing.py" not in found.out
     assert "kept/runs/good-main-1/clip.mp4" in found.out
     assert [path.parent.name for path in (tmp_path / "kept").rglob("trace.nc")] == ["good-main-1"]
+
+
+def test_a_file_without_a_schema_is_collected_by_its_name_and_a_folder_gets_a_hint(pytester_run) -> None:
+    named = pytester_run("bare.yaml", "--collect-only", "-q")
+    assert "bare.yaml::outcome" in named and "2 tests collected" in named
+    hinted = pytester_run(".", "-q")
+    assert "--escort collects them" in hinted and "passed" not in hinted
+
+
+@pytest.fixture
+def pytester_run(tmp_path, monkeypatch):
+    """Runs pytest in this process, in a folder with a scenario that names no schema."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bare.yaml").write_text("name: bare\n" + BODY + "  - {contacts: none}\n")
+
+    def run(*arguments: str) -> str:
+        said = StringIO()
+        with redirect_stdout(said):
+            pytest.main([*arguments, *PLUGIN, "-p", "no:cacheprovider", "--rootdir", str(tmp_path)])
+        return said.getvalue()
+
+    return run
