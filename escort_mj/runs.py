@@ -145,32 +145,46 @@ class Run:
 
         return tuple(plots_of(self.trace))
 
-    def plot(self, name: str | None = None) -> Figure:
+    def plot(
+        self,
+        name: str | None = None,
+        width: str | float | None = None,
+        font: str | None = None,
+        font_size: float | None = None,
+        title: bool = True,
+    ) -> Figure:
         """Draw a figure of the run.
 
         Args:
             name: One of `figures`; None for the first, distances and tracking errors.
+            width: `column` (3.5 in), `page` (7.2 in), a length such as `8.8cm`, or a number of inches.
+            font: Family of the letters.
+            font_size: Of most letters [points].
+            title: Whether the figure has a title.
 
         Returns:
             A matplotlib figure.
 
         Raises:
-            UsageError: If the run has no such figure.
+            UsageError: If the run has no such figure, or the figure cannot look so.
             RenderError: If there is no sample to draw.
         """
         from escort_mj.report.figures.figures import figure_of
+        from escort_mj.report.figures.look import look_of
 
         if name is not None and name not in self.figures:
             raise UsageError(f"{name}: is not a figure of this run; allowed are {', '.join(self.figures)}")
         words = "" if self.outcome.good else f"{self.outcome.value}: {self.message}"
-        return figure_of(self.trace, name, words)
+        return figure_of(self.trace, name, words, look_of(width, font, font_size, title))
 
     def video(self, path: str | os.PathLike[str] | None = None, **changes: Any) -> Video:
         """Render the video of the run, unless its folder already contains it.
 
         Args:
-            path: File to write (.mp4); None for the run folder, or a temporary file for a run in memory.
-            changes: Keys of the scenario's `video` with new values, such as `speed=8` or `camera="follow"`.
+            path: File to write (.mp4, .gif or .webp); None for video.mp4 in the run folder, or a temporary
+                file for a run in memory.
+            changes: Keys of the scenario's `video` with new values, such as `speed=8`, `camera="follow"` or
+                `start=10`.
 
         Returns:
             The file; notebooks display it.
@@ -178,19 +192,18 @@ class Run:
         Raises:
             RenderError: If this machine cannot render.
             ScenarioError: If a key or value is invalid.
+            UsageError: If there is no such format.
         """
         from escort_mj.report.video.video import render_video
 
         folder = self._on_disk()
-        file = folder / VIDEO
-        if changes:
-            wanted = self.scenario.replace({f"video.{key}": value for key, value in changes.items()}).video
-            file = render_video(folder, wanted)
-        elif not file.is_file():
-            file = render_video(folder)
-        if path is not None:
-            shutil.copyfile(file, path)
-        return Video(file if path is None else Path(path))
+        file = folder / VIDEO if path is None else Path(path)
+        if file.suffix == ".mp4" and not changes and (folder / VIDEO).is_file():
+            if path is not None:
+                shutil.copyfile(folder / VIDEO, file)
+            return Video(file)
+        scenario = self.scenario.replace({f"video.{key}": value for key, value in changes.items()})
+        return Video(render_video(folder, scenario.video, out=file))
 
     def report(self, path: str | os.PathLike[str] | None = None) -> Page:
         """Write the run as a self-contained HTML page with a replay.

@@ -26,10 +26,12 @@ class ShownFile:
 
 
 class Video(ShownFile):
-    """A video, which notebooks play."""
+    """A video, or an animated picture, which notebooks play."""
 
     def _repr_html_(self) -> str:
         data = base64.b64encode(self.path.read_bytes()).decode()
+        if self.path.suffix != ".mp4":
+            return f'<img style="max-width:100%" src="data:image/{self.path.suffix[1:]};base64,{data}">'
         return f'<video controls style="max-width:100%" src="data:video/mp4;base64,{data}"></video>'
 
 

@@ -35,7 +35,7 @@ def answer(command):
     return ask
 
 
-def test_a_run_and_what_is_done_with_it(answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_and_what_is_done_with_it(answer, tmp_path: Path) -> None:
     ran = answer("run", "five.yaml", *QUIET)
     assert ran["outcome"] == "completed" and ran["folder"] == "renders/five"
     assert all((tmp_path / ran["folder"] / name).is_file() for name in ran["written"])
@@ -44,8 +44,7 @@ def test_a_run_and_what_is_done_with_it(answer, tmp_path: Path, monkeypatch: pyt
     assert shown["verdicts"] == ran["verdicts"]
     assert answer("rerun", ran["folder"])["same_bits"]
     assert answer("export", ran["folder"], "five.csv") == {"written": ["five.csv"]}
-    monkeypatch.setattr("escort_mj.cli.runs.draw_video", lambda folder: False)
-    written = answer("render", ran["folder"])["written"]
+    written = answer("render", ran["folder"], "--no-video")["written"]
     assert written and all((tmp_path / path).is_file() for path in written)
 
 

@@ -88,20 +88,22 @@ def test_figures_are_drawn_of_runs_in_memory(made: Run) -> None:
 def test_the_video_of_a_folder_is_drawn_once(opened: Run, tmp_path: Path, monkeypatch) -> None:
     drawn = []
 
-    def render(folder: Path, video=None) -> Path:
+    def render(folder: Path, video, out: Path) -> Path:
         drawn.append(video)
-        (folder / "video.mp4").write_bytes(b"film")
-        return folder / "video.mp4"
+        out.write_bytes(b"film")
+        return out
 
     monkeypatch.setattr("escort_mj.report.video.video.render_video", render)
     assert opened.video().path == opened.folder / "video.mp4"
     copy = opened.video(tmp_path / "copy.mp4")
     assert Path(copy).read_bytes() == b"film" and "ZmlsbQ==" in copy._repr_html_()
-    assert drawn == [None]
+    assert drawn == [opened.scenario.video]
     opened.video(speed=8, camera="top")
     assert (drawn[1].speed, drawn[1].camera) == (8.0, "top")
     with pytest.raises(escort_mj.ScenarioError, match="video.camera: found "):
         opened.video(camera="side")
+    picture = opened.video(tmp_path / "part.webp", start=1)
+    assert drawn[2].start == 1.0 and picture._repr_html_().startswith("<img ")
 
 
 def test_a_page_of_a_run_in_memory(made: Run, tmp_path: Path) -> None:

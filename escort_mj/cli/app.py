@@ -8,9 +8,9 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -20,6 +20,9 @@ from escort_mj.cli.group import Commands, print_version, start_over
 from escort_mj.cli.streams import OUTPUT, lasting_streams, printable_json, say
 from escort_mj.errors import EscortError, ScenarioError
 from escort_mj.progress import terminal_bar
+
+if TYPE_CHECKING:
+    from escort_mj.scenario.schema.scenario import Video
 
 EXIT_CODES = (
     "Exit codes: 0 success, 1 a verdict failed, 2 invalid input, 3 a run diverged or crashed, "
@@ -123,18 +126,45 @@ def _print_event(event: str, **what: Any) -> None:
     sys.stdout.flush()
 
 
-def draw_video(folder: Path) -> bool:
-    """Draw the video; without GL, report what is missing and leave the rest of the run unchanged."""
-    from escort_mj.errors import RenderError
-    from escort_mj.report.video.video import render_video
+@contextmanager
+def drawing_video(
+    folder: Path, video: Video | None = None, out: Path | None = None
+) -> Iterator[Callable[[], bool]]:
+    """Draw the video while something else is done.
 
-    try:
-        with progress_bar("drawing the video", " frames", announced=True) as progress:
-            render_video(folder, progress=progress)
-    except RenderError as error:
-        say(f"no video: {error}", err=True)
-        return False
-    return True
+    Without GL it reports what is missing and leaves the rest of the run unchanged.
+
+    Args:
+        folder: The run folder.
+        video: Size, rate, speed, camera and window; None takes the scenario's.
+        out: The file; None for video.mp4 in the folder.
+
+    Returns:
+        A context with a function that waits for the video and returns whether there is one.
+    """
+    from escort_mj.errors import RenderError
+    from escort_mj.report.video.video import started_video
+
+    with ExitStack() as stack:
+        fault: RenderError | None = None
+        try:
+            rendering = stack.enter_context(started_video(folder, video, out))
+        except RenderError as error:
+            fault = error
+
+        def finish() -> bool:
+            nonlocal fault
+            if fault is None:
+                try:
+                    with progress_bar("drawing the video", " frames", announced=True) as progress:
+                        rendering.finish(progress)
+                except RenderError as error:
+                    fault = error
+            if fault is not None:
+                say(f"no video: {fault}", err=True)
+            return fault is None
+
+        yield finish
 
 
 @contextmanager

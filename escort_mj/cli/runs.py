@@ -1,9 +1,10 @@
-"""Commands for one run, or for several scenarios: run, check, render, show, schema."""
+"""Commands for one run, or for several scenarios: run, check, show, schema."""
 
 from __future__ import annotations
 
 import json
 import os
+from contextlib import nullcontext
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,7 +24,7 @@ from escort_mj.cli.app import (
     WorkersOption,
     app,
     complete,
-    draw_video,
+    drawing_video,
     finish,
     progress_bar,
     say,
@@ -176,24 +177,6 @@ def check_command(
     )
 
 
-@app.command("render")
-def render_command(
-    run_folder: RunArgument,
-    as_json: JsonOption = False,
-) -> None:
-    """Redraw the figures and the video of a run folder.
-
-    Example: escort-mj render renders/main
-    """
-    from escort_mj.report.figures.figures import draw_figures
-
-    with progress_bar("drawing the figures", "", announced=True):
-        written = [shown_path(path) for path in draw_figures(run_folder)]
-    if draw_video(run_folder):
-        written.append(shown_path(run_folder / "video.mp4"))
-    finish("render", as_json, written, written=written)
-
-
 @app.command("show")
 def show_command(
     run_folder: RunArgument,
@@ -242,13 +225,14 @@ def schema_command(
 def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
     """Draw the requested files, and return the contents of the folder."""
     written = ["scenario.yaml", "resolved.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
-    if figures:
-        from escort_mj.report.figures.figures import draw_figures
+    with drawing_video(folder) if video else nullcontext(lambda: False) as rendered:
+        if figures:
+            from escort_mj.report.figures.figures import draw_figures
 
-        with progress_bar("drawing the figures", "", announced=True):
-            written.append(f"figures/ ({len(draw_figures(folder))})")
-    if video and draw_video(folder):
-        written.append("video.mp4")
+            with progress_bar("drawing the figures", "", announced=True):
+                written.append(f"figures/ ({len(draw_figures(folder))})")
+        if rendered():
+            written.append("video.mp4")
     if report:
         from escort_mj.report.pages.run_page import write_run_page
 

@@ -25,6 +25,7 @@ OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", 
 RESOLVED = "resolved.yaml"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
 FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "report.html", "plugins"
+VIDEOS = (VIDEO, "video.gif", "video.webp")
 OURS = (
     OUTCOME,
     SCENARIO,
@@ -35,7 +36,7 @@ OURS = (
     VERDICTS,
     JOURNAL,
     FIGURES,
-    VIDEO,
+    *VIDEOS,
     CLIP,
     REPORT,
     PLUGINS,

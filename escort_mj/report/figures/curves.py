@@ -158,7 +158,7 @@ def limit_line(axes: Axes, value: float, words: str, color: palette.Color = pale
         xytext=(3, 0),
         textcoords="offset points",
         va="center",
-        fontsize=7.5,
+        fontsize="small",
         color=color,
         annotation_clip=True,
     )

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, open_run
 from escort_mj.report.figures import nearness, paths, tasks, timelines, truth
+from escort_mj.report.figures.look import USUAL, Look, check_formats
 from escort_mj.report.figures.style import canvas_of, figure, png_of
 
 if TYPE_CHECKING:
@@ -77,21 +78,26 @@ PLOTS: tuple[Plot, ...] = (
 )
 
 
-def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png",)) -> list[Path]:
+def draw_figures(
+    folder: str | os.PathLike[str], formats: Sequence[str] = ("png",), look: Look = USUAL
+) -> list[Path]:
     """Draw every figure that a run folder has data for, into its `figures/`.
 
     Args:
         folder: A run folder.
         formats: File formats: `png`, `pdf`, `svg`.
+        look: Width, letters and title.
 
     Returns:
         The files written.
 
     Raises:
+        UsageError: If there is no such format.
         RunFolderError: If the folder cannot be read.
         RenderError: If there is no sample to draw.
         WriteError: If a file cannot be written.
     """
+    formats = check_formats(formats)
     run = open_run(folder)
     if run.trace.sizes["time"] == 0:
         raise RenderError(f"{run.path}: {NOTHING}")
@@ -99,7 +105,8 @@ def draw_figures(folder: str | os.PathLike[str], formats: Sequence[str] = ("png"
     for plot in plots_of(run.trace).values():
         for suffix in formats:
             path = run.path / FIGURES / f"{plot.name}.{suffix}"
-            with figure(path, plot.height(run.trace), _title(run.trace, plot), _note(run)) as canvas:
+            title, note = _title(run.trace, plot), _note(run)
+            with figure(path, plot.height(run.trace), title, note, look=look) as canvas:
                 plot.draw(canvas, run.trace)
             written.append(path)
     return written
@@ -110,13 +117,14 @@ def plots_of(trace: xarray.Dataset) -> dict[str, Plot]:
     return {plot.name: plot for plot in PLOTS if plot.applies(trace)}
 
 
-def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "") -> Figure:
+def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "", look: Look = USUAL) -> Figure:
     """Draw one figure of a trace.
 
     Args:
         trace: Of a run.
         name: Which, of `plots_of`; None for the first.
         note: What a reader must know of the run; empty for nothing.
+        look: Width, letters and title.
 
     Raises:
         RenderError: If there is no sample to draw.
@@ -125,7 +133,7 @@ def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "") ->
         raise RenderError(NOTHING)
     plots = plots_of(trace)
     plot = next(iter(plots.values())) if name is None else plots[name]
-    with canvas_of(plot.height(trace), _title(trace, plot), note) as canvas:
+    with canvas_of(plot.height(trace), _title(trace, plot), note, look=look) as canvas:
         plot.draw(canvas, trace)
     return canvas
 

@@ -31,7 +31,7 @@ def spell(figure: Figure) -> None:
     """Give every text of a figure the fonts that its letters need, and boxes where no font has them."""
     for text in figure.findobj(Text):
         words = text.get_text()
-        lacking, families = set(words) - _letters(font_file()) - {"\n"}, [FONT]
+        lacking, families = set(words) - _letters(font_file()) - {"\n"}, list(text.get_fontfamily())
         while lacking:
             letter = min(lacking)
             family, letters = _font_with(letter)
@@ -40,7 +40,7 @@ def spell(figure: Figure) -> None:
             else:
                 words = words.replace(letter, BOX)
             lacking -= letters
-        if len(families) > 1:
+        if len(families) > len(text.get_fontfamily()):
             text.set_fontfamily(families)
             text.set_fontweight("normal")  # which every font has
         if words != text.get_text():

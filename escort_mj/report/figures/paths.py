@@ -298,7 +298,7 @@ def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
             xytext=(0, 6),
             textcoords="offset points",
             ha="center",
-            fontsize=7.0,
+            fontsize="small",
             color="#333333",
             zorder=5,
             path_effects=[Stroke(linewidth=2.0, foreground="white"), Normal()],

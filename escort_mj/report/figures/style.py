@@ -19,8 +19,9 @@ from matplotlib.lines import Line2D
 from escort_mj import palette
 from escort_mj.record.files import make_folder, replaced
 from escort_mj.report.figures.letters import FONT, spell, take_literally
+from escort_mj.report.figures.look import USUAL, Look
 
-WIDTH = 7.2  # inches: two columns of a journal page
+WIDTH = USUAL.width
 DPI = 200
 SHOWN_DPI = 110  # in notebooks
 LEGEND_LETTERS = 104  # that fit side by side in a legend
@@ -62,7 +63,18 @@ _STYLE: Any = {
     "figure.constrained_layout.use": True,
     "agg.path.chunksize": 20000,
     "svg.hashsalt": "escort_mj",  # the same figure, the same file
+    "pdf.fonttype": 42,  # TrueType: publishers refuse type 3
 }
+
+
+def _style(look: Look) -> Any:
+    """The style in this look."""
+    if look == USUAL:
+        return _STYLE
+    larger = look.size / USUAL.size
+    sizes = {key: larger * _STYLE[key] for key in _STYLE if key.endswith((".size", "labelsize", "titlesize"))}
+    sizes["legend.fontsize"] = larger * _STYLE["legend.fontsize"]
+    return _STYLE | sizes | {"font.family": [look.font, FONT]}
 
 
 class Canvas(Figure):
@@ -86,31 +98,45 @@ def png_of(figure: Figure, dpi: float) -> bytes:
 
 
 @contextmanager
-def canvas_of(height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Canvas]:
+def canvas_of(
+    height: float, title: str, note: str = "", width: float | None = None, look: Look = USUAL
+) -> Iterator[Canvas]:
     """A figure in this project's style, complete when the block ends.
 
     Args:
         height: In inches.
         title: Name of the scenario and what is shown.
         note: What a reader must know of the run, such as that it diverged; drawn in red.
-        width: In inches.
+        width: In inches; None for the look's.
+        look: Its width, letters and whether it has its title.
     """
-    with matplotlib.rc_context(_STYLE):
-        canvas = Canvas(figsize=(width, height), dpi=DPI)
+    with matplotlib.rc_context(_style(look)):
+        canvas = Canvas(figsize=(look.width if width is None else width, height), dpi=DPI)
         FigureCanvasAgg(canvas)
-        line = 1.5 * TITLE / 72 / height
-        canvas.text(0.01, 1.0 - 0.4 * line, title, va="top", fontsize=TITLE, fontweight="bold")
+        size = TITLE * look.size / USUAL.size
+        line, lines = 1.5 * size / 72 / height, 0.0
+        if look.title:
+            canvas.text(0.01, 1.0 - 0.4 * line, title, va="top", fontsize=size, fontweight="bold")
+            lines = 1.4
         if note:
-            canvas.text(0.01, 1.0 - 1.3 * line, note, va="top", fontsize=8.5, color=FAILED, fontweight="bold")
-        below = 1.0 - line * (2.3 if note else 1.4)
-        canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, below))
+            place = 1.0 - (lines - 0.1) * line if lines else 1.0 - 0.4 * line
+            canvas.text(0.01, place, note, va="top", fontsize="medium", color=FAILED, fontweight="bold")
+            lines += 0.9 if lines else 1.4
+        canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 1.0 - lines * line))
         yield canvas
         spell(canvas)
         take_literally(canvas)
 
 
 @contextmanager
-def figure(path: Path, height: float, title: str, note: str = "", width: float = WIDTH) -> Iterator[Figure]:
+def figure(
+    path: Path,
+    height: float,
+    title: str,
+    note: str = "",
+    width: float | None = None,
+    look: Look = USUAL,
+) -> Iterator[Figure]:
     """A figure in this project's style, saved when the block ends.
 
     Args:
@@ -119,21 +145,31 @@ def figure(path: Path, height: float, title: str, note: str = "", width: float =
         title: As of `canvas_of`.
         note: As of `canvas_of`.
         width: As of `canvas_of`.
+        look: As of `canvas_of`.
 
     Raises:
         WriteError: If it cannot be saved; an earlier file of that name stays.
     """
-    with matplotlib.rc_context(_STYLE):
-        with canvas_of(height, title, note, width) as canvas:
+    with matplotlib.rc_context(_style(look)):
+        with canvas_of(height, title, note, width, look) as canvas:
             yield canvas
-        make_folder(path.parent)
-        kind = path.suffix.removeprefix(".")
-        with replaced(path) as temporary:
-            if kind == "png":
-                agg: Any = canvas.canvas
-                agg.print_png(temporary)  # savefig would draw it twice, once only to lay it out
-            else:
-                canvas.savefig(temporary, format=kind, metadata={"Date": None} if kind == "svg" else None)
+        save(canvas, path)
+
+
+def save(canvas: Figure, path: Path) -> None:
+    """Save a figure; the suffix chooses the format.
+
+    Raises:
+        WriteError: If it cannot be saved; an earlier file of that name stays.
+    """
+    make_folder(path.parent)
+    kind = path.suffix.removeprefix(".")
+    with replaced(path) as temporary:
+        if kind == "png":
+            agg: Any = canvas.canvas
+            agg.print_png(temporary)  # savefig would draw it twice, once only to lay it out
+        else:
+            canvas.savefig(temporary, format=kind, metadata={"Date": None} if kind == "svg" else None)
 
 
 def name_robots(
@@ -165,7 +201,9 @@ def legend(figure: Figure, keys: Sequence[Key]) -> None:
     """A legend below every panel, in rows that fit the figure's width."""
     if keys:
         words, handles = zip(*keys, strict=True)
-        figure.legend(handles, words, loc="outside lower center", ncols=_columns(words), columnspacing=1.3)
+        figure.legend(
+            handles, words, loc="outside lower center", ncols=_columns(words, figure), columnspacing=1.3
+        )
 
 
 def robot_keys(count: int) -> list[Key]:
@@ -174,8 +212,10 @@ def robot_keys(count: int) -> list[Key]:
     return [(f"robot {i}", Line2D([], [], color=color, linewidth=2.0)) for i, color in enumerate(colors, 1)]
 
 
-def _columns(words: Sequence[str]) -> int:
+def _columns(words: Sequence[str], figure: Figure) -> int:
     """Columns of a legend that fits the figure's width, in rows as even as can be."""
     widest = max(len(word) for word in words) + 5.0
-    rows = -(-len(words) // max(int(LEGEND_LETTERS / widest), 1))
+    width = figure.bbox.width / figure.dpi
+    room = LEGEND_LETTERS * width / WIDTH * USUAL.size / matplotlib.rcParams["font.size"]
+    rows = -(-len(words) // max(int(room / widest), 1))
     return -(-len(words) // rows)

@@ -91,7 +91,7 @@ def _masses(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> N
     axes.yaxis.set_major_locator(MaxNLocator(5))
     skew, coriolis = (float(trace[name].max()) for name in ("skew_residual", "coriolis_residual"))
     words = f"Ṁ - 2C: symmetric part ≤ {skew:.1g} kg/s\nCv + g: off MuJoCo's bias by ≤ {coriolis:.1g} N"
-    axes.text(0.03, 0.96, words, transform=axes.transAxes, va="top", fontsize=7.5)
+    axes.text(0.03, 0.96, words, transform=axes.transAxes, va="top", fontsize="small")
 
 
 def _torques(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> None:

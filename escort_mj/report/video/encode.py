@@ -1,9 +1,11 @@
-"""Frames to a file, one by one: h264 as every browser plays it."""
+"""Frames to a file, one by one: h264 as every browser plays it, animated WebP, or GIF."""
 
 from __future__ import annotations
 
 import resource
 import shutil
+import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -12,11 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError, WriteError
+from escort_mj.report.video.formats import ENCODINGS
 
 FAULTS = (OSError, RuntimeError)  # a broken pipe to the encoder, or the encoder's own words
 LEAST_SPACE = 4 << 20  # bytes; with less the disk counts as full
 NO_FFMPEG = "there is no ffmpeg here; this brings one: pip install 'escort-mj[video]'"
-ENCODER = ("-preset", "veryfast", "-movflags", "+faststart")
+FRAMES = ".mkv"  # what the file of frames without loss is called beside the GIF that is made of it
+
+
+_PALETTE = "palettegen"
+_COLORED = "paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"
 
 
 def find_ffmpeg() -> str:
@@ -36,6 +43,21 @@ def find_ffmpeg() -> str:
     return program
 
 
+def require_encoder(program: str, encoder: str) -> None:
+    """Check that an ffmpeg has an encoder.
+
+    Raises:
+        RenderError: If it has not.
+    """
+    asked = [program, "-hide_banner", "-h", f"encoder={encoder}"]
+    said = subprocess.run(asked, capture_output=True, text=True, errors="replace", check=False)
+    if f"Encoder {encoder}" not in said.stdout:
+        raise RenderError(
+            f"{program} lacks the encoder {encoder}; this brings an ffmpeg that has it: "
+            "pip install 'escort-mj[video]'"
+        )
+
+
 class VideoFile:
     """A video that frames are appended to, as a context.
 
@@ -47,18 +69,21 @@ class VideoFile:
         """Prepare a video.
 
         Args:
-            path: Where to write; the suffix chooses the container.
+            path: Where to write; the suffix, one of `ENCODINGS`, chooses the format.
             size: Width and height, both even [pixel].
             rate: Frames per second.
 
         Raises:
-            RenderError: If there is no ffmpeg.
+            RenderError: If there is no ffmpeg, or it lacks the encoder.
         """
-        mediapy.set_ffmpeg(find_ffmpeg())
+        self._ffmpeg = find_ffmpeg()
+        mediapy.set_ffmpeg(self._ffmpeg)
+        encoding = ENCODINGS[path.suffix]
+        if path.suffix != ".mp4":  # which every ffmpeg encodes somehow
+            require_encoder(self._ffmpeg, encoding.encoder)
         self.path = path
-        self._writer = mediapy.VideoWriter(
-            path, size[::-1], fps=rate, crf=23, encoded_format="yuv420p", ffmpeg_args=ENCODER
-        )
+        self._frames = path.with_name(path.name + FRAMES) if path.suffix == ".gif" else path
+        self._writer = mediapy.VideoWriter(self._frames, size[::-1], fps=rate, **encoding.options)
 
     def __enter__(self) -> VideoFile:
         try:
@@ -84,13 +109,34 @@ class VideoFile:
     ) -> None:
         try:
             self._writer.close()
+            if fault is None and self._frames != self.path:
+                self._write_gif()
         except FAULTS as failed:
             if fault is None:
                 fault = failed
                 raise self._error(failed) from failed
         finally:
+            if self._frames != self.path:
+                self._frames.unlink(missing_ok=True)
             if fault is not None:
                 self.path.unlink(missing_ok=True)
+
+    def _write_gif(self) -> None:
+        """Make the GIF of the frames, in the 256 colors that suit all of them best."""
+        palette = self._frames.with_suffix(".png")
+        try:
+            self._convert([self._frames], ["-vf", _PALETTE, "-update", "1"], palette)
+            self._convert([self._frames, palette], ["-lavfi", _COLORED, "-loop", "0"], self.path)
+        finally:
+            palette.unlink(missing_ok=True)
+
+    def _convert(self, inputs: Sequence[Path], change: Sequence[str], output: Path) -> None:
+        """Let ffmpeg make a file of others."""
+        files = [word for file in inputs for word in ("-i", str(file))]
+        command = [self._ffmpeg, "-v", "error", *files, *change, "-y", str(output)]
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        if done.returncode != 0:
+            raise RuntimeError(done.stderr.strip() or f"ffmpeg failed with exit code {done.returncode}")
 
     def _error(self, fault: Exception) -> RenderError | WriteError:
         """Return the fault in a sentence; a broken pipe does not say why the encoder went."""

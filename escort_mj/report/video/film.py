@@ -1,27 +1,26 @@
-"""Renders the frames of a run, one after another. Runs in a process of its own, where MuJoCo may draw."""
+"""Draws the frames of a run, each by itself. Runs in a process of its own, where MuJoCo may draw."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
+from escort_mj.errors import RenderError
 from escort_mj.palette import MOST_DISTINCT
 from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.camera import View
 from escort_mj.report.video.clip import Clip, Marks
-from escort_mj.report.video.encode import VideoFile
 from escort_mj.report.video.overlay import Overlay
 from escort_mj.report.video.replay import Moment, Replay
 from escort_mj.report.video.scene import Scenery
-from escort_mj.report.video.shots import plan_shot
+from escort_mj.report.video.shots import Stand, plan_shot
 from escort_mj.report.video.solids import load_model, pose
-from escort_mj.report.video.stages import panels_of, stage_replays
+from escort_mj.report.video.stages import Pixels, panels_of, stage_replays
 from escort_mj.scenario.schema.scenario import Video
 
 ENDING = 1.5  # how long the last frame stays, with how the run ended [s of the video]
@@ -37,90 +36,123 @@ def frame_times(start: float, end: float, video: Video) -> np.ndarray:
     return np.append(np.arange(start, end - 0.5 * step, step), end)
 
 
-def film(
-    replay: Replay,
-    model_path: Path,
-    path: Path,
-    video: Video,
-    title: str,
-    ending: tuple[str, bool],
-    on_frame: Callable[[int, int], None],
-    clip: Clip | None = None,
-) -> None:
-    """Render a run, or a clip of one, into a video file.
+class Film:
+    """The frames of a run, or of a clip of one, as a context; every frame can be drawn by itself.
 
-    Args:
-        replay: The run.
-        model_path: Its model.xml.
-        path: The video to write.
-        video: Size, rate, speed and camera.
-        title: Name of the scenario.
-        ending: How the run ended, in words, and whether that is well.
-        on_frame: Told the number of frames done and of all, after each.
-        clip: What to show of it; None for all.
-
-    Raises:
-        RenderError: If the model does not fit the record, or the video cannot be written.
+    Attributes:
+        size: Width and height of a frame [pixel].
+        times: Simulated time of each frame, shape (k,) [s].
+        held: How many times more the last frame is shown.
     """
-    model = _model(model_path, replay, video)
-    data = mujoco.MjData(model)
-    size = video.width, video.height
-    replays = [replay, *stage_replays(replay, model)]
-    panels = panels_of(len(replays) - 1, *size)
-    shots = [
-        plan_shot(seen, video.camera, model.vis.global_.fovy, panel.width / panel.height, CALM * video.speed)
-        for seen, panel in zip(replays, panels, strict=True)
-    ]
-    scenery = Scenery(replay, video.speed, video.width)
-    captions = [(seen.axes, panel) for seen, panel in zip(replays, panels, strict=True) if len(panels) > 1]
-    overlay = Overlay(title, video.speed, replay.count, size, captions)
-    marks = None if clip is None else Marks(clip, model, data)
 
-    def posed(time: float) -> Moment:
-        moment = replay.at(time)
-        pose(model, data, moment.qpos, {seen.suffix: seen.at(time).target for seen in replays})
-        mujoco.mj_camlight(model, data)
+    def __init__(
+        self,
+        replay: Replay,
+        model_path: Path,
+        video: Video,
+        title: str,
+        ending: tuple[str, bool],
+        clip: Clip | None = None,
+    ) -> None:
+        """Plans a film.
+
+        Args:
+            replay: The run.
+            model_path: Its model.xml.
+            video: Size, rate, speed, camera and window.
+            title: Name of the scenario.
+            ending: How the run ended, in words, and whether that is well.
+            clip: What to show of it; None for the video's window.
+
+        Raises:
+            RenderError: If the model does not fit the record, or the run ended before the window.
+        """
+        start, end = window_of(replay, video) if clip is None else (clip.start, clip.end)
+        self.size = video.width, video.height
+        self.times = frame_times(start, end, video)
+        self._replay, self._ending, self._clip = replay, ending, clip
+        self._model = model = _model(model_path, replay, video)
+        self._data = mujoco.MjData(model)
+        self._glow = GLOW * video.speed
+        self._replays = [replay, *stage_replays(replay, model)]
+        self._panels = panels_of(len(self._replays) - 1, *self.size)
+        stand, angle = Stand(video.azimuth, video.elevation, video.distance), model.vis.global_.fovy
+        self._shots = [
+            plan_shot(seen, video.camera, angle, panel.width / panel.height, CALM * video.speed, stand)
+            for seen, panel in zip(
+                (seen.between(start, end) for seen in self._replays), self._panels, strict=True
+            )
+        ]
+        self._scenery = Scenery(replay, video.speed, video.width)
+        several = len(self._panels) > 1
+        captions = [
+            (seen.axes, panel) for seen, panel in zip(self._replays, self._panels, strict=True) if several
+        ]
+        self._overlay = Overlay(title, video.speed, replay.count, self.size, captions)
+        self._marks = None if clip is None else Marks(clip, model, self._data)
+        self._ends = clip is not None or end >= replay.end
+        self.held = math.ceil(ENDING * video.rate) if clip is None and self._ends else 0
+        if self._marks is not None:
+            panel = self._panels[0]
+            self._shots[0] = self._marks.shot(replay, self._posed, panel.width / panel.height)
+
+    def __enter__(self) -> Film:
+        with contextlib.ExitStack() as stack:
+            self._renderers = {
+                shape: stack.enter_context(mujoco.Renderer(self._model, *shape, MOST_MARKS))
+                for shape in {(panel.height, panel.width) for panel in self._panels}
+            }
+            self._stack = stack.pop_all()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stack.close()
+
+    def frame(self, index: int) -> Pixels:
+        """Draw one of the frames at `times`, shape (height, width, 3)."""
+        replay, marks = self._replay, self._marks
+        moment = self._posed(float(self.times[index]))
+        for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), self._replays):
+            self._model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
+        avoiding = replay.lately(replay.avoiding, moment, self._glow)
+        touching = replay.lately(replay.touching, moment, self._glow)
+        frame = np.full((*self.size[::-1], 3), 255, dtype=np.uint8)
+        for panel, shot in zip(self._panels, self._shots, strict=True):
+            view = shot.view(moment.time)
+            self._model.stat.extent = view.distance  # near and far limits of the view are given in it
+            renderer = self._renderers[panel.height, panel.width]
+            renderer.update_scene(self._data, _camera(view), _only(panel.number))
+            if panel.number == 0 and marks is None:
+                self._scenery.draw(renderer.scene, moment, avoiding, touching)
+            elif panel.number == 0 and marks is not None:  # rings instead of halos
+                nobody = np.zeros(replay.count, dtype=bool)
+                self._scenery.draw(renderer.scene, moment, nobody, nobody)
+                marks.draw(renderer.scene, moment.time, replay.planar, panel.width)
+            panel.cut(frame)[:] = renderer.render()
+        last = self._ends and index == len(self.times) - 1
+        ending = self._ending if self._clip is not None or last else None
+        self._overlay.write(frame, moment.time, avoiding, touching, replay.lost[moment.sample], ending)
+        return frame
+
+    def _posed(self, time: float) -> Moment:
+        """Put every body where it was at a time."""
+        moment = self._replay.at(time)
+        targets = {seen.suffix: seen.at(time).target for seen in self._replays}
+        pose(self._model, self._data, moment.qpos, targets)
+        mujoco.mj_camlight(self._model, self._data)
         return moment
 
-    if marks is None or clip is None:
-        times, held = frame_times(replay.time[0], replay.end, video), math.ceil(ENDING * video.rate)
-    else:
-        times, held = frame_times(clip.start, clip.end, video), 0
-        shots[0] = marks.shot(replay, posed, panels[0].width / panels[0].height)
-    total = len(times) + held
-    nobody = np.zeros(replay.count, dtype=bool)
-    frame = np.full((video.height, video.width, 3), 255, dtype=np.uint8)
-    with contextlib.ExitStack() as stack:
-        file = stack.enter_context(VideoFile(path, size, video.rate))
-        renderers = {
-            shape: stack.enter_context(mujoco.Renderer(model, *shape, MOST_MARKS))
-            for shape in {(panel.height, panel.width) for panel in panels}
-        }
-        for done, time in enumerate(times, 1):
-            moment = posed(float(time))
-            for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), replays):
-                model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
-            avoiding = replay.lately(replay.avoiding, moment, GLOW * video.speed)
-            touching = replay.lately(replay.touching, moment, GLOW * video.speed)
-            for panel, shot in zip(panels, shots, strict=True):
-                view = shot.view(moment.time)
-                model.stat.extent = view.distance  # near and far limits of the view are given in it
-                renderer = renderers[panel.height, panel.width]
-                renderer.update_scene(data, _camera(view), _only(panel.number))
-                if panel.number == 0:
-                    if marks is None:
-                        scenery.draw(renderer.scene, moment, avoiding, touching)
-                    else:  # rings instead of halos
-                        scenery.draw(renderer.scene, moment, nobody, nobody)
-                        marks.draw(renderer.scene, moment.time, replay.planar, panel.width)
-                panel.cut(frame)[:] = renderer.render()
-            said = ending if clip is not None or done == len(times) else None
-            overlay.write(frame, moment.time, avoiding, touching, replay.lost[moment.sample], said)
-            file.add(frame)
-            on_frame(done, total)
-        for done in range(len(times) + 1, total + 1):
-            file.add(frame)
-            on_frame(done, total)
+
+def window_of(replay: Replay, video: Video) -> tuple[float, float]:
+    """When a video begins and ends [s].
+
+    Raises:
+        RenderError: If the run ended before.
+    """
+    start = max(float(replay.time[0]), video.start or 0.0)
+    if start > replay.end:
+        raise RenderError(f"the video begins at {start:g} s; the run ended at {replay.end:g} s")
+    return start, replay.end if video.end is None else min(replay.end, video.end)
 
 
 def _model(path: Path, replay: Replay, video: Video) -> mujoco.MjModel:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +18,16 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+OVER_TIME = (
+    (
+        "time",
+        "qpos",
+        "robots",
+        "target",
+        "target_coordinates",
+    )  # which fields of a replay have a row per sample
+    + ("avoiding", "touching", "obstacles", "lost")
+)
 
 
 @dataclass(frozen=True)
@@ -119,6 +129,16 @@ class Replay:
         qpos = between(self.qpos)
         obstacles = between(self.obstacles)
         return Moment(time, sample, share, qpos, between(self.robots), between(self.target), obstacles)
+
+    def between(self, start: float, end: float) -> Replay:
+        """Return the part of the run between two times, with the samples around them."""
+        first = max(int(np.searchsorted(self.time, start, side="right")) - 1, 0)
+        part = slice(first, max(int(np.searchsorted(self.time, end, side="left")), first) + 1)
+        return replace(
+            self,
+            formations=[(max(begun - first, 0), pairs) for begun, pairs in self.formations],
+            **{name: getattr(self, name)[part] for name in OVER_TIME},
+        )
 
     def past(self, values: Array, moment: Moment, duration: float, pieces: int) -> Array:
         """Where something was lately, at evenly spaced times that stay put as time goes on.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,28 @@ class Shot:
         return View(look_at, distance, float(np.interp(time, self.times, self.azimuth)), self.elevation)
 
 
-def plan_shot(replay: Replay, camera: CameraName, field_of_view: float, aspect: float, calm: float) -> Shot:
+class Stand(NamedTuple):
+    """Where the camera stands, as far as the user says so; None where the mission decides.
+
+    Attributes:
+        azimuth: Direction of view around the vertical [deg].
+        elevation: Direction of view above the horizon [deg].
+        distance: From the point it looks at [m].
+    """
+
+    azimuth: float | None = None
+    elevation: float | None = None
+    distance: float | None = None
+
+
+def plan_shot(
+    replay: Replay,
+    camera: CameraName,
+    field_of_view: float,
+    aspect: float,
+    calm: float,
+    stand: Stand = Stand(),  # noqa: B008
+) -> Shot:
     """Plans the camera's way.
 
     Args:
@@ -58,19 +79,18 @@ def plan_shot(replay: Replay, camera: CameraName, field_of_view: float, aspect: 
         field_of_view: Vertical angle of the picture [deg].
         aspect: Width over height of the picture.
         calm: Time over which a gliding camera's motion is smoothed [s].
+        stand: What of it the user chose; what faces the camera stays as it is.
     """
-    elevation = (
-        FACING_ELEVATION
-        if replay.facing
-        else -90.0
-        if camera == "top"
-        else PLANAR_ELEVATION
-        if replay.planar
-        else SPACE_ELEVATION
-    )
+    elevation = -90.0 if camera == "top" else PLANAR_ELEVATION if replay.planar else SPACE_ELEVATION
+    if stand.elevation is not None:
+        elevation = stand.elevation
+    if replay.facing:
+        stand, elevation = Stand(), FACING_ELEVATION
     times = np.linspace(replay.time[0], replay.end, 200)
     azimuth = np.full(len(times), 90.0)
-    if not replay.planar and not replay.facing and camera != "top":
+    if stand.azimuth is not None:
+        azimuth = np.full(len(times), stand.azimuth)
+    elif not replay.planar and not replay.facing and camera != "top":
         azimuth = _across(replay.target) + ORBIT * np.linspace(-1.0, 1.0, len(times))
     optics = (field_of_view, aspect, INSETS)
     if camera != "follow" or replay.facing:
@@ -78,11 +98,16 @@ def plan_shot(replay: Replay, camera: CameraName, field_of_view: float, aspect: 
         views = [frame(everything, a, elevation, *optics) for a in azimuth]
         nearest = 2 * replay.radius / (2 * views[0].distance * math.tan(math.radians(field_of_view) / 2))
         if nearest >= LEAST_CIRCLE or replay.facing:
-            return _shot(times, views)
+            return _at(_shot(times, views), stand.distance)
     views = [
         frame(_around(replay, t, camera), a, elevation, *optics) for t, a in zip(times, azimuth, strict=True)
     ]
-    return _smooth(_shot(times, views), calm)
+    return _at(_smooth(_shot(times, views), calm), stand.distance)
+
+
+def _at(shot: Shot, distance: float | None) -> Shot:
+    """The same way at a distance; None leaves it."""
+    return shot if distance is None else replace(shot, distance=np.full(len(shot.times), distance))
 
 
 def _shot(times: Array, views: list[View]) -> Shot:

@@ -16,19 +16,25 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
-from escort_mj.errors import EscortError, RenderError, WriteError
+from escort_mj.errors import EscortError, RenderError, UsageError, WriteError
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
 from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, open_run
+from escort_mj.report.video.formats import ENCODINGS
 from escort_mj.scenario.reader.load import stored_scenario
 from escort_mj.scenario.schema.scenario import Video
+
+if TYPE_CHECKING:
+    from escort_mj.report.video.film import Film
 
 Progress = Callable[[float, float], None]
 """Called with the number of frames done and of all."""
 
+MODULE = "escort_mj.report.video.video"
 PARTIAL = ".partial.{}"  # until the file of this name is complete
 CLIP_SIZE, CLIP_RATE = (960, 540), 25
 STALL = 180.0  # without a sign of life for so long, the child is given up [s]
@@ -38,25 +44,68 @@ _NOT_WRITTEN = 4  # exit code of the child where the video has no room on the di
 
 
 def render_video(
-    folder: str | os.PathLike[str], video: Video | None = None, progress: Progress | None = None
+    folder: str | os.PathLike[str],
+    video: Video | None = None,
+    progress: Progress | None = None,
+    out: str | os.PathLike[str] | None = None,
 ) -> Path:
     """Render the video of a run folder.
 
     Args:
         folder: A run folder.
-        video: Size, rate, speed and camera; None takes the scenario's.
+        video: Size, rate, speed, camera and window; None takes the scenario's.
         progress: Called after each frame.
+        out: The file; its suffix (.mp4, .gif, .webp) chooses the format. None: video.mp4 in the folder.
 
     Returns:
         The video, complete; until it is, an earlier one stays in place.
 
     Raises:
+        UsageError: If there is no such format, or it cannot show so many frames per second.
         RenderError: If nothing can be drawn on this machine, or drawing failed.
         WriteError: If the disk is full.
         RunFolderError: If the folder cannot be read.
     """
-    options = [] if video is None else ["--video", video.model_dump_json()]
-    return _render(open_run(folder), VIDEO, options, progress)
+    with started_video(folder, video, out) as rendering:
+        return rendering.finish(progress)
+
+
+def started_video(
+    folder: str | os.PathLike[str], video: Video | None = None, out: str | os.PathLike[str] | None = None
+) -> AbstractContextManager[Rendering]:
+    """Begin to render the video of a run folder, while something else is done.
+
+    Args:
+        folder: As of `render_video`.
+        video: As of `render_video`.
+        out: As of `render_video`.
+
+    Returns:
+        A context with the rendering, which is given up where it is not finished.
+    """
+    run = open_run(folder)
+    path = run.path / VIDEO if out is None else Path(out)
+    wanted = scenario_video(run) if video is None else video
+    check_format(path, wanted.rate)
+    return _started(run, path, ["--video", wanted.model_dump_json()])
+
+
+def check_format(path: Path, rate: int) -> None:
+    """Check that a video can have this name and rate.
+
+    Raises:
+        UsageError: If it cannot.
+    """
+    if path.suffix not in ENCODINGS:
+        raise UsageError(
+            f"{path}: found the suffix {path.suffix or 'none'}; allowed are {', '.join(ENCODINGS)}"
+        )
+    if rate > (most := ENCODINGS[path.suffix].most_rate):
+        raise UsageError(
+            f"{path}: found a rate of {rate}; {path.suffix[1:].upper()} has at most {most} frames per second"
+        )
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {path.parent}")
 
 
 def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> Path:
@@ -75,11 +124,46 @@ def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> P
         RunFolderError: If the folder cannot be read.
     """
     video = Video(width=CLIP_SIZE[0], height=CLIP_SIZE[1]) if video is None else video
-    return _render(open_run(folder), CLIP, ["--video", video.model_dump_json(), "--clip"], None)
+    run = open_run(folder)
+    with _started(run, run.path / CLIP, ["--video", video.model_dump_json(), "--clip"]) as rendering:
+        return rendering.finish()
 
 
-def _render(run: StoredRun, name: str, options: list[str], progress: Progress | None) -> Path:
-    """Let a child process draw one file of a run folder."""
+class Rendering:
+    """A video that a child process draws.
+
+    Attributes:
+        path: The file.
+    """
+
+    def __init__(self, run: StoredRun, path: Path, child: subprocess.Popen[str], errors: IO[str]) -> None:
+        self.path = path
+        self._run, self._child, self._errors = run, child, errors
+
+    def finish(self, progress: Progress | None = None) -> Path:
+        """Wait for the video.
+
+        Args:
+            progress: Called after each frame.
+
+        Raises:
+            RenderError: If drawing failed.
+            WriteError: If the disk is full.
+        """
+        _watch(self._child, progress)
+        code = self._child.wait()
+        if code != 0:
+            self._errors.seek(0)
+            reason = _reason(code, self._errors, self._run.path)
+            if code == _NOT_WRITTEN:
+                raise WriteError(self.path, reason)
+            raise RenderError(reason)
+        return self.path
+
+
+@contextmanager
+def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Rendering]:
+    """Let a child process draw a file, while the context lasts."""
     if run.trace.sizes["time"] == 0:
         raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
     backend, reason = choose_backend()
@@ -87,7 +171,7 @@ def _render(run: StoredRun, name: str, options: list[str], progress: Progress | 
         raise RenderError(
             f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
         )
-    command = [sys.executable, "-P", "-m", "escort_mj.report.video.video", str(run.path), *options]
+    command = [sys.executable, "-P", "-m", MODULE, str(run.path), "--out", str(path), *options]
     with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors:
         child = subprocess.Popen(
             command,
@@ -98,19 +182,13 @@ def _render(run: StoredRun, name: str, options: list[str], progress: Progress | 
             env=_environment(backend),
         )
         try:
-            _watch(child, progress)
+            yield Rendering(run, path, child, errors)
         finally:
             if child.poll() is None:
                 child.kill()
             child.wait()
-            (run.path / PARTIAL.format(name)).unlink(missing_ok=True)
-        if child.returncode != 0:
-            errors.seek(0)
-            reason = _reason(child.returncode, errors, run.path)
-            if child.returncode == _NOT_WRITTEN:
-                raise WriteError(run.path / name, reason)
-            raise RenderError(reason)
-    return run.path / name
+            for left in path.parent.glob(f"{PARTIAL.format(path.name)}*"):
+                left.unlink(missing_ok=True)
 
 
 def _environment(backend: str) -> dict[str, str]:
@@ -168,17 +246,22 @@ def render_here(arguments: list[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    parser = argparse.ArgumentParser(
-        prog="python -m escort_mj.report.video.video", description=render_here.__doc__
-    )
+    parser = argparse.ArgumentParser(prog=f"python -m {MODULE}", description=render_here.__doc__)
     parser.add_argument("folder", help="a run folder")
-    parser.add_argument("--video", help="size, rate, speed and camera as JSON; the scenario's where left out")
+    parser.add_argument("--out", type=Path, required=True, help="the file to write")
+    parser.add_argument("--video", required=True, help="size, rate, speed, camera and window as JSON")
     parser.add_argument("--clip", action="store_true", help="only what is around the worst moment, slowly")
+    parser.add_argument("--share", type=int, nargs=2, help="write the pixels of this share, of so many")
     options = parser.parse_args(arguments)
     try:
-        run = open_run(options.folder)
-        video = Video.model_validate_json(options.video) if options.video else scenario_video(run)
-        _film(run, video, options.clip)
+        run, video = open_run(options.folder), Video.model_validate_json(options.video)
+        if options.share is None:
+            _write(run, options.out, video, options.clip)
+        else:
+            from escort_mj.report.video.crew import send_share
+
+            part, processes = options.share
+            send_share(_film(run, video, options.clip)[0], part, processes, sys.stdout.buffer)
     except WriteError as fault:
         print(f"{_FAULT}{fault.reason}".replace("\n", " "), file=sys.stderr)
         return _NOT_WRITTEN
@@ -204,25 +287,38 @@ def ending(run: StoredRun) -> tuple[str, bool]:
     return f"{message}, all expectations met" if run.verdicts else message, True
 
 
-def _film(run: StoredRun, video: Video, short: bool) -> None:
-    """Render a run that was opened, or only its clip."""
+def _film(run: StoredRun, video: Video, short: bool) -> tuple[Film, int]:
+    """The film of a run that was opened, or of its clip, and frames per second."""
     from escort_mj.report.video.clip import plan_clip
-    from escort_mj.report.video.film import film
+    from escort_mj.report.video.film import Film
     from escort_mj.report.video.replay import replay_of
+
+    clip, words = None, ending(run)
+    if short:
+        clip = plan_clip(run)
+        video, words = video.model_copy(update={"speed": clip.speed, "rate": CLIP_RATE}), (clip.words, False)
+    title = str(run.trace.attrs["title"])
+    return Film(replay_of(run.trace), run.path / MODEL, video, title, words, clip), video.rate
+
+
+def _write(run: StoredRun, path: Path, video: Video, short: bool) -> None:
+    """Write the film of a run that was opened, or only its clip."""
+    from escort_mj.report.video.crew import write_film
 
     def say(done: int, total: int) -> None:
         print(f"frame {done} of {total}", flush=True)
 
-    name, clip, words = VIDEO, None, ending(run)
-    if short:
-        name, clip = CLIP, plan_clip(run)
-        video, words = video.model_copy(update={"speed": clip.speed, "rate": CLIP_RATE}), (clip.words, False)
-    title, partial = str(run.trace.attrs["title"]), run.path / PARTIAL.format(name)
-    film(replay_of(run.trace), run.path / MODEL, partial, video, title, words, say, clip)
+    def share(part: int, processes: int) -> list[str]:
+        options = ["--out", str(path), "--video", video.model_dump_json(), *(["--clip"] if short else [])]
+        return ["-m", MODULE, str(run.path), *options, "--share", str(part), str(processes)]
+
+    film, rate = _film(run, video, short)
+    partial = path.with_name(PARTIAL.format(path.name))
+    write_film(film, partial, rate, share, say)
     try:
-        partial.replace(run.path / name)
+        partial.replace(path)
     except OSError as fault:
-        raise WriteError(run.path / name, fault) from fault
+        raise WriteError(path, fault) from fault
 
 
 if __name__ == "__main__":

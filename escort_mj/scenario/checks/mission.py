@@ -1,4 +1,4 @@
-"""Checks of the mission: behaviors, formation, and the supervisor's phases."""
+"""Checks of the mission: behaviors, formation, the supervisor's phases, and what the video shows."""
 
 from __future__ import annotations
 
@@ -71,6 +71,16 @@ def check_trigger(scenario: Scenario) -> Iterator[Finding]:
             ("mission", "trigger", "longest"),
             f"found {trigger.longest:g} s; expected more than dwell, {trigger.dwell:g} s",
         )
+
+
+def check_video(scenario: Scenario) -> Iterator[Finding]:
+    """The video shows a part of the run."""
+    start, end = scenario.video.start or 0.0, scenario.video.end
+    if start >= scenario.duration:
+        words = f"found {start:g} s; the run ends at {scenario.duration:g} s"
+        yield Finding(("video", "start"), words, late=f"the video begins at {start:g} s")
+    if end is not None and end <= start:
+        yield Finding(("video", "end"), f"found {end:g} s; expected more than the start, {start:g} s")
 
 
 def _check_condition(scenario: Scenario, when: Condition, path: Path) -> Iterator[Finding]:

@@ -13,6 +13,7 @@ from escort_mj.scenario.checks.mission import (
     check_formation,
     check_supervisor,
     check_trigger,
+    check_video,
 )
 from escort_mj.scenario.checks.motion import check_motion
 from escort_mj.scenario.checks.obstacles import (
@@ -127,6 +128,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),
     (check_trigger, ("mission",)),
+    (check_video, ("duration", "video")),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_motors, ("axes", "robots")),

@@ -139,6 +139,18 @@ class Video(Parameters):
     """Simulated seconds per second of the video."""
     camera: Literal["overview", "follow", "top"] = "overview"
     """`overview` shows the whole mission, `follow` follows the target, `top` looks straight down."""
+    azimuth: Annotated[float, Field(ge=-360, le=360)] | None = None
+    """Direction in which the camera looks, around the vertical [deg]; 90 looks along +y; null: chosen for the
+    mission."""
+    elevation: Annotated[float, Field(ge=-90, le=90)] | None = None
+    """Direction in which the camera looks, above the horizon [deg]; -90 looks straight down; null: chosen for
+    the mission."""
+    distance: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """Distance of the camera from the point it looks at [m]; null: as near as it can be."""
+    start: Annotated[float, Field(ge=0, le=1e6)] | None = None
+    """Simulated time at which the video begins [s]; null: the start of the run."""
+    end: Annotated[float, Field(gt=0, le=1e6)] | None = None
+    """Simulated time at which the video ends [s]; null: the end of the run."""
 
 
 class _Checked(ModelMetaclass):

@@ -4,7 +4,7 @@ import pytest
 from escort_mj.record.folder import open_run
 from escort_mj.report.video.camera import Insets, frame
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.shots import plan_shot
+from escort_mj.report.video.shots import Stand, plan_shot
 
 SIZE = (320, 180)
 FIELD = 45.0
@@ -68,3 +68,29 @@ def test_a_robot_that_flies_off_does_not_shrink_the_picture(make_run):
     trace["q"][-5:, 0] = 1e7
     wild = plan_shot(replay_of(trace), "overview", FIELD, 16 / 9, 1.0).view(0.0).distance
     assert wild == pytest.approx(calm, rel=0.1)
+
+
+@pytest.mark.parametrize("camera", ["overview", "follow", "top"])
+def test_the_camera_stands_where_the_user_says(make_run, camera):
+    replay = replay_of(open_run(make_run(axes=3)).trace)
+    for time in (0.0, replay.end):
+        view = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Stand(azimuth=30.0, elevation=-70.0)).view(time)
+        assert (view.azimuth, view.elevation) == (30.0, -70.0)
+        target = view.project(replay.at(time).target, SIZE, FIELD)
+        assert (target > 0).all() and (target < SIZE).all()
+        far = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Stand(distance=123.0)).view(time)
+        assert far.distance == 123.0
+        if camera == "top":
+            assert far.elevation == -90.0
+
+
+def test_a_part_of_a_run_is_shown_from_nearer(make_run):
+    replay = replay_of(open_run(make_run(obstacles=0)).trace)
+    part = replay.between(2.03, 2.97)
+    assert part.time[0] <= 2.03 < part.time[1] and part.time[-2] < 2.97 <= part.time[-1]
+    whole, near = (
+        plan_shot(one, "overview", FIELD, 16 / 9, 1.0).view(2.5).distance for one in (replay, part)
+    )
+    assert near < whole
+    moment = part.at(2.5)
+    np.testing.assert_allclose(moment.robots, replay.at(2.5).robots)

@@ -127,7 +127,8 @@ def test_without_gl_the_error_names_the_command(make_run, monkeypatch):
 def test_a_folder_that_is_no_run_is_refused(tmp_path):
     with pytest.raises(RunFolderError):
         video.render_video(tmp_path)
-    command = [sys.executable, "-m", "escort_mj.report.video.video", str(tmp_path)]
+    options = ["--out", "video.mp4", "--video", "{}"]
+    command = [sys.executable, "-m", "escort_mj.report.video.video", str(tmp_path), *options]
     child = subprocess.run(command, capture_output=True, text=True)
     assert child.returncode == 1 and child.stderr.startswith("error: ") and child.stderr.count("\n") == 1
 
@@ -191,3 +192,14 @@ def test_a_video_that_is_given_up_goes(tmp_path):
         file.add(np.zeros((180, 320, 3), np.uint8))
         raise KeyboardInterrupt
     assert not path.exists()
+
+
+@needs_gl
+def test_a_window_is_filmed_without_the_end(make_run, tmp_path):
+    folder = make_run()
+    window = SMALL.model_copy(update={"start": 1.0, "end": 3.0})
+    frames = read(video.render_video(folder, window, out=tmp_path / "part.mp4"))
+    assert len(frames) == 6 and banner(frames[-1]) == ""
+    assert not (folder / "video.mp4").exists()
+    with pytest.raises(RenderError, match=r"begins at 7 s; the run ended at 5\.\d* s"):
+        video.render_video(folder, SMALL.model_copy(update={"start": 7.0}))

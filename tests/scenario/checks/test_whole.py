@@ -69,3 +69,16 @@ def test_a_large_trace_is_told_beforehand():
     assert trace_note(crowd) == (
         f"the trace will take up to {trace_size(crowd) / 1e6:.0f} MB; a lower recording.rate takes less"
     )
+
+
+@pytest.mark.parametrize(
+    ("window", "key", "words"),
+    [
+        ({"start": 30.0}, "start", "found 30 s; the run ends at 30 s"),
+        ({"start": 10.0, "end": 10.0}, "end", "found 10 s; expected more than the start, 10 s"),
+    ],
+)
+def test_the_video_shows_a_part_of_the_run(window: dict[str, float], key: str, words: str):
+    (finding,) = findings_between_keys(keys_of(video=window))
+    assert (finding.path, finding.message) == (("video", key), words)
+    assert findings_between_keys(keys_of(video={"start": 10.0, "end": 99.0})) == []

@@ -1,0 +1,104 @@
+"""How figures of runs look: their size, letters and file formats."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from matplotlib.font_manager import fontManager
+
+from escort_mj.errors import UsageError
+from escort_mj.report.figures.letters import FONT
+
+WIDTHS = {"column": 3.5, "page": 7.2}
+"""Widths of one and of two columns of a journal's page [inches]."""
+FORMATS = ("png", "pdf", "svg")
+LEAST_WIDTH, MOST_WIDTH = 2.0, 40.0  # inches
+LEAST_SIZE, MOST_SIZE = 4.0, 40.0  # points
+GENERIC = ("serif", "sans-serif", "monospace")
+_LENGTH = re.compile(r"(\d+(?:\.\d*)?|\.\d+) ?(in|cm|mm)")
+_INCHES = {"in": 1.0, "cm": 1 / 2.54, "mm": 1 / 25.4}
+
+
+class Look(NamedTuple):
+    """How figures look.
+
+    Attributes:
+        width: Inches.
+        font: Family of their letters; what it lacks is taken from the usual one.
+        size: Of most letters [points].
+        title: Whether the name of the scenario and what is shown stand above.
+    """
+
+    width: float = WIDTHS["page"]
+    font: str = FONT
+    size: float = 8.5
+    title: bool = True
+
+
+USUAL = Look()
+
+
+def look_of(
+    width: str | float | None = None,
+    font: str | None = None,
+    font_size: float | None = None,
+    title: bool = True,
+) -> Look:
+    """Return a look as users ask for it.
+
+    Args:
+        width: `column` (3.5 in), `page` (7.2 in), or a length such as `8.8cm`; a number is in inches.
+        font: Name of an installed family, or `serif`, `sans-serif`, `monospace`.
+        font_size: In points.
+        title: Whether figures have a title.
+
+    Raises:
+        UsageError: If something of it is not possible.
+    """
+    look = USUAL._replace(title=title)
+    if width is not None:
+        look = look._replace(width=_inches(width))
+    if font is not None:
+        families = {entry.name for entry in fontManager.ttflist}
+        if font not in families and font not in GENERIC:
+            raise UsageError(
+                f"font: found {font}, which is not installed here; allowed are {', '.join(GENERIC)} and "
+                f"installed families such as {', '.join(sorted(families - {'Last Resort'})[:5])}"
+            )
+        look = look._replace(font=font)
+    if font_size is not None:
+        if not LEAST_SIZE <= font_size <= MOST_SIZE:
+            raise UsageError(
+                f"font size: found {font_size:g}; allowed are {LEAST_SIZE:g} to {MOST_SIZE:g} pt"
+            )
+        look = look._replace(size=font_size)
+    return look
+
+
+def check_formats(formats: Sequence[str]) -> tuple[str, ...]:
+    """Return file formats, each once.
+
+    Raises:
+        UsageError: If one is not known.
+    """
+    for name in formats:
+        if name not in FORMATS:
+            raise UsageError(f"figure format: found {name}; allowed are {', '.join(FORMATS)}")
+    return tuple(dict.fromkeys(formats))
+
+
+def _inches(width: str | float) -> float:
+    """A width in inches."""
+    text = str(width).strip()
+    if text in WIDTHS:
+        return WIDTHS[text]
+    found = _LENGTH.fullmatch(text if text[-1:].isalpha() else f"{text}in")
+    inches = float(found[1]) * _INCHES[found[2]] if found else 0.0
+    if not LEAST_WIDTH <= inches <= MOST_WIDTH:
+        raise UsageError(
+            f"width: found {width}; allowed are {', '.join(WIDTHS)}, and lengths from {LEAST_WIDTH:g}in to "
+            f"{MOST_WIDTH:g}in such as 3.5in or 8.8cm"
+        )
+    return inches
