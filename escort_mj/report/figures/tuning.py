@@ -65,7 +65,7 @@ def _history(path: Path, search: Tune, found: Tuned) -> Path:
             numbers = np.arange(1, len(best) + 1)
             axes.step(numbers[reached], sign * best[reached], where="post", color=KEPT, label="best so far")
             axes.set_title(f"{objective.metric}, to {objective.goal}")
-            axes.set_ylabel(f"{objective.metric} [{UNITS[objective.metric]}]")
+            axes.set_ylabel(_labelled(objective.metric))
             _scale(axes, [t.values[place] for t in found.trials if t.values is not None], "y")
         rows[-1].set_xlabel("trial")
         handles, words = rows[0].get_legend_handles_labels()
@@ -92,9 +92,7 @@ def _front(path: Path, search: Tune, found: Tuned) -> Path:
                 size = 3.0 if color in (KEPT, BROKEN) else 5.0
                 axes.plot(*zip(*points, strict=True), line, color=color, markersize=size, label=words)
         for name, objective, place in (("x", first, 0), ("y", second, 1)):
-            getattr(axes, f"set_{name}label")(
-                f"{objective.metric} [{UNITS[objective.metric]}], {objective.goal}"
-            )
+            getattr(axes, f"set_{name}label")(f"{_labelled(objective.metric)}, {objective.goal}")
             _scale(axes, [t.values[place] for t in found.trials if t.values is not None], name)
         canvas.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return path
@@ -104,3 +102,8 @@ def _scale(axes: Axes, values: Sequence[float], name: str) -> None:
     """A logarithmic axis where values lie far apart."""
     if values and min(values) > 0.0 and max(values) > SPREAD * min(values):
         getattr(axes, f"set_{name}scale")("log")
+
+
+def _labelled(metric: str) -> str:
+    """A metric with its unit, where that is known: it is not of a plugin's."""
+    return f"{metric} [{UNITS[metric]}]" if metric in UNITS else metric

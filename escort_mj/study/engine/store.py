@@ -21,6 +21,7 @@ from escort_mj.record.process import alive, identify
 FILE = "results.sqlite"
 FORMAT = 1
 JUDGED = ("metric", "demanded", "passed", "value", "margin", "message")  # what is looked at of a verdict
+CUSTOM = "custom_metrics"  # those of plugins, by name
 COLUMNS: dict[str, Kinds] = {
     **dict.fromkeys(("key", "outcome", "message", "scenario"), WORDS),
     **dict.fromkeys(("seed", "passed"), (int,)),
@@ -30,6 +31,7 @@ COLUMNS: dict[str, Kinds] = {
     "versions": (dict,),
     "verdicts": (list,),
     "folder": (str, type(None)),
+    CUSTOM: (dict,),
 }
 DAMAGE = (sqlite3.Error, UnicodeDecodeError)  # the latter where SQLite quotes bytes that are no text
 PATIENCE = 60.0  # s, for another process's transaction
@@ -117,6 +119,8 @@ class Store:
                 for name in METRIC_NAMES:
                     if name not in have:
                         run(f"ALTER TABLE runs ADD COLUMN {name} REAL")
+                if CUSTOM not in have:
+                    run(f"ALTER TABLE runs ADD COLUMN {CUSTOM} TEXT")
                 run(f"PRAGMA user_version = {FORMAT}")
         except WriteError:
             raise
@@ -186,8 +190,9 @@ class Store:
             "passed": int(row.passed),
             "ended": time.time(),
         }
-        metrics = values.pop("metrics")
-        values |= {name: metrics.get(name) for name in METRIC_NAMES}
+        metrics = dict(values.pop("metrics"))
+        values |= {name: metrics.pop(name, None) for name in METRIC_NAMES}
+        values[CUSTOM] = json.dumps(metrics) if metrics else None
         names = ", ".join(values)
         with self._transaction() as run:
             marks = ", ".join("?" for _ in values)
@@ -197,30 +202,34 @@ class Store:
     def get(self, keys: Iterable[str]) -> dict[str, Row]:
         """Runs by key; those that have not ended are left out."""
         columns = [name for name in Row._fields if name != "metrics"]
-        query = f"SELECT {', '.join([*columns, *METRIC_NAMES])} FROM runs WHERE key = ?"
+        query = f"SELECT {', '.join([*columns, *METRIC_NAMES, CUSTOM])} FROM runs WHERE key = ?"
         found: dict[str, Row] = {}
         with self._transaction() as run:
             for key in keys:
                 record = run(query, (key,)).fetchone()
                 if record is None:
                     continue
-                metrics = dict(zip(METRIC_NAMES, record[len(columns) :], strict=True))
-                found[key] = self._row(dict(zip(columns, record, strict=False)), metrics)
+                metrics = dict(zip(METRIC_NAMES, record[len(columns) : -1], strict=True))
+                found[key] = self._row(dict(zip(columns, record, strict=False)), metrics, record[-1])
         return found
 
-    def _row(self, values: dict[str, Any], metrics: dict[str, Any]) -> Row:
+    def _row(self, values: dict[str, Any], metrics: dict[str, Any], custom: Any) -> Row:
         """Return a run as it was put.
 
         Raises:
             RunFolderError: If it is not one that was.
         """
         place = f"run {str(values['key'])[:12]}: "
-        for name in ("settings", "verdicts", "versions"):
+        values[CUSTOM] = "{}" if custom is None else custom
+        for name in ("settings", "verdicts", "versions", CUSTOM):
             try:
                 values[name] = json.loads(values[name])
             except (TypeError, ValueError):
                 raise RunFolderError(f"{self.path}: is damaged: {place}{name} is not JSON") from None
         check_table(values, COLUMNS, self.path, place)
+        others = values.pop(CUSTOM)
+        check_table(others, dict.fromkeys(others, MAYBE), self.path, place, infinite=True)
+        metrics |= others
         check_table(metrics, dict.fromkeys(METRIC_NAMES, MAYBE), self.path, place, infinite=True)
         for verdict in values["verdicts"]:
             table = verdict if isinstance(verdict, dict) else {}

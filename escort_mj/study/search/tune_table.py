@@ -19,7 +19,9 @@ def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], fron
     """All trials as comma-separated values; number 0 is the scenario's own."""
     objectives = [objective.metric for objective in search.objectives]
     bounded = [m for m in dict.fromkeys(bound.metric for bound in search.bounds) if m not in objectives]
-    lines = [["trial", *search.over, *objectives, *bounded, *own.violations, "feasible", "front"]]
+    lines: list[list[object]] = [
+        ["trial", *search.over, *objectives, *bounded, *own.violations, "feasible", "front"]
+    ]
     for number, trial in enumerate([own, *trials]):
         lines.append(
             [
@@ -38,7 +40,7 @@ def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], fron
 def rows_of_gains(found: Tuned) -> Iterator[list[str]]:
     """The comparison on seeds held out by metric: own, tuned, change, its interval, in how many smaller."""
     for metric, gain in found.gains.items():
-        unit = UNITS[metric]
+        unit = UNITS.get(metric, "")
         yield [
             metric,
             f"{gain.own:.3g}{unit}",

@@ -19,7 +19,7 @@ import numpy as np
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.native.shipped import numba_version
 from escort_mj.recognize import scenario_names
-from escort_mj.scenario.findings import did_you_mean, parse_key_path, shortened
+from escort_mj.scenario.findings import did_you_mean, listed, parse_key_path, shortened
 from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.reader.plugins import placed_in
@@ -91,6 +91,7 @@ class Design:
         first = self._own_seed() if self.study.first_seed is None else self.study.first_seed
         self.seeds = tuple(range(first, first + self.study.seeds))
         self._try_cells()
+        self._check_metrics()
 
     def scenario(self, cell: Cell, seed: int | None = None) -> Scenario:
         """The checked scenario of a cell, with a seed or with its own.
@@ -139,6 +140,28 @@ class Design:
                 break
         if faults:
             raise ScenarioError(list(faults)[:MOST_FAULTS])
+
+    def _check_metrics(self) -> None:
+        """Checks that the metrics of a search exist, in the package or in the scenario's plugins.
+
+        Raises:
+            ScenarioError: With each that does not.
+        """
+        if self.study.tune is None:
+            return
+        scenario = self.scenario(self.cells[0], self.seeds[0])
+        known = [metric.name for metric in catalog_of(type(scenario)).metrics]
+        faults = [
+            self.file.fault(
+                f"found {one.metric!r}; the metrics are {listed(known)}{did_you_mean(one.metric, known)}",
+                *("tune", part, place, "metric"),
+            )
+            for part in ("objectives", "bounds")
+            for place, one in enumerate(getattr(self.study.tune, part))
+            if one.metric not in known
+        ]
+        if faults:
+            raise ScenarioError(faults)
 
     def _placed(self, fault: Fault, cell: Cell) -> Fault:
         """A fault of a cell's scenario, at the place in the study that brought it about."""

@@ -12,7 +12,8 @@ from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.findings import Finding
 from escort_mj.study.sweeps.ranges import Box
 
-MetricName = Literal[METRIC_NAMES]  # type: ignore[valid-type]
+MetricName = Annotated[str, Field(json_schema_extra={"examples": [*METRIC_NAMES]})]
+"""A metric that ships, or one of the scenario's plugins: `design.Design` checks it."""
 
 
 class Search(Parameters):

@@ -226,8 +226,10 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
 def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
     """Write the runs as comma-separated values: what was varied, how it ended, every metric."""
     facts = ("seed", "outcome", "passed", "simulated_time", "message", "key")
+    custom = {name for row in rows.values() for name in row.metrics if name not in METRIC_NAMES}
+    metrics = [*METRIC_NAMES, *sorted(custom)]
     lines: list[list[object]] = [
-        [*design.factors, *(["point"] if design.study.sample else []), *facts, *METRIC_NAMES]
+        [*design.factors, *(["point"] if design.study.sample else []), *facts, *metrics]
     ]
     for run in planned:
         if (row := rows.get(run.key)) is None:
@@ -237,7 +239,7 @@ def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], 
             [
                 *labels.values(),
                 *(getattr(row, name) for name in facts),
-                *(row.metrics.get(name) for name in METRIC_NAMES),
+                *(row.metrics.get(name) for name in metrics),
             ]
         )
     write_text(out / TABLE, comma_separated(lines))

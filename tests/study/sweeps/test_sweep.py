@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from escort_mj.api import scenarios_folder
-from escort_mj.errors import UsageError
+from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.measuring import measures_of
 from escort_mj.mission import fly
 from escort_mj.record.folder import open_run
@@ -24,6 +24,7 @@ from escort_mj.study.engine.work import Job, perform
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 from escort_mj.study.sweeps.sweep import check_size, sweep
+from tests.plugged import METRIC
 
 STUDY = """
 study: small
@@ -233,3 +234,16 @@ def test_an_impossible_seed_is_a_row_of_its_own(tmp_path: Path) -> None:
     assert row.outcome == "failed"
     assert "no free place" in row.message
     assert not row.passed
+
+
+def test_metrics_of_plugins_are_kept_and_stand_in_the_table(tmp_path: Path) -> None:
+    (tmp_path / "own_metric.py").write_text(METRIC)
+    text = STUDY.replace("set: {", "set: {plugins: [own_metric.py], ").replace("seeds: 3", "seeds: 1")
+    out = tmp_path / "out"
+    assert sweep(design(tmp_path, text), out, here, 1).failed == 0
+    rows = table(out)
+    assert len(rows) == 4 and all(float(row["farthest"]) > 1.0 for row in rows)
+    wrong = text + "tune: {over: {robots.radius: {low: 0.1, high: 0.3}}, objectives: [{metric: farthes}]}\n"
+    with pytest.raises(ScenarioError, match='found .farthes.; .*did you mean "farthest"'):
+        design(tmp_path, wrong)
+    assert design(tmp_path, wrong.replace("farthes}", "farthest}")).study.tune is not None
