@@ -13,10 +13,12 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
+from escort_mj.environments.picture import SIZE, Camera, known_mode
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
 from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
+from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
 
 
@@ -30,16 +32,22 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         simulation: The mission.
     """
 
-    metadata = {"name": "escort_mj", "render_modes": []}
+    metadata = {"name": "escort_mj", "render_modes": ["rgb_array"]}
 
     def __init__(
-        self, scenario: Scenario | str, command: Command = "velocity", reward: Reward | None = None
+        self,
+        scenario: Scenario | str,
+        command: Command = "velocity",
+        reward: Reward | None = None,
+        render_mode: str | None = None,
+        size: tuple[int, int] = SIZE,
     ) -> None:
-        """Prepare a scenario; arguments as of `Simulation`."""
+        """Prepare a scenario; arguments as of `EscortEnv`."""
         self.simulation = Simulation(scenario, command, reward)
         self.possible_agents = [f"robot_{i + 1}" for i in range(self.simulation.count)]
         self.agents: list[str] = []
-        self.render_mode = None
+        self.render_mode = known_mode(render_mode)
+        self._camera = Camera(self.simulation, size)
         self._seeds = Seeds(self.simulation.scenario.seed)
         most, axes = self.simulation.limits, self.simulation.axes
         agents = self.possible_agents
@@ -95,8 +103,13 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         """All that robots observe, one after the other, shape (n * width,)."""
         return self.simulation.observe_within().ravel()
 
+    def render(self) -> Picture | None:
+        """Return a picture of the mission as it is now, shape (height, width, 3); None without a mode."""
+        return self._camera.picture() if self.render_mode == "rgb_array" else None
+
     def close(self) -> None:
-        """Do nothing: nothing is held."""
+        """End what draws."""
+        self._camera.close()
 
     def _observations(self) -> dict[str, Seen]:
         return dict(zip(self.agents, self.simulation.observe_within(), strict=True))

@@ -180,6 +180,19 @@ class Simulation:
         points = self.plant.state.obstacle_point.reshape(1, self.count + 1, -1, self.axes)
         return points[:, :-1]
 
+    def samples(self, since: int) -> Array:
+        """Return the samples worth keeping that commands led to, shape (k, record_size), see `signals.py`.
+
+        Args:
+            since: How many commands to leave out; the first sample counts as one.
+        """
+        return np.concatenate([np.zeros((0, self.world.record_size)), *self._samples[since:]])
+
+    @property
+    def commands(self) -> int:
+        """How many commands have been given, the one of the first sample included."""
+        return len(self._samples)
+
     def run(self) -> Run:
         """What came of the mission so far, as of any run: trace, metrics and the scenario's verdicts."""
         if self.outcome is Outcome.RUNNING:
@@ -190,7 +203,7 @@ class Simulation:
             with native_loop(self.world):
                 self._episodes.append(take_back(self.plant, *self._taken_back))
             self._taken_back = None
-        samples = np.concatenate([np.zeros((0, self.world.record_size)), *self._samples])
+        samples = self.samples(0)
         episodes = np.vstack([*self._episodes, self.plant.under_way()])
         flight = conclude(self.scenario, self.plant, samples, episodes, outcome, message, self._wall)
         return Run(flight)

@@ -13,10 +13,12 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
+from escort_mj.environments.picture import SIZE, Camera, known_mode
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
 from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
+from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
 
 
@@ -27,13 +29,32 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
         simulation: The mission.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
     def __init__(
-        self, scenario: Scenario | str = "main", command: Command = "velocity", reward: Reward | None = None
+        self,
+        scenario: Scenario | str = "main",
+        command: Command = "velocity",
+        reward: Reward | None = None,
+        render_mode: str | None = None,
+        size: tuple[int, int] = SIZE,
     ) -> None:
-        """Prepare a scenario; arguments as of `Simulation`."""
+        """Prepare a scenario.
+
+        Args:
+            scenario: As of `Simulation`.
+            command: As of `Simulation`.
+            reward: As of `Simulation`.
+            render_mode: `rgb_array` for pictures; None for none.
+            size: Width and height of pictures [pixel].
+
+        Raises:
+            UsageError: If forces are to be commanded without a limit, or the mode of rendering is not known.
+        """
         self.simulation = Simulation(scenario, command, reward)
+        self.render_mode = known_mode(render_mode)
+        self.metadata = self.metadata | {"render_fps": round(self.simulation.scenario.recording.rate)}
+        self._camera = Camera(self.simulation, size)
         self._seeds = Seeds(self.simulation.scenario.seed)
         team = self.simulation.count, self.simulation.axes
         self.observation_space, self.action_space = spaces_of(self.simulation.limits, *team)
@@ -63,6 +84,19 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
             outcome is Outcome.COMPLETED,
             {"touching": self.simulation.touching, "outcome": outcome.value},
         )
+
+    def render(self) -> Picture | None:
+        """Return a picture of the mission as it is now, shape (height, width, 3); None without a mode.
+
+        Raises:
+            UsageError: If the mission was not started.
+            RenderError: If nothing can be drawn on this machine.
+        """
+        return self._camera.picture() if self.render_mode == "rgb_array" else None
+
+    def close(self) -> None:
+        """End what draws."""
+        self._camera.close()
 
 
 def spaces_of(limits: Seen, robots: int, axes: int) -> tuple[spaces.Space[Any], spaces.Space[Any]]:

@@ -71,7 +71,8 @@ class Film:
         self.size = video.width, video.height
         self.times = frame_times(start, end, video)
         self._replay, self._ending, self._clip = replay, ending, clip
-        self._model = model = _model(model_path, replay, video)
+        self._model = model = load_model(model_path, replay.qpos.shape[1])
+        prepare(model, video.width, video.height, replay.count)
         self._data = mujoco.MjData(model)
         self._glow = GLOW * video.speed
         self._replays = [replay, *stage_replays(replay, model)]
@@ -121,7 +122,7 @@ class Film:
             view = shot.view(moment.time)
             self._model.stat.extent = view.distance  # near and far limits of the view are given in it
             renderer = self._renderers[panel.height, panel.width]
-            renderer.update_scene(self._data, _camera(view), _only(panel.number))
+            renderer.update_scene(self._data, _camera(view), only(panel.number))
             if panel.number == 0 and marks is None:
                 self._scenery.draw(renderer.scene, moment, avoiding, touching)
             elif panel.number == 0 and marks is not None:  # rings instead of halos
@@ -155,17 +156,22 @@ def window_of(replay: Replay, video: Video) -> tuple[float, float]:
     return start, replay.end if video.end is None else min(replay.end, video.end)
 
 
-def _model(path: Path, replay: Replay, video: Video) -> mujoco.MjModel:
-    """The run's model, set up for drawing only."""
-    model = load_model(path, replay.qpos.shape[1])
-    model.vis.global_.offwidth, model.vis.global_.offheight = video.width, video.height
+def prepare(model: mujoco.MjModel, width: int, height: int, robots: int) -> None:
+    """Set up a model for drawing only.
+
+    Args:
+        model: What to change.
+        width: Of a picture [pixel].
+        height: Of a picture [pixel].
+        robots: How many there are.
+    """
+    model.vis.global_.offwidth, model.vis.global_.offheight = width, height
     model.light_castshadow[:] = False  # half of a frame's cost; the scenery lays soft discs instead
-    detail = FINE if replay.count <= MOST_DISTINCT else COARSE
+    detail = FINE if robots <= MOST_DISTINCT else COARSE
     model.vis.quality.numslices, model.vis.quality.numstacks = detail
-    return model
 
 
-def _only(group: int) -> mujoco.MjvOption:
+def only(group: int) -> mujoco.MjvOption:
     """Show the geoms of one group."""
     option = mujoco.MjvOption()
     option.geomgroup[:] = 0

@@ -179,7 +179,7 @@ def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Renderi
             stdout=subprocess.PIPE,
             stderr=errors,
             text=True,
-            env=_environment(backend),
+            env=child_environment(backend),
         )
         try:
             yield Rendering(run, path, child, errors)
@@ -191,8 +191,8 @@ def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Renderi
                 left.unlink(missing_ok=True)
 
 
-def _environment(backend: str) -> dict[str, str]:
-    """The child's environment: this one, with the back end, and with this package where it was found."""
+def child_environment(backend: str) -> dict[str, str]:
+    """Return the environment of a child that draws: this one, with the back end and this package."""
     package = str(Path(__file__).resolve().parents[3])
     paths = [package, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]
     return os.environ | {"MUJOCO_GL": backend, "PYTHONPATH": os.pathsep.join(paths)}

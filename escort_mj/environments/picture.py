@@ -1,0 +1,64 @@
+"""Pictures of a simulation, drawn by the report's child process."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from escort_mj.environments.simulation import Simulation
+from escort_mj.errors import UsageError
+from escort_mj.mission import labels_of
+from escort_mj.report.video.live import TRAIL, Painter, Picture, Subject
+
+SIZE = 640, 360  # width and height [pixel]
+
+
+def known_mode(mode: str | None) -> str | None:
+    """Return a mode of rendering that environments have.
+
+    Raises:
+        UsageError: If it is another one.
+    """
+    if mode not in (None, "rgb_array"):
+        raise UsageError(f"render_mode is {mode!r}; expected None or 'rgb_array'")
+    return mode
+
+
+class Camera:
+    """Draws a simulation as it goes, through its scenario's `video.camera`."""
+
+    def __init__(self, simulation: Simulation, size: tuple[int, int] = SIZE) -> None:
+        """Prepare; the child process starts with the first picture.
+
+        Args:
+            simulation: What to draw.
+            size: Width and height [pixel].
+        """
+        self._simulation = simulation
+        self._painter = Painter(size)
+        self._shown: object = None
+        self._drawn = 0
+
+    def picture(self) -> Picture:
+        """Return the mission as it is now, shape (height, width, 3).
+
+        Raises:
+            UsageError: If the mission was not started.
+            RenderError: If nothing can be drawn on this machine, or the child has failed.
+        """
+        simulation = self._simulation
+        if not simulation.commands:
+            raise UsageError("there is nothing to draw yet: call reset")
+        if self._shown is not simulation.world:
+            world, scenario = simulation.world, simulation.scenario
+            self._painter.show(
+                Subject(world.xml, world.sizes, labels_of(scenario, world), scenario.video.camera)
+            )
+            self._shown, self._drawn = world, 0
+        recent = int(np.ceil(TRAIL * simulation.scenario.recording.rate)) + 1
+        since = max(self._drawn, simulation.commands - recent)
+        self._drawn = simulation.commands
+        return self._painter.draw(simulation.samples(since))
+
+    def close(self) -> None:
+        """End the child process."""
+        self._painter.close()

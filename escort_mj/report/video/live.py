@@ -1,0 +1,211 @@
+"""Pictures of a mission under way, drawn by a child process: only there may MuJoCo be loaded with GL.
+
+The child is this same module. It reads messages from its input, each one line that says what comes and how
+many bytes it has: `mission` (JSON: the model and what `record` needs), then `frame` (samples since the last
+one). For each frame it writes the picture, one byte per color, to its output.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from typing import IO, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import EscortError, RenderError
+from escort_mj.gl import INSTALL_COMMAND, choose_backend
+from escort_mj.record.recording import record
+from escort_mj.report.video.video import child_environment
+from escort_mj.signals import TIME, record_size
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+CAMERAS = {"overview": "overview", "follow": "target_follow", "top": "top"}  # of the scenario, of the model
+TRAIL = 8.0  # how long trails are; older samples are not needed [s]
+
+
+class Subject(NamedTuple):
+    """What a mission looks like.
+
+    Attributes:
+        xml: The model, as text.
+        sizes: Size of each dimension of a sample.
+        labels: See `record`.
+        camera: `overview`, `follow` or `top`.
+    """
+
+    xml: str
+    sizes: dict[str, int]
+    labels: dict[str, Any]
+    camera: str
+
+
+class Painter:
+    """Draws missions of any kind, one after another, in a child process that starts with the first picture.
+
+    Attributes:
+        size: Width and height [pixel].
+    """
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self.size = size
+        self._child: subprocess.Popen[bytes] | None = None
+        self._errors: IO[bytes] | None = None
+
+    def show(self, subject: Subject) -> None:
+        """Turn to another mission.
+
+        Raises:
+            RenderError: If nothing can be drawn on this machine, or the child has failed.
+        """
+        self._send("mission", json.dumps(subject._asdict()).encode())
+
+    def draw(self, samples: Array) -> Picture:
+        """Return a picture of the newest sample, shape (height, width, 3).
+
+        Args:
+            samples: Those taken since the last picture of the mission, shape (k, record_size).
+
+        Raises:
+            RenderError: If the child has failed.
+        """
+        self._send("frame", np.ascontiguousarray(samples).tobytes())
+        assert self._child is not None and self._child.stdout is not None
+        width, height = self.size
+        drawn = self._child.stdout.read(3 * width * height)
+        if len(drawn) < 3 * width * height:
+            raise RenderError(self._reason())
+        return np.frombuffer(drawn, dtype=np.uint8).reshape(height, width, 3).copy()
+
+    def close(self) -> None:
+        """End the child."""
+        child, self._child = self._child, None
+        if child is not None:
+            assert child.stdin is not None and child.stdout is not None
+            with contextlib.suppress(OSError):
+                child.stdin.close()
+            child.stdout.close()
+            child.wait()
+        if self._errors is not None:
+            self._errors.close()
+            self._errors = None
+
+    def _send(self, what: str, message: bytes) -> None:
+        if self._child is None:
+            self._start()
+        assert self._child is not None and self._child.stdin is not None
+        try:
+            self._child.stdin.write(f"{what} {len(message)}\n".encode() + message)
+            self._child.stdin.flush()
+        except OSError:
+            raise RenderError(self._reason()) from None
+
+    def _start(self) -> None:
+        backend, reason = choose_backend()
+        if backend is None:
+            raise RenderError(
+                f"nothing can be drawn on this machine: {reason}. To add a renderer: {INSTALL_COMMAND}"
+            )
+        command = [sys.executable, "-P", "-m", "escort_mj.report.video.live", *map(str, self.size)]
+        self._errors = tempfile.TemporaryFile()
+        self._child = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            env=child_environment(backend),
+            start_new_session=True,  # an interrupt of the terminal is the parent's
+        )
+
+    def _reason(self) -> str:
+        """Say why the child has failed."""
+        assert self._child is not None and self._errors is not None
+        self._child.kill()
+        code = self._child.wait()
+        self._errors.seek(0)
+        said = self._errors.read().decode(errors="replace").splitlines()
+        self.close()
+        return f"the renderer failed with exit code {code}" + (f": {said[-1]}" if said else "")
+
+
+class _Easel:
+    """The child's picture of one mission."""
+
+    def __init__(self, subject: Subject, size: tuple[int, int]) -> None:
+        import mujoco
+
+        from escort_mj.report.video.film import MOST_MARKS, prepare
+
+        self._subject = subject
+        self._width, height = size
+        self._model = mujoco.MjModel.from_xml_string(subject.xml)
+        prepare(self._model, *size, subject.sizes["robot"])
+        self._data = mujoco.MjData(self._model)
+        self._renderer = mujoco.Renderer(self._model, height, self._width, MOST_MARKS)
+        self._samples: Array = np.zeros((0, record_size(subject.sizes)))
+
+    def draw(self, samples: Array) -> Picture:
+        """Return a picture of the newest sample."""
+        import mujoco
+
+        from escort_mj.report.video.film import GLOW, only
+        from escort_mj.report.video.replay import replay_of
+        from escort_mj.report.video.scene import Scenery
+        from escort_mj.report.video.solids import pose
+
+        known = np.concatenate([self._samples, samples])
+        self._samples = known[known[:, TIME] >= known[-1:, TIME] - TRAIL]
+        replay = replay_of(record(self._samples, self._subject.sizes, self._subject.labels))
+        moment = replay.at(replay.end)
+        pose(self._model, self._data, moment.qpos, {replay.suffix: moment.target})
+        mujoco.mj_camlight(self._model, self._data)
+        self._renderer.update_scene(self._data, CAMERAS[self._subject.camera], only(0))
+        avoiding, touching = (replay.lately(f, moment, GLOW) for f in (replay.avoiding, replay.touching))
+        Scenery(replay, 1.0, self._width).draw(self._renderer.scene, moment, avoiding, touching)
+        return np.asarray(self._renderer.render())
+
+    def close(self) -> None:
+        """Free the renderer."""
+        self._renderer.close()
+
+
+def serve(arguments: list[str] | None = None) -> int:
+    """Draw what the input says until it ends. MUJOCO_GL must name a back end that works.
+
+    Returns:
+        The exit code.
+    """
+    parser = argparse.ArgumentParser(prog="python -m escort_mj.report.video.live", description=serve.__doc__)
+    parser.add_argument("size", type=int, nargs=2, help="width and height")
+    width, height = parser.parse_args(arguments).size
+    output = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print is no picture
+    easel: _Easel | None = None
+    try:
+        while line := sys.stdin.buffer.readline():
+            what, count = line.decode().split()
+            message = sys.stdin.buffer.read(int(count))
+            if what == "mission":
+                if easel is not None:
+                    easel.close()
+                easel = _Easel(Subject(**json.loads(message)), (width, height))
+            elif easel is not None:
+                samples = np.frombuffer(message).reshape(-1, easel._samples.shape[1])
+                output.write(easel.draw(samples).tobytes())
+                output.flush()
+    except (EscortError, ValueError) as fault:
+        print(f"{fault}".replace("\n", " "), file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(serve())
