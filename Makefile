@@ -87,7 +87,7 @@ IMPORT := $(BIN)/python -W ignore -c
 .venv/.test: requirements/test.txt .venv/.run
 	@echo "Adding the test tools pinned in requirements/test.txt ..."
 	@$(INSTALL) -r requirements/test.txt
-	@$(IMPORT) 'import cmaes, distributed, gymnasium, hypothesis, jsonschema, mcap, optuna, pettingzoo, pytest, \
+	@$(IMPORT) 'import cmaes, distributed, gymnasium, hypothesis, jsonschema, mcap, minari, optuna, pettingzoo, pytest, \
 	    viser, xdist'
 	@touch $@
 

@@ -14,7 +14,7 @@ from typing import Any
 
 os.environ.setdefault("MUJOCO_GL", "disable")
 
-from benchmarks import batch, growth, loop, machine, peers, profile, recording, start, watch  # noqa: E402
+from benchmarks import batch, environments, growth, loop, machine, peers, profile, recording, start, watch  # noqa: E402
 from benchmarks.document import DOCS, publish  # noqa: E402
 from benchmarks.peers.environments import REQUIREMENTS  # noqa: E402
 
@@ -28,6 +28,7 @@ SECTIONS = {
     "recording": recording,
     "start": start,
     "batch": batch,
+    "environments": environments,
     "peers": peers,
 }
 

@@ -1,6 +1,7 @@
 """The examples run as they are."""
 
 import contextlib
+import importlib.util
 import io
 import json
 import re
@@ -9,6 +10,7 @@ import sys
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 import pytest
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -19,6 +21,18 @@ def test_many_missions(compiled: None) -> None:
         [sys.executable, EXAMPLES / "many_missions.py", "3"], capture_output=True, text=True, check=True
     )
     assert " of 3 missions passed; least clearance 0." in made.stdout
+
+
+def test_train_policy(compiled: None, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("cmaes")
+    pytest.importorskip("gymnasium")
+    spec = importlib.util.spec_from_file_location("train_policy", EXAMPLES / "train_policy.py")
+    assert spec is not None and spec.loader is not None
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    curve = example.main(2, duration=0.5)
+    assert len(curve) == 2 and np.isfinite(curve).all()
+    assert "trained: " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)

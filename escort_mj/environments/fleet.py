@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
-from escort_mj.environments.simulation import due
+from escort_mj.environments.simulation import due, obstacle_points
 from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
@@ -154,8 +154,7 @@ class Fleet:
                     self._newest[k] = several[k][-1]
                 self._taken[k] += count
                 if self._points is not None:
-                    points = plant.state.obstacle_point  # of the robots, and last of the target
-                    self._points[k] = points.reshape(-1, *self._points.shape[2:])[:-1]
+                    self._points[k] = obstacle_points(plant)
 
     def _judge(self, missions: Sequence[int], several: dict[int, Array]) -> None:
         """Find out how missions stand: `examine` is asked wherever something may be wrong."""

@@ -36,6 +36,15 @@ def due(schedule: Schedule, taken: int) -> int:
     return schedule.before(until + 1) - taken
 
 
+def obstacle_points(plant: Plant) -> Array | None:
+    """Return each robot's nearest point of each obstacle, shape (1, n, m, p) [m]; None if all are spheres."""
+    world = plant.world
+    if not world.setup.shaped:
+        return None
+    sizes = (-1, world.sizes["obstacle"], world.sizes["axis"])
+    return plant.state.obstacle_point.reshape(sizes)[None, :-1]  # the last ones are the target's
+
+
 class Simulation:
     """Robots that do as they are told, in the world of a scenario.
 
@@ -166,19 +175,12 @@ class Simulation:
         relative to the robot, by distance. Lengths in mission radii, velocities in largest velocities; 0
         where there is nothing.
         """
-        return self._senses.observe(self._newest, self._points())[0]
+        return self._senses.observe(self._newest, obstacle_points(self.plant))[0]
 
     def observe_within(self) -> Seen:
         """What each robot knows, as learners take it, shape (n, width): cut off at `limits`, without NaN."""
         with np.errstate(invalid="ignore"):
             return self._senses.bounded(self.observe(), self.limits)
-
-    def _points(self) -> Array | None:
-        """The nearest points of obstacles that are no spheres, see `Senses.observe`."""
-        if not self.world.setup.shaped:
-            return None
-        points = self.plant.state.obstacle_point.reshape(1, self.count + 1, -1, self.axes)
-        return points[:, :-1]
 
     def samples(self, since: int) -> Array:
         """Return the samples worth keeping that commands led to, shape (k, record_size), see `signals.py`.
