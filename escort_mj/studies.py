@@ -77,6 +77,7 @@ def lay_out(
     out: str | os.PathLike[str] | None,
     workers: int | None,
     confirmed: bool = True,
+    overrides: Sequence[str] = (),
 ) -> tuple[Design, Path, int]:
     """Return the design of a study, the folder of its results, and the number of workers.
 
@@ -85,6 +86,7 @@ def lay_out(
         out: Folder for the results; None for `renders/studies/NAME`.
         workers: Number of workers; None for one per core.
         confirmed: Whether the study may exceed its own `at_most`.
+        overrides: Texts `key.path=value` that are added to the study's `set`.
 
     Raises:
         UsageError: If there is no such study, or if it is too large and not confirmed.
@@ -94,7 +96,7 @@ def lay_out(
     from escort_mj.study.sweeps.design import Design
     from escort_mj.study.sweeps.sweep import check_size
 
-    file = load_study(study if isinstance(study, Mapping) else study_path(study))
+    file = load_study(study if isinstance(study, Mapping) else study_path(study), overrides)
     folder = Path(out) if out is not None else Path("renders") / "studies" / file.study.study
     if not confirmed:
         check_size(file, folder)

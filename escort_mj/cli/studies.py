@@ -36,7 +36,10 @@ OutOption = Annotated[
     Path | None, typer.Option(help="Folder for the results [default: renders/studies/NAME].")
 ]
 AgainOption = Annotated[bool, typer.Option("--again", help="Repeat runs that already exist.")]
-
+DocsOption = Annotated[
+    Path | None,
+    typer.Option(hidden=True, help="Page of the docs that also gets the table, between its marks."),
+]
 
 StudyArgument = Annotated[
     str,
@@ -48,7 +51,12 @@ StudyArgument = Annotated[
 
 
 def _laid_out(
-    study: str, out: Path | None, workers: int | None, processes: bool = True, confirmed: bool = True
+    study: str,
+    out: Path | None,
+    workers: int | None,
+    overrides: list[str] | None,
+    processes: bool = True,
+    confirmed: bool = True,
 ) -> tuple[Design, Path, int]:
     """A study's design, the folder of its results, and how many work on it.
 
@@ -62,7 +70,7 @@ def _laid_out(
         parent_of_workers()
     from escort_mj.studies import lay_out
 
-    return lay_out(study, out, count, confirmed)
+    return lay_out(study, out, count, confirmed, overrides or ())
 
 
 @app.command("reproduce")
@@ -75,7 +83,9 @@ def reproduce_command(
         "renders/reproduction"
     ),
     workers: WorkersOption = None,
-    docs: Annotated[Path | None, typer.Option(help="Also write the table to this Markdown file.")] = None,
+    docs: Annotated[
+        Path | None, typer.Option(hidden=True, help="Also write the table to this Markdown file.")
+    ] = None,
     again: AgainOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -129,7 +139,8 @@ def compare_command(
     ] = None,
     workers: WorkersOption = None,
     docs: Annotated[
-        Path | None, typer.Option(help="Also write the table into this Markdown page, between its marks.")
+        Path | None,
+        typer.Option(hidden=True, help="Also write the table into this Markdown page, between its marks."),
     ] = None,
     again: AgainOption = False,
     as_json: JsonOption = False,
@@ -162,6 +173,7 @@ def compare_command(
 @app.command("sweep")
 def sweep_command(
     study: StudyArgument,
+    overrides: SetOption = None,
     out: OutOption = None,
     workers: WorkersOption = None,
     backend: Annotated[
@@ -185,7 +197,7 @@ def sweep_command(
 
     Example: escort-mj sweep mine.yaml --backend dask --scheduler tcp://host:8786
     """
-    design, folder, count = _laid_out(study, out, workers, backend == "local", yes)
+    design, folder, count = _laid_out(study, out, workers, overrides, backend == "local", yes)
     from escort_mj.study.engine import backends
     from escort_mj.study.sweeps.sweep import sweep as make_runs
     from escort_mj.study.sweeps.sweep import sweep_line
@@ -228,6 +240,7 @@ def rerun_command(
 @app.command("tune")
 def tune_command(
     study: StudyArgument,
+    overrides: SetOption = None,
     out: OutOption = None,
     workers: WorkersOption = None,
     figures: Annotated[
@@ -239,7 +252,7 @@ def tune_command(
 
     Example: escort-mj tune studies/tune_apd_smc
     """
-    design, folder, count = _laid_out(study, out, workers)
+    design, folder, count = _laid_out(study, out, workers, overrides)
     from escort_mj.study.engine import backends
     from escort_mj.study.search.evaluate import base_of
     from escort_mj.study.search.tune import tune as search
@@ -262,6 +275,7 @@ def tune_command(
 @app.command("falsify")
 def falsify_command(
     study: StudyArgument,
+    overrides: SetOption = None,
     out: OutOption = None,
     workers: WorkersOption = None,
     video: Annotated[
@@ -277,7 +291,7 @@ def falsify_command(
 
     Example: escort-mj falsify studies/falsify_main
     """
-    design, folder, count = _laid_out(study, out, workers)
+    design, folder, count = _laid_out(study, out, workers, overrides)
     from escort_mj.errors import RenderError
     from escort_mj.report.video.video import render_clip
     from escort_mj.study.engine import backends

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from escort_mj.cli import complete
-from escort_mj.cli.app import SetOption, app, say
+from escort_mj.cli.app import PluginOption, SetOption, app, say
 from escort_mj.errors import UsageError
 
 
@@ -27,6 +27,7 @@ def view_command(
         ),
     ],
     overrides: SetOption = None,
+    plugins: PluginOption = None,
     speed: Annotated[float, typer.Option(help="Initial speed, in simulated seconds per second.")] = 1.0,
     host: Annotated[
         str, typer.Option(help="Network interface to listen on; by default, this machine only.")
@@ -45,9 +46,9 @@ def view_command(
     if not 0.01 <= speed <= 1000.0:
         raise UsageError(f"--speed: found {speed:g}; allowed is 0.01 to 1000")
     recorded = os.path.isdir(source)
-    if recorded and overrides:
-        raise UsageError("--set changes a scenario; a run folder is what it is")
-    scenario = None if recorded else api.load_scenario(source, overrides or ())
+    if recorded and (overrides or plugins):
+        raise UsageError("--set and --plugin change a scenario, not a run folder")
+    scenario = None if recorded else api.load_scenario(source, overrides or (), plugins or ())
     with contextlib.ExitStack() as stack:
         if native:
             from escort_mj.view.native import KEYS, Native, check_display

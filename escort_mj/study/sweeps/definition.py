@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Literal
 
@@ -12,7 +12,15 @@ from pydantic import Field, PositiveFloat, PositiveInt, ValidationError
 
 from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.scenario.findings import Finding, Path, did_you_mean, key_path, listed, parse_key_path
+from escort_mj.scenario.findings import (
+    Finding,
+    Path,
+    did_you_mean,
+    key_path,
+    listed,
+    parse_key_path,
+    shortened,
+)
 from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.document import Document, read_document
 from escort_mj.scenario.reader.dump import flow
@@ -110,11 +118,12 @@ def is_study(document: Document) -> bool:
     return isinstance(document.data, dict) and "study" in document.data
 
 
-def load_study(given: str | os.PathLike[str] | Mapping[str, Any]) -> StudyFile:
+def load_study(given: str | os.PathLike[str] | Mapping[str, Any], overrides: Sequence[str] = ()) -> StudyFile:
     """Read and check a study; the scenario that it names is read by `design.Design`.
 
     Args:
         given: A file; or keys and values as in a file, whose scenario is looked for from here.
+        overrides: Texts `key.path=value` that are added to the study's `set`.
 
     Raises:
         UsageError: If there is no such file or it cannot be read.
@@ -122,7 +131,7 @@ def load_study(given: str | os.PathLike[str] | Mapping[str, Any]) -> StudyFile:
     """
     if isinstance(given, Mapping):
         source, document = "study", document_of(given)
-        text = "".join(f"{key}: {flow(value)}\n" for key, value in document.data.items())
+        text = _written(document.data)
     else:
         source = os.fspath(given)
         text = read_text(FilePath(source))
@@ -130,6 +139,10 @@ def load_study(given: str | os.PathLike[str] | Mapping[str, Any]) -> StudyFile:
     if not is_study(document):
         message = "is no study: a study names itself with the key study, and its scenario with scenario"
         raise ScenarioError([Fault(message, source=source)])
+    if overrides:
+        before = document.data.get("set")
+        document.data["set"] = (before if isinstance(before, dict) else {}) | dict(map(_setting, overrides))
+        text = _written(document.data)
     try:
         study = Study.model_validate(tuples(document.data), strict=True)
     except ValidationError as error:
@@ -143,6 +156,24 @@ def load_study(given: str | os.PathLike[str] | Mapping[str, Any]) -> StudyFile:
         place = document.place(finding.path, finding.at_key)
         faults.append(Fault(finding.message, key_path(finding.path), place.line, place.column, place.source))
     raise ScenarioError(sorted(faults, key=lambda fault: (fault.line, fault.column)))
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """Return the key path and the value of an override.
+
+    Raises:
+        ScenarioError: If it is not one.
+    """
+    key, equals, value = text.partition("=")
+    place = f"--set {shortened(text, 80)}"
+    if not equals or parse_key_path(key.strip()) is None:
+        raise ScenarioError([Fault("expected key.path=value, such as robots.count=7", source=place)])
+    return key.strip(), read_document(value, place).data
+
+
+def _written(data: Mapping[str, Any]) -> str:
+    """Return a study as YAML."""
+    return "".join(f"{key}: {flow(value)}\n" for key, value in data.items())
 
 
 def _findings(study: Study) -> list[Finding]:

@@ -124,3 +124,18 @@ def test_whole_numbers_are_counted_once(tmp_path: Path) -> None:
     text = "study: s\nscenario: main\nvary: {robots.count: {low: 3, high: 5, count: 10000, whole: true}}\n"
     study = load_study(written(tmp_path, text)).study
     assert cells_of(study) == 3 and values_of(study.vary["robots.count"]) == [3, 4, 5]
+
+
+def test_overrides_are_added_to_what_is_set(tmp_path: Path) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text("study: s\nscenario: main\nset: {duration: 5}\n")
+    file = load_study(path, ["robots.mass=2", "duration=3", "expect=[]"])
+    assert file.study.set == {"duration": 3, "robots.mass": 2, "expect": ()}
+    assert load_study(yaml_of(file.text, tmp_path)).study == file.study, "what is kept says it, too"
+    with pytest.raises(ScenarioError, match=r"--set robots: expected key.path=value"):
+        load_study(path, ["robots"])
+
+
+def yaml_of(text: str, folder: Path) -> Path:
+    (folder / "kept.yaml").write_text(text)
+    return folder / "kept.yaml"
