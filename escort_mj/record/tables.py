@@ -1,4 +1,4 @@
-"""Tables as text: for other programs, for Markdown, for a terminal."""
+"""Tables as text: for other programs, for Markdown, for LaTeX, for a terminal."""
 
 from __future__ import annotations
 
@@ -8,6 +8,20 @@ from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 from typing import Any
 
+_LATEX = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "±": r"$\pm$",
+    "−": r"$-$",
+    "×": r"$\times$",
+    "°": r"$^\circ$",
+    "µ": r"$\mu$",
+    "\n": " ",
+}
 FORMULA = ("=", "+", "-", "@")  # how cells begin that spreadsheets run
 
 
@@ -42,6 +56,48 @@ def markdown(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
         "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"
         for row in [head, ["---"] * len(head), *rows]
     ]
+
+
+def latex(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str) -> str:
+    """Return a table for LaTeX with the package booktabs; the first column is left-aligned.
+
+    Args:
+        head: Headings.
+        rows: Cells as plain text; `**text**` is bold.
+        caption: What the table shows.
+    """
+    lines = [" & ".join(map(_latex_cell, row)) + r" \\" for row in [head, *rows]]
+    return "\n".join(
+        [
+            r"% \usepackage{booktabs}",
+            r"\begin{table}",
+            r"  \centering",
+            rf"  \caption{{{in_latex(caption)}}}",
+            rf"  \begin{{tabular}}{{l{'r' * (len(head) - 1)}}}",
+            r"    \toprule",
+            f"    {lines[0]}",
+            r"    \midrule",
+            *(f"    {line}" for line in lines[1:]),
+            r"    \bottomrule",
+            r"  \end{tabular}",
+            r"\end{table}",
+            "",
+        ]
+    )
+
+
+def in_latex(text: str) -> str:
+    """Return plain text so that LaTeX prints it as it is."""
+    return "".join(_LATEX.get(letter, letter) for letter in text)
+
+
+def _latex_cell(text: str) -> str:
+    """Return a cell; its row must not begin with a bracket, which would end the row before it otherwise."""
+    bold = len(text) > 4 and text.startswith("**") and text.endswith("**")
+    words = in_latex(text.strip("*") if bold else text)
+    if bold:
+        return rf"\textbf{{{words}}}"
+    return f"{{}}{words}" if words.startswith("[") else words
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> list[str]:

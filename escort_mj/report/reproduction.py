@@ -39,7 +39,7 @@ class Kind(NamedTuple):
     """How a kind of figure is drawn: its height in inches for a trace, and the drawing itself."""
 
     words: str
-    height: Callable[[xarray.Dataset], float]
+    height: Callable[[xarray.Dataset, float], float]
     draw: Callable[[Any, xarray.Dataset], None]
 
 
@@ -65,7 +65,7 @@ def draw_reproduction(folder: Path, runs: Sequence[Measured], shown: PaperFigure
         del stored[SHOWN[1]]
     kind = _kind(shown.kind, first.trace)
     title = f"Fig. {shown.key}: {LAWS[shown.law]}, {CASES[shown.case]}: {kind.words}"
-    height = max(kind.height(run.trace) for run in stored.values()) + HEADROOM
+    height = max(kind.height(run.trace, WIDTH) for run in stored.values()) + HEADROOM
     with figure(path, height, title, width=WIDTH * len(stored)) as canvas:
         parts = canvas.subfigures(1, len(stored), wspace=0.03, squeeze=False)[0]
         for part, (reading, run) in zip(parts, stored.items(), strict=True):
@@ -173,13 +173,13 @@ def _scatter(axes: Axes, name: str, runs: Sequence[Measured]) -> None:
 
 def _kind(name: str, trace: xarray.Dataset) -> Kind:
     if name == "panels":
-        return Kind("distances and tracking errors", lambda trace: 6.4, timelines.panels)
+        return Kind("distances and tracking errors", timelines.panels_height, timelines.panels)
     if name == "obstacles":
         height = nearness.obstacle_distances_height
         return Kind("distances to obstacles", height, nearness.obstacle_distances)
     if trace.sizes["axis"] == 2:
         return Kind("paths", paths.plan_height, paths.plan_view)
-    return Kind("paths", lambda trace: 5.2, paths.space_view)
+    return Kind("paths", paths.space_height, paths.space_view)
 
 
 def _ending(run: StoredRun) -> str:

@@ -39,6 +39,7 @@ def test_runs_table_and_figures_are_there(whole):
     assert len(json.loads((out / "table.json").read_text())["runs"]) == 4
     assert len((out / "table.csv").read_text().splitlines()) == 5
     assert "PD, gravity compensated" in (out / "table.md").read_text()
+    assert r" & PD, gravity compensated & " in (out / "table.tex").read_text()
     for name in ("comparison", "curves"):
         assert np.asarray(Image.open(out / "figures" / f"{name}.png").convert("L")).std() > 5
 

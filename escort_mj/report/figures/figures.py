@@ -29,22 +29,22 @@ class Plot(NamedTuple):
     Attributes:
         name: File name without suffix.
         title: What it shows.
-        height: In inches, for this trace.
+        height: In inches, for this trace and width [inches].
         draw: Draws it.
         applies: Whether this trace has something to show.
     """
 
     name: str
     title: str
-    height: Callable[[xarray.Dataset], float]
+    height: Callable[[xarray.Dataset, float], float]
     draw: Callable[[Figure, xarray.Dataset], None]
     applies: Callable[[xarray.Dataset], bool] = lambda trace: True
 
 
 PLOTS: tuple[Plot, ...] = (
-    Plot("panels", "distances and tracking errors", lambda trace: 6.4, timelines.panels),
+    Plot("panels", "distances and tracking errors", timelines.panels_height, timelines.panels),
     Plot("paths", "paths", paths.plan_height, paths.plan_view, lambda trace: trace.sizes["axis"] == 2),
-    Plot("paths", "paths", lambda trace: 5.2, paths.space_view, lambda trace: trace.sizes["axis"] == 3),
+    Plot("paths", "paths", paths.space_height, paths.space_view, lambda trace: trace.sizes["axis"] == 3),
     Plot(
         "paths",
         "paths, cast on two axes each",
@@ -69,12 +69,12 @@ PLOTS: tuple[Plot, ...] = (
     Plot("tasks", "behaviors and their conflicts", tasks.tasks_height, tasks.tasks),
     Plot(
         "truth",
-        "what the law is not told",
+        "what the law does not know",
         truth.truth_height,
         truth.truth,
         lambda trace: "mass_matrix" in trace,
     ),
-    Plot("forces", "forces of the motors", lambda trace: 1.0 + 1.7 * trace.sizes["axis"], timelines.forces),
+    Plot("forces", "forces of the motors", timelines.forces_height, timelines.forces),
 )
 
 
@@ -106,7 +106,7 @@ def draw_figures(
         for suffix in formats:
             path = run.path / FIGURES / f"{plot.name}.{suffix}"
             title, note = _title(run.trace, plot), _note(run)
-            with figure(path, plot.height(run.trace), title, note, look=look) as canvas:
+            with figure(path, plot.height(run.trace, look.width), title, note, look=look) as canvas:
                 plot.draw(canvas, run.trace)
             written.append(path)
     return written
@@ -133,7 +133,7 @@ def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "", lo
         raise RenderError(NOTHING)
     plots = plots_of(trace)
     plot = next(iter(plots.values())) if name is None else plots[name]
-    with canvas_of(plot.height(trace), _title(trace, plot), note, look=look) as canvas:
+    with canvas_of(plot.height(trace, look.width), _title(trace, plot), note, look=look) as canvas:
         plot.draw(canvas, trace)
     return canvas
 

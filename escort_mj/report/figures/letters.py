@@ -51,7 +51,7 @@ def take_literally(figure: Figure) -> None:
     r"""Draw `$`, `^`, `_` and `\` of every text as they stand; only numbers along an axis are mathematics."""
     numbers: set[Text] = set()
     for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
+        for axis in (axes.xaxis, axes.yaxis, *([axes.zaxis] if hasattr(axes, "zaxis") else [])):
             if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
                 axis.set_major_formatter(_Literal(axis.get_major_formatter()))
             numbers |= {axis.get_offset_text(), *axis.get_ticklabels(which="both")}

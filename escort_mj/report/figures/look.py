@@ -14,6 +14,7 @@ from escort_mj.report.figures.letters import FONT
 WIDTHS = {"column": 3.5, "page": 7.2}
 """Widths of one and of two columns of a journal's page [inches]."""
 FORMATS = ("png", "pdf", "svg")
+NARROW = 5.0  # inches; panels of narrower figures stand below each other
 LEAST_WIDTH, MOST_WIDTH = 2.0, 40.0  # inches
 LEAST_SIZE, MOST_SIZE = 4.0, 40.0  # points
 GENERIC = ("serif", "sans-serif", "monospace")

@@ -46,7 +46,7 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
             axes.axhspan(0.0, float(touch[:, j].min()), color=palette.OBSTACLE, alpha=0.45, linewidth=0)
             limit_line(axes, float(safe[:, j].max()), f"{safe[:, j].max():.3g} m", palette.CONTACT)
             point = trace["obstacle_radius"].values[j] == 0.0  # a shape: distances are to its nearest point
-            axes.set_ylabel("center to its surface [m]" if point else "centers apart [m]")
+            axes.set_ylabel("to surface [m]" if point else "centers apart [m]")
         others.append(("would touch", Patch(color=palette.OBSTACLE, alpha=0.45, linewidth=0)))
     else:
         beyond = (distance - safe).min(axis=2)
@@ -54,7 +54,7 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
         draw_curves(grid[0], time, beyond, colors, lost=lost(trace))
         grid[0].set_ylim(min(0.0, float(beyond.min())) - 0.2, _window(beyond, 3.0 * float(safe.max()) + 1.0))
         limit_line(grid[0], 0.0, "", palette.CONTACT)
-        grid[0].set_ylabel("m")
+        grid[0].set_ylabel("beyond [m]")
     _lanes(grid[-1], trace)
     timeline(grid, time)
     name_robots(figure, grid, count, [*others, *curve_keys(count, ""), *lost_keys(trace)])
@@ -85,18 +85,18 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
         axes.vlines(when, 0.0, force, color=palette.CONTACT, linewidth=0.8)
         axes.plot(when, force, ".", color=palette.CONTACT, ms=5)
         axes.set_ylim(0.0, 1.1 * max(float(force.max()), 1e-3))
-        axes.set_ylabel("N")
+        axes.set_ylabel("force [N]")
     _lanes(grid[-1], trace)
     timeline(grid, time)
     name_robots(figure, grid, count, [*curve_keys(count, ""), *lost_keys(trace)])
 
 
-def clearances_height(trace: xarray.Dataset) -> float:
+def clearances_height(trace: xarray.Dataset, width: float) -> float:
     """Height of `clearances` [inches]."""
     return _height(trace, len(spaces(trace)) + _pushed(trace))
 
 
-def obstacle_distances_height(trace: xarray.Dataset) -> float:
+def obstacle_distances_height(trace: xarray.Dataset, width: float) -> float:
     """Height of `obstacle_distances` [inches]."""
     return _height(trace, trace.sizes["obstacle"] if trace.sizes["obstacle"] <= MOST_PANELS else 1)
 

@@ -20,8 +20,9 @@ from escort_mj import palette
 from escort_mj.metrics.reading import lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
 from escort_mj.report.figures.curves import BOUND
+from escort_mj.report.figures.look import NARROW
 from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
-from escort_mj.report.figures.style import WIDTH, Key, name_robots
+from escort_mj.report.figures.style import WIDTH, Key, name_robots, narrow
 from escort_mj.report.video.replay import outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
 
@@ -51,11 +52,11 @@ def bounds(trace: xarray.Dataset) -> tuple[Array, Array]:
     return every.min(axis=0), every.max(axis=0)
 
 
-def plan_height(trace: xarray.Dataset) -> float:
+def plan_height(trace: xarray.Dataset, width: float = WIDTH) -> float:
     """Height of a figure whose plan view fills its width [inches]."""
     low, high = bounds(trace)
     shape = (high[1] - low[1]) / max(high[0] - low[0], 1e-9)
-    wide = WIDTH - (0.6 if trace.sizes["robot"] <= MOST_DISTINCT else 1.4)
+    wide = width - (0.6 if trace.sizes["robot"] <= MOST_DISTINCT else 1.4)
     return float(np.clip(wide * shape, 1.2, 5.0)) + 1.4
 
 
@@ -68,16 +69,22 @@ def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
     name_robots(figure, [axes], trace.sizes["robot"], _keys(trace), one_by_one=True)
 
 
-def pairs_height(trace: xarray.Dataset) -> float:
+def pairs_height(trace: xarray.Dataset, width: float) -> float:
     """Height of `pairs_view` [inches]."""
-    rows = -(-len(_pairs(trace)) // 2)
-    return 3.5 * rows + 1.2
+    columns = 2 if width > NARROW else 1
+    return 3.5 * -(-len(_pairs(trace)) // columns) + 1.2
+
+
+def space_height(trace: xarray.Dataset, width: float) -> float:
+    """Height of `space_view` [inches]."""
+    return 1.2 + 4.0 * min(width / WIDTH, 1.0)
 
 
 def pairs_view(figure: Figure, trace: xarray.Dataset) -> None:
     """Paths in more than three axes: the shadow that all of it casts on planes of two axes each."""
     pairs = _pairs(trace)
-    grid = figure.subplots(-(-len(pairs) // 2), 2, squeeze=False).ravel()
+    columns = 1 if narrow(figure) else 2
+    grid = figure.subplots(-(-len(pairs) // columns), columns, squeeze=False).ravel()
     formations = links(trace)
     for axes, pair in zip(grid, pairs, strict=False):
         _plan(axes, trace.isel(axis=pair), [trace.sizes["time"] - 1], formations)
@@ -98,7 +105,7 @@ def _plan(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: For
     margin = 0.03 * float((high - low).max())
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", anchor="S")  # its label stays where the layout puts it
     step = _step(float((high - low).max()))
     axes.xaxis.set_major_locator(MultipleLocator(step))
     axes.yaxis.set_major_locator(MultipleLocator(step))
@@ -162,11 +169,11 @@ def space_view(figure: Figure, trace: xarray.Dataset) -> None:
     middle, half = (low + high) / 2, np.maximum((high - low) / 2 * 1.03, 1e-3)
     for name, center, size in zip("xyz", middle, half, strict=True):
         getattr(axes, f"set_{name}lim")(center - size, center + size)
-        getattr(axes, f"set_{name}label")(f"{name} [m]")
+        getattr(axes, f"set_{name}label")(f"{name} [m]", labelpad=9.0 if name == "x" else 2.0)
         getattr(axes, f"{name}axis").set_pane_color((0.97, 0.975, 0.98, 1.0))
         ticks = int(np.clip(round(7 * size / half.max()), 2, 7))
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(ticks))
-    axes.set_box_aspect(half, zoom=1.05)
+    axes.set_box_aspect(half, zoom=1.05 + 0.3 * max(2.0 * half[0] / np.linalg.norm(half) - 1.0, 0.0))
     axes.view_init(elev=22, azim=-62)
     floor = middle[2] - half[2]
 
@@ -292,9 +299,11 @@ def _ends(axes: Axes, trace: xarray.Dataset) -> None:
 def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
     """The time of each formation, beside its target."""
     for moment in moments:
+        place = trace["target_position"].values[moment]
+        axes.plot(*place[:, None], "o", color=palette.TARGET, markersize=3.0, zorder=3.1)
         axes.annotate(
             f"{float(trace['time'][moment]):.4g} s",
-            trace["target_position"].values[moment],
+            place,
             xytext=(0, 6),
             textcoords="offset points",
             ha="center",

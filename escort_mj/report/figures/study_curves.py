@@ -51,10 +51,11 @@ def draw_study_curves(
     """
     down = -(-len(quantities) // 2)
     with figure(path, 0.8 + 2.1 * down, f"{results.name}: against {factor.name}") as canvas:
-        grid = canvas.subplots(down, 2, squeeze=False, sharex=True)
+        grid, never = canvas.subplots(down, 2, squeeze=False, sharex=True), False
         for axes, quantity in zip(grid.ravel(), quantities, strict=False):
             lines = [list(_points(results, quantity, factor, here)) for here in _parts(results, by)]
             _curves(axes, quantity, lines)
+            never |= any(np.isposinf(point.value) for line in lines for point in line)
         for axes in grid.ravel()[len(quantities) :]:
             axes.set_visible(False)
         shown = grid.ravel()[: len(quantities)]
@@ -68,7 +69,7 @@ def draw_study_curves(
             if len(factor.levels) <= 10 and not factor.drawn:
                 axes.set_xticks(factor.numbers, factor.levels)
                 axes.xaxis.set_minor_locator(NullLocator())
-        _name(canvas, by)
+        _name(canvas, by, never)
 
 
 def _parts(results: Results, by: Factor | None) -> list[NDArray[np.bool_]]:
@@ -134,15 +135,16 @@ def _prepare(axes: Axes, quantity: str, scale: Scale, vertical: bool) -> None:
         logarithmic(axes.yaxis if vertical else axes.xaxis)
 
 
-def _name(canvas: Figure, by: Factor | None) -> None:
-    """The legend: which color is which level; what a cross at the upper edge means."""
+def _name(canvas: Figure, by: Factor | None, never: bool) -> None:
+    """The legend: which color is which level; what a cross at the upper edge means, where there is one."""
     keys: list[Key] = []
     if by is not None:
         keys = [
             (f"{by.name} = {level}" if len(level) < 20 else level, Line2D([], [], color=color, linewidth=2.0))
             for level, color in zip(by.levels, colors_of(len(by.levels)), strict=True)
         ]
-    keys.append(("never, in the median", Line2D([], [], color="#555555", marker="x", linestyle="")))
+    if never:
+        keys.append(("never, in the median", Line2D([], [], color="#555555", marker="x", linestyle="")))
     legend(canvas, keys)
 
 

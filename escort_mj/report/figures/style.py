@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,7 +20,7 @@ from matplotlib.lines import Line2D
 from escort_mj import palette
 from escort_mj.record.files import make_folder, replaced
 from escort_mj.report.figures.letters import FONT, spell, take_literally
-from escort_mj.report.figures.look import USUAL, Look
+from escort_mj.report.figures.look import NARROW, USUAL, Look
 
 WIDTH = USUAL.width
 DPI = 200
@@ -124,8 +125,17 @@ def canvas_of(
             lines += 0.9 if lines else 1.4
         canvas.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 1.0 - lines * line))
         yield canvas
+        if narrow(canvas):
+            _wrap_titles(canvas, 0.9 * width_of(canvas))
         spell(canvas)
         take_literally(canvas)
+
+
+def _wrap_titles(canvas: Figure, width: float) -> None:
+    """Break titles of panels that are wider than this [inches]."""
+    letters = int(width * 72 / (0.62 * matplotlib.rcParams["axes.titlesize"]))
+    for axes in canvas.axes:
+        axes.set_title("\n".join(textwrap.wrap(axes.get_title("left"), letters)), loc="left")
 
 
 @contextmanager
@@ -197,6 +207,16 @@ def name_robots(
     legend(figure, keys)
 
 
+def narrow(figure: Figure) -> bool:
+    """Return whether panels of a figure, or of a part of one, stand below each other."""
+    return width_of(figure) <= NARROW
+
+
+def width_of(figure: Figure) -> float:
+    """Return the width of a figure, or of a part of one [inches]."""
+    return float(figure.bbox.width / figure.dpi)
+
+
 def legend(figure: Figure, keys: Sequence[Key]) -> None:
     """A legend below every panel, in rows that fit the figure's width."""
     if keys:
@@ -215,7 +235,6 @@ def robot_keys(count: int) -> list[Key]:
 def _columns(words: Sequence[str], figure: Figure) -> int:
     """Columns of a legend that fits the figure's width, in rows as even as can be."""
     widest = max(len(word) for word in words) + 5.0
-    width = figure.bbox.width / figure.dpi
-    room = LEGEND_LETTERS * width / WIDTH * USUAL.size / matplotlib.rcParams["font.size"]
+    room = LEGEND_LETTERS * width_of(figure) / WIDTH * USUAL.size / matplotlib.rcParams["font.size"]
     rows = -(-len(words) // max(int(room / widest), 1))
     return -(-len(words) // rows)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.report.figures.curves import average_keys, draw_curves, log_scale, running_mean, timeline
-from escort_mj.report.figures.style import Key
+from escort_mj.report.figures.style import Key, legend, narrow
 
 if TYPE_CHECKING:
     import xarray
@@ -26,7 +26,7 @@ CELLS = 1200  # columns of a strip; more cannot be seen
 STILL = 1e-9  # [m/s]; of a task that wants less, no share is taken
 
 
-def tasks_height(trace: xarray.Dataset) -> float:
+def tasks_height(trace: xarray.Dataset, width: float) -> float:
     """In inches: strips grow with the team."""
     return 6.4 + _strip_height(trace) * (2.0 if _phases(trace) else 1.0)
 
@@ -51,19 +51,19 @@ def tasks(figure: Figure, trace: xarray.Dataset) -> None:
     axes, letter = next(panels)
     axes.set_title(f"({letter}) Error of each task: the team's largest")
     draw_curves(axes, time, trace["task_error"].values.max(axis=1), colors)
-    axes.set_ylabel("m")
+    axes.set_ylabel("error [m]")
     log_scale(axes)
     axes, letter = next(panels)
     axes.set_title(f"({letter}) Share of each task's velocity that higher priorities removed, all robots")
     wish, removed = trace["task_wish"].values.sum(axis=1), trace["task_removed"].values.sum(axis=1)
     share = np.divide(removed, wish, out=np.zeros_like(wish), where=wish > STILL)
     draw_curves(axes, time, 100.0 * share, colors, running_mean)
-    axes.set_ylabel("%")
+    axes.set_ylabel("removed [%]")
     axes.set_ylim(bottom=0.0)
     axes, letter = next(panels)
     axes.set_title(f"({letter}) Smallest angle to a higher task: 90° is no conflict")
     draw_curves(axes, time, np.degrees(trace["task_angle"].values.min(axis=1)), colors, running_mean)
-    axes.set_ylabel("degrees")
+    axes.set_ylabel("angle [°]")
     axes.set_ylim(-3.0, 93.0)
     axes.set_yticks([0, 30, 60, 90])
     axes.set_xlabel("time [s]")
@@ -82,16 +82,15 @@ def _legend(figure: Figure, names: list[str], colors: list[palette.Color], phase
         for name, color in zip(phases, _phase_colors(len(phases)), strict=True)
     ]
     blank: Key = ("", Line2D([], [], linewidth=0.0))
-    if not below:
-        keys = above
-    else:
-        columns = max(len(above), len(below))
-        above += [blank] * (columns - len(above))
-        below += [blank] * (columns - len(below))
-        keys = [key for pair in zip(above, below, strict=True) for key in pair]  # legends fill by columns
+    if not below or narrow(figure):
+        legend(figure, above + below)
+        return
+    columns = max(len(above), len(below))
+    above += [blank] * (columns - len(above))
+    below += [blank] * (columns - len(below))
+    keys = [key for pair in zip(above, below, strict=True) for key in pair]  # legends fill by columns
     words, handles = zip(*keys, strict=True)
-    ncols = len(words) // 2 if below else len(words)
-    figure.legend(handles, words, loc="outside lower center", ncols=ncols, columnspacing=1.3)
+    figure.legend(handles, words, loc="outside lower center", ncols=columns, columnspacing=1.3)
 
 
 def _phases(trace: xarray.Dataset) -> list[str]:

@@ -25,8 +25,9 @@ from escort_mj.report.figures.curves import (
     running_rms,
     timeline,
 )
+from escort_mj.report.figures.look import NARROW
 from escort_mj.report.figures.losses import lost_keys
-from escort_mj.report.figures.style import Key, name_robots
+from escort_mj.report.figures.style import Key, name_robots, narrow
 
 if TYPE_CHECKING:
     import xarray
@@ -38,12 +39,21 @@ MOST_LIMITS = 4  # wanted distances that have a line each
 NO_LIMIT = 1e100  # [N]; the trace writes 1e300 where a motor has no limit
 
 
+def panels_height(trace: xarray.Dataset, width: float) -> float:
+    """Height of `panels` [inches]: two columns, or one where the figure is narrow."""
+    return 6.4 if width > NARROW else 8.4
+
+
 def panels(figure: Figure, trace: xarray.Dataset) -> None:
     """The paper's figs. 5, 6, 8, 12, 13, 15: distances to target and neighbors, and tracking errors."""
     count = trace.sizes["robot"]
     colors = palette.robot_colors(count)
     time = trace["time"].values
-    grid = figure.subplots(3, 2, sharex=True, height_ratios=(1.25, 0.8, 1.25))
+    if not narrow(figure):
+        grid = figure.subplots(3, 2, sharex=True, height_ratios=(1.25, 0.8, 1.25))
+    else:
+        rows = figure.subplots(6, 1, sharex=True, height_ratios=(1.25, 0.8, 1.25, 0.8, 1.25, 1.25))
+        grid = rows[[[0, 2], [1, 3], [4, 5]]]
     radius, spacing = np.array([trace.attrs["mission_radius"]], float), trace["spacing"].values
 
     offset = trace["q"].values - trace["target_position"].values[:, None]
@@ -69,8 +79,9 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
         error[1:][gone[:-1]] = np.nan  # a lost robot is not asked to follow
         draw_curves(axes, time, error, colors, running_rms, lost=gone)
         axes.set_title(title)
-        axes.set_ylabel(unit)
+        axes.set_ylabel(f"error [{unit}]")
         log_scale(axes)
+    for axes in grid[2] if not narrow(figure) else grid[2, 1:]:
         axes.set_xlabel("time [s]")
     timeline(grid.ravel(), time)
     keys: list[Key] = [("wanted", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))]
@@ -102,13 +113,13 @@ def _above_and_below(
     draw_curves(above, time, values, colors, lost=gone)
     lines = np.unique(np.round(wanted, 3))
     for value in lines if len(lines) <= MOST_LIMITS else [float(np.median(wanted))]:
-        limit_line(above, float(value), f"{symbol} = {value:.4g}")
-    above.set_ylabel("m")
+        limit_line(above, float(value), f"{symbol} = {value:.4g} m")
+    above.set_ylabel("distance [m]")
     above.set_ylim(bottom=0.0)
     if gone is not None and gone.any():
         above.set_ylim(top=1.4 * float(values[~gone].max()))
     draw_curves(below, time, np.abs(values - wanted), colors, running_rms, lost=gone)
-    below.set_ylabel(f"from {symbol} [m]")
+    below.set_ylabel(f"off {symbol} [m]")
     log_scale(below)
 
 
@@ -120,7 +131,7 @@ def _nearest_robot(axes: Axes, trace: xarray.Dataset, colors: Sequence[palette.C
     axes.set_title("(b) Distance to the nearest robot")
     distance, gone = trace["robot_distance_min"].values, lost(trace)
     draw_curves(axes, trace["time"].values, distance, colors, lost=gone)
-    axes.set_ylabel("m")
+    axes.set_ylabel("distance [m]")
     axes.set_ylim(0.0, 1.4 * float(distance[~gone].max()) if gone.any() else None)
 
 
@@ -135,6 +146,11 @@ def _evenness(axes: Axes, trace: xarray.Dataset) -> None:
     log_scale(axes)
 
 
+def forces_height(trace: xarray.Dataset, width: float) -> float:
+    """Height of `forces` [inches]."""
+    return 1.0 + 1.7 * trace.sizes["axis"]
+
+
 def forces(figure: Figure, trace: xarray.Dataset) -> None:
     """Forces that the motors applied, one panel per axis as each axis has its motor, with the limit."""
     time, count = trace["time"].values, trace.sizes["robot"]
@@ -146,16 +162,26 @@ def forces(figure: Figure, trace: xarray.Dataset) -> None:
         draw_curves(axes, time, values, palette.robot_colors(count), running_mean, lost=lost(trace))
         for limit in limits[:3]:
             limit_line(axes, float(limit), f"{limit:.4g} N")
-            limit_line(axes, -float(limit), f"-{limit:.4g} N")
+            limit_line(axes, -float(limit), f"−{limit:.4g} N")  # noqa: RUF001
         axes.set_title(f"Force along {name}")
-        axes.set_ylabel("N")
-        if len(limits):
-            axes.set_ylim(-1.08 * limits.max(), 1.08 * limits.max())
+        axes.set_ylabel("force [N]")
+        peak = float(limits.max()) if len(limits) else _usual_peak(trace["force"].values)
+        if peak > 0.0:
+            axes.set_ylim(-1.08 * peak, 1.08 * peak)
+        if (most := float(np.nanmax(np.abs(values)))) > 1.08 * peak:
+            axes.set_title(f"largest: {most:.3g} N", loc="right", fontweight="normal")
     timeline(grid, time)
     keys: list[Key] = [("limit", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))] if len(limits) else []
     keys += curve_keys(count, "running mean")
     keys += lost_keys(trace)
     name_robots(figure, grid, count, keys)
+
+
+def _usual_peak(forces: Array) -> float:
+    """A force that few samples exceed [N]: a jump at the start would hide the rest."""
+    size = np.abs(forces[np.isfinite(forces)])
+    most = float(size.max(initial=0.0))
+    return min(most, 1.5 * float(np.percentile(size, 99.5))) or most
 
 
 def _neighbors(trace: xarray.Dataset) -> tuple[NDArray[np.int64], Array]:

@@ -35,7 +35,7 @@ REFERENCE: Any = {
 LEGEND_ROOM = 0.35  # of the panel of causes, above its curves
 
 
-def truth_height(trace: xarray.Dataset) -> float:
+def truth_height(trace: xarray.Dataset, width: float) -> float:
     """Height of the figure [inches]."""
     return 7.6 if "lyapunov" in trace else 3.4
 

@@ -24,6 +24,7 @@ from escort_mj.report.pages.study_tables import (
     run_cell,
     shown_rate,
     write_cells,
+    write_tables,
 )
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED, VALUES
@@ -83,12 +84,15 @@ def _parts(
     shown = results.known(dict.fromkeys([*SHOWN, *results.judged()]))
     factor = results.compared(compare)
     runs = failed_runs(results)
+    rates, values = cell_rates(results), cell_values(results, shown)
+    compared = comparisons(results, factor, shown)
+    write_tables([rates, values, *([compared] if compared else [])], folder, Path(CELLS).stem)
     return parts | {
-        "rates": cell_rates(results),
-        "values": cell_values(results, shown),
+        "rates": rates,
+        "values": values,
         "rest": [name for name in results.known(VALUES) if name not in shown],
         "factor": factor,
-        "compared": comparisons(results, factor, shown),
+        "compared": compared,
         "figures": draw_study(results, folder, compare, formats),
         "failed": len(runs),
         "failures": _failures(results, runs, folder, path),

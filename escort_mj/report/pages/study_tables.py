@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from escort_mj.record.files import write_text
-from escort_mj.record.tables import comma_separated
+from escort_mj.record.tables import comma_separated, latex, markdown
 from escort_mj.report.figures.scales import readable
 from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned
@@ -66,6 +66,7 @@ def cell_rates(results: Results) -> Table:
         ("runs", "made of asked for"),
     ]
     head += [(HEADS[name], QUANTITIES[name].meaning) for name in RATES]
+    head.append(("failed", "expectations that failed, and in how many runs"))
     rows = []
     for index in _cells(results):
         made, asked = results.rate(PASSED, index).of, len(results.of_cell(PASSED, index))
@@ -76,7 +77,7 @@ def cell_rates(results: Results) -> Table:
         for name in RATES:
             happened = results.rate(name, index)
             row.append(Text(shown_rate(happened), happened.share, kind="number"))
-        rows.append(row)
+        rows.append([*row, Text(_failed(results, index) or "-")])
     return Table(f"How often, with exact 95 % intervals{_cut(results)}", head, rows)
 
 
@@ -164,15 +165,39 @@ def _better(quantity: str, first: str, level: str, dominance: Interval) -> str:
     return level if larger == QUANTITIES[quantity].more_is_better else first
 
 
+def _failed(results: Results, index: int) -> str:
+    """The expectations that failed in a cell, the most frequent first."""
+    return "; ".join(f"{words} ({count})" for words, count in results.failed(index).most_common())
+
+
+def write_tables(tables: Sequence[Table], folder: Path, name: str) -> None:
+    """Write tables for people as Markdown and LaTeX.
+
+    Args:
+        tables: What they are.
+        folder: Where to write.
+        name: Of the files, without suffix.
+    """
+    texts, documents = [], []
+    for table in tables:
+        head = [words for words, _ in table.head]
+        rows = [[cell.shown for cell in row] for row in table.rows]
+        texts += [f"**{table.caption}**", "", *markdown(head, rows), ""]
+        documents.append(latex(head, rows, table.caption))
+    write_text(folder / f"{name}.md", "\n".join(texts))
+    write_text(folder / f"{name}.tex", "\n".join(documents))
+
+
 def write_cells(results: Results, path: Path) -> None:
     """Write every statistic of every cell as comma-separated values, in SI units, for other programs."""
     known = results.known(VALUES)
-    head = ["cell", *results.factors, "runs"]
+    head = ["cell", *results.factors, "runs", "failed"]
     head += [f"{name}_{part}" for name in RATES for part in ("times", "of", "share", "low", "high")]
     head += [f"{name}_{part}" for name in known for part in STATISTICS]
     lines: list[list[object]] = [[*head]]
     for index in range(len(results.cells)):
         line: list[object] = [index, *results.labels(index).values(), results.rate(PASSED, index).of]
+        line.append(_failed(results, index))
         for name in RATES:
             happened = results.rate(name, index)
             line += [happened.times, happened.of, happened.share, *happened.interval]

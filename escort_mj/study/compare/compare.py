@@ -28,6 +28,7 @@ from escort_mj.study.compare.comparison import (
 from escort_mj.study.compare.comparison_table import (
     around_marks,
     comparison_document,
+    comparison_latex,
     comparison_page,
     comparison_summary,
     into_page,
@@ -88,12 +89,13 @@ def compare(
     write_json(out / "table.json", comparison_document(scenario, results))
     write_text(out / "table.csv", runs_table(results))
     write_text(out / "table.md", comparison_page(scenario, results))
+    write_text(out / "table.tex", comparison_latex(scenario, results))
     if docs is not None:
         write_text(docs, into_page(docs, scenario, results))
     files = draw(out, scenario, results)
     ended = [(result.trial.name, result.outcome, result.message, result.ran) for result in results]
     lines = lines_of("runs", ended)
-    written = ["table.md", "table.csv", "table.json", f"figures/ ({len(files)})"]
+    written = ["table.md", "table.tex", "table.csv", "table.json", f"figures/ ({len(files)})"]
     return Findings(lines + comparison_summary(results), written, all(result.stated for result in results))
 
 

@@ -1,4 +1,4 @@
-"""The table of a comparison: for a terminal, as Markdown, CSV and JSON."""
+"""The table of a comparison: for a terminal, as Markdown, LaTeX, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from escort_mj.errors import UsageError
 from escort_mj.measuring import TAIL
-from escort_mj.record.tables import aligned, comma_separated
+from escort_mj.record.tables import aligned, comma_separated, latex
 from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.scenario import Scenario
 from escort_mj.study.compare.claims import value_text
@@ -129,6 +129,17 @@ def comparison_page(scenario: Scenario, results: Sequence[Result]) -> str:
     """The table as a page of its own."""
     head = [f"# {subject(results)[0].upper()}{subject(results)[1:]} compared: {scenario.name}", ""]
     return "\n".join([*head, *comparison_markdown(scenario, results), "", *meanings()]) + "\n"
+
+
+def comparison_latex(scenario: Scenario, results: Sequence[Result]) -> str:
+    """Return the table for LaTeX, one quantity per row."""
+    table = rows(results)
+    lone = len({row.outer for row in table}) == 1
+    head = ["", *(title_of(row.law) if lone else row.title for row in table)]
+    lines = [["outcome", *map(outcomes, table)]]
+    lines += [[HEADS[name], *cells(table, name)] for name in QUANTITIES]
+    words = f"{scenario.name}, {scenario.duration:g} s, {_seeds(results)}. Bold: the best value of a row."
+    return latex(head, lines, words)
 
 
 def comparison_summary(results: Sequence[Result]) -> list[str]:

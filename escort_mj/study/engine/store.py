@@ -84,6 +84,11 @@ class Row(NamedTuple):
     metrics: dict[str, float | None]
     folder: str | None = None
 
+    @property
+    def failed(self) -> list[str]:
+        """Expectations that failed, the outcome among them."""
+        return [f"{one['metric']} {one['demanded']}" for one in self.verdicts if not one["passed"]]
+
 
 class Store:
     """The results of one or more studies of a folder. Every call is a transaction of its own.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -156,6 +157,11 @@ class Results:
     def rate(self, quantity: str, index: int) -> Rate:
         """How often something happened in a cell: `passed`, `completed` or `collided`."""
         return rate_of(self.of_cell(quantity, index))
+
+    def failed(self, index: int) -> Counter[str]:
+        """Expectations that failed in a cell, and in how many of its runs."""
+        runs = (self.rows.get(run.key) for run in self.runs if run.cell == index)
+        return Counter(words for row in runs if row is not None for words in row.failed)
 
     def summary(self, quantity: str, index: int) -> Summary:
         """What the runs of a cell say of a quantity."""

@@ -224,8 +224,8 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
 
 
 def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], out: Path) -> None:
-    """Write the runs as comma-separated values: what was varied, how it ended, every metric."""
-    facts = ("seed", "outcome", "passed", "simulated_time", "message", "key")
+    """Write the runs as comma-separated values: what was varied, how it ended, what failed, every metric."""
+    facts = ("seed", "outcome", "passed", "failed", "simulated_time", "message", "key")
     custom = {name for row in rows.values() for name in row.metrics if name not in METRIC_NAMES}
     metrics = [*METRIC_NAMES, *sorted(custom)]
     lines: list[list[object]] = [
@@ -238,7 +238,7 @@ def write_csv(design: Design, planned: Sequence[Planned], rows: dict[str, Row], 
         lines.append(
             [
                 *labels.values(),
-                *(getattr(row, name) for name in facts),
+                *("; ".join(row.failed) if name == "failed" else getattr(row, name) for name in facts),
                 *(row.metrics.get(name) for name in metrics),
             ]
         )

@@ -10,7 +10,8 @@ from escort_mj.errors import RenderError, RunFolderError
 from escort_mj.record.folder import open_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.figures import curves, figures, paths, style
-from escort_mj.report.figures.figures import draw_figures
+from escort_mj.report.figures.figures import draw_figures, figure_of
+from escort_mj.report.figures.look import look_of
 from escort_mj.report.figures.style import figure
 
 ALWAYS = {"panels", "paths", "forces", "tasks"}
@@ -138,3 +139,14 @@ def test_running_rms_of_a_sine():
     time = np.linspace(0, 60, 60_001)
     rms = curves.running_rms(time, np.sin(2 * np.pi * 10 * time))
     assert rms[5000:-5000] == pytest.approx(np.sqrt(0.5), rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["panels", "tasks", "paths", "forces"])
+def test_narrow_figures_hold_all_their_words(make_run, name):
+    canvas = figure_of(open_run(make_run()).trace, name, look=look_of("column", font_size=6.5))
+    assert canvas.get_figwidth() == 3.5
+    canvas.draw_without_rendering()
+    renderer, (_, _, right, top) = canvas.canvas.get_renderer(), canvas.bbox.extents
+    for part in [*canvas.axes, *canvas.texts, *canvas.legends]:
+        box = part.get_tightbbox(renderer)
+        assert box.x0 > -1 and box.y0 > -1 and box.x1 < right + 1 and box.y1 < top + 1, part

@@ -104,13 +104,23 @@ def test_a_broken_run_that_left_no_scenario_gets_it_back(tmp_path: Path) -> None
 def test_cells_as_numbers_for_other_programs(folder: Path) -> None:
     head, *lines = (folder / "cells.csv").read_text().splitlines()
     assert len(lines) == 27 and head.startswith(
-        "cell,controller,robots.mass,robots.force_limit,runs,passed_times"
+        "cell,controller,robots.mass,robots.force_limit,runs,failed,passed_times"
     )
     first = dict(zip(head.split(","), lines[0].split(","), strict=True))
     assert float(first["radius_error_mean_mean"]) == pytest.approx(0.0045)
     assert float(first["passed_low"]) == pytest.approx(0.025**0.25)
     last = dict(zip(head.split(","), lines[-1].split(","), strict=True))
     assert float(last["settling_time_median"]) == math.inf and last["settling_time_mean"] == ""
+
+
+def test_cells_as_tables_for_papers(folder: Path) -> None:
+    """They say which expectations failed, and of levels compared the probabilities of error."""
+    for name, mark in (("cells.md", "| cell | controller | robots.mass [kg] |"), ("cells.tex", r"\toprule")):
+        words = (folder / name).read_text()
+        assert mark in words and "at most 0.1 m (" in words and "Wilcoxon" not in words
+        assert "Levels of controller against apd" in words and "settling" in words
+    last = (folder / "cells.csv").read_text().splitlines()[-1]
+    assert "radius_error_mean at most 0.1 m (" in last
 
 
 def test_the_same_results_give_the_same_page(few: Path) -> None:
