@@ -47,7 +47,7 @@ def law_episode(scenario: Scenario, command: Command = "velocity", reward: Rewar
     """Fly a scenario by its own law, and say what a policy would have observed and commanded.
 
     The law goes on between samples: only where `recording.rate` is that of the physics would the same actions
-    lead an environment along the same way, bit for bit.
+    lead an environment along the same way, to the precision of float32.
 
     Args:
         scenario: What to fly.
