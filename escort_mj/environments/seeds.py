@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from escort_mj.errors import UsageError
+
 MOST = 2**31  # seeds that are drawn stay below it
 
 
@@ -23,7 +25,12 @@ class Seeds:
 
         Args:
             seed: The one asked for; None to go on.
+
+        Raises:
+            UsageError: If it is negative.
         """
+        if seed is not None and seed < 0:
+            raise UsageError(f"the seed is {seed}; expected at least 0")
         if seed is None:
             seed = self._first
         self._first = None
