@@ -48,6 +48,15 @@ def keeping(words: Callable[[], str]) -> Iterator[None]:
         raise
     except KeyboardInterrupt:
         raise Interrupted(words()) from None
+    except Exception:
+        if interrupted():
+            raise Interrupted(words()) from None
+        raise
+
+
+def interrupted() -> bool:
+    """Return whether the command of this process was interrupted: an error after that is the interrupt's."""
+    return _command.first is not None and not _command.ended
 
 
 def asked() -> str:
@@ -190,7 +199,7 @@ def _interrupt_in(end: BaseException) -> KeyboardInterrupt | None:
     cause: BaseException | None = end
     if isinstance(end, SystemExit) and end.code != EXIT_CODE:
         return None
-    if isinstance(end, Exception) and _command.first is None:
+    if isinstance(end, Exception) and not interrupted():
         return None
     while cause is not None and not isinstance(cause, KeyboardInterrupt):
         cause = cause.__cause__ or cause.__context__
@@ -203,5 +212,5 @@ def raise_if_interrupted() -> None:
     Raises:
         KeyboardInterrupt: If an interrupt has come to the command.
     """
-    if _command.first is not None and not _command.ended:
+    if interrupted():
         raise KeyboardInterrupt

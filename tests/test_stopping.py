@@ -108,6 +108,26 @@ def run():
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt as stop:
             raise OSError("a library's own words") from stop
+    elif sys.argv[1] == "kept":
+        with stopping.keeping(lambda: "all is kept"):
+            try:
+                signal.raise_signal(signal.SIGINT)
+            except KeyboardInterrupt as stop:
+                raise ImportError("a library's own words") from stop
+    elif sys.argv[1] == "folder":
+        import json, tempfile
+        from pathlib import Path
+        from escort_mj.record.folder import RunFolder
+        path = Path(tempfile.mkdtemp())
+        try:
+            with RunFolder.create(path):
+                try:
+                    signal.raise_signal(signal.SIGINT)
+                except KeyboardInterrupt as stop:
+                    raise ImportError("a library's own words") from stop
+        except ImportError:
+            assert json.loads((path / "outcome.json").read_text())["outcome"] == "interrupted"
+            raise
     elif sys.argv[1] == "text":
         exec("signal.raise_signal(signal.SIGTERM)")
     elif sys.argv[1] == "swallowed":
@@ -132,11 +152,13 @@ stopping.command(run)
 """
 
 
-@pytest.mark.parametrize("how", ["fragile", "library", "class", "error", "text", "swallowed", "plain"])
+@pytest.mark.parametrize(
+    "how", ["fragile", "library", "class", "error", "kept", "folder", "text", "swallowed", "plain"]
+)
 def test_a_command_says_one_line_and_ends(how: str) -> None:
     done = subprocess.run([sys.executable, "-c", COMMAND, how], capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (stopping.EXIT_CODE, "")
-    kept = "all is kept" if how == "plain" else "the same command begins again"
+    kept = "all is kept" if how in ("plain", "kept") else "the same command begins again"
     assert done.stderr == f"escort-mj: interrupted; {kept}\n"
 
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj import stopping
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError, WriteError
 from escort_mj.record.episodes import NONE
 from escort_mj.record.files import TEMPORARY, write_json, write_text
@@ -242,7 +243,8 @@ class RunFolder:
     ) -> None:
         if error is None or self._finished:
             return
-        outcome = Outcome.INTERRUPTED if isinstance(error, KeyboardInterrupt) else Outcome.FAILED
+        stopped = isinstance(error, KeyboardInterrupt) or stopping.interrupted()
+        outcome = Outcome.INTERRUPTED if stopped else Outcome.FAILED
         broken = isinstance(error, BrokenRunError)
         message = str(error) if broken else f"{type(error).__name__}: {error}".removesuffix(": ")
         with contextlib.suppress(Exception):  # the error on its way tells more
