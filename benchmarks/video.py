@@ -40,6 +40,7 @@ MISSIONS: dict[str, dict[str, Any]] = {
     "main_3d": {},
     "crowd": {"duration": 8, "expect": []},
 }
+SIZE = {"width": 1280, "height": 720}
 MOMENTS = (0.5, 0.7, 0.9)  # of the run
 ROUNDS = 5
 
@@ -87,7 +88,7 @@ WAYS: Mapping[str, Callable[[mujoco.MjModel], None]] = {
 def staged(folder: Path, change: Callable[[mujoco.MjModel], None]) -> Stage:
     """A run made ready for frames."""
     run = open_run(folder)
-    replay, video = replay_of(run.trace), scenario_video(run)
+    replay, video = replay_of(run.trace), scenario_video(run).model_copy(update=SIZE)
     model = film._model(folder / "model.xml", replay, video)
     change(model)
     renderer = mujoco.Renderer(model, video.height, video.width, film.MOST_MARKS)

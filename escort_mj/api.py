@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import math
 import os
@@ -160,22 +161,37 @@ def run(
         warnings.warn(note, stacklevel=2)
     with RunFolder.create(Path(out), overwrite=overwrite) as folder:
         flight = fly(scenario, folder, progress)
-    if figures:
-        from escort_mj.report.figures.figures import draw_figures
+    with _video_of(folder.path) if video else contextlib.nullcontext():
+        if figures:  # while the video is rendered
+            from escort_mj.report.figures.figures import draw_figures
 
-        draw_figures(folder.path)
-    if video:
-        from escort_mj.report.video.video import render_video
-
-        try:
-            render_video(folder.path)
-        except RenderError as error:
-            warnings.warn(f"no video: {error}", stacklevel=2)
+            draw_figures(folder.path)
     if report:
         from escort_mj.report.pages.run_page import write_run_page
 
         write_run_page(folder.path)
     return Run(flight, folder.path)
+
+
+@contextlib.contextmanager
+def _video_of(folder: Path) -> Iterator[None]:
+    """Render the video of a run folder while the context lasts; without GL it ends with a warning."""
+    from escort_mj.report.video.video import started_video
+
+    with contextlib.ExitStack() as stack:
+        rendering, fault = None, None
+        try:
+            rendering = stack.enter_context(started_video(folder))
+        except RenderError as error:
+            fault = error
+        yield
+        try:
+            if rendering is not None:
+                rendering.finish()
+        except RenderError as error:
+            fault = error
+        if fault is not None:
+            warnings.warn(f"no video: {fault}", stacklevel=4)
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:

@@ -129,9 +129,9 @@ class Recording(Parameters):
 class Video(Parameters):
     """The video of a run."""
 
-    width: Annotated[int, Field(ge=160, le=3840, multiple_of=2)] = 1280
+    width: Annotated[int, Field(ge=160, le=3840, multiple_of=2)] = 960
     """Width [pixel]; must be even."""
-    height: Annotated[int, Field(ge=120, le=2160, multiple_of=2)] = 720
+    height: Annotated[int, Field(ge=120, le=2160, multiple_of=2)] = 540
     """Height [pixel]; must be even."""
     rate: Annotated[int, Field(ge=1, le=120)] = 30
     """Frames per second of the video."""
