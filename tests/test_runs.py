@@ -102,8 +102,8 @@ def test_the_video_of_a_folder_is_drawn_once(opened: Run, tmp_path: Path, monkey
     assert (drawn[1].speed, drawn[1].camera) == (8.0, "top")
     with pytest.raises(escort_mj.ScenarioError, match="video.camera: found "):
         opened.video(camera="side")
-    picture = opened.video(tmp_path / "part.webp", start=1)
-    assert drawn[2].start == 1.0 and picture._repr_html_().startswith("<img ")
+    picture = opened.video(tmp_path / "part.webp", start=0.5)
+    assert drawn[2].start == 0.5 and picture._repr_html_().startswith("<img ")
 
 
 def test_a_page_of_a_run_in_memory(made: Run, tmp_path: Path) -> None:
