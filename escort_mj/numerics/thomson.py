@@ -178,12 +178,15 @@ def _nearest_placing(points: Array, directions: Array) -> Array:
     share = min(1.0, (LARGE / count) ** 3)  # an assignment takes a time cubic in the number of points
     random = np.random.Generator(np.random.Philox(0))
     best: tuple[float, Array] | None = None
+    fits: dict[bytes, tuple[Array, Array]] = {}
     for trial in range(max(1, round(ROTATIONS * share))):
         rotation = np.eye(axes) if trial == 0 else _rotation(random.standard_normal((axes, axes)))
         for _ in range(max(2, round(30 * share))):
             turned = points @ rotation.T
-            placed = points[linear_sum_assignment(directions @ turned.T, maximize=True)[1]]
-            fitted = _rotation(directions.T @ placed)
+            order = linear_sum_assignment(directions @ turned.T, maximize=True)[1]
+            if (key := order.tobytes()) not in fits:  # many rotations lead to the same assignment
+                fits[key] = points[order], _rotation(directions.T @ points[order])
+            placed, fitted = fits[key]
             if (np.abs(fitted - rotation) <= SETTLED + SETTLED_RELATIVE * np.abs(rotation)).all():
                 break
             rotation = fitted

@@ -98,3 +98,17 @@ def test_a_crowd_has_nearly_the_least_energy_in_little_time(count: int) -> None:
     i, j = np.triu_indices(count, 1)
     least = np.linalg.norm(points[i] - points[j], axis=1).min()
     assert 3.2 / math.sqrt(count) < least <= widest_spacing(count, 3, 1.0)
+
+
+def test_each_assignment_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    count = 0
+
+    def counted(matrix: np.ndarray) -> np.ndarray:
+        nonlocal count
+        count += 1
+        return rotation(matrix)
+
+    rotation = thomson._rotation
+    monkeypatch.setattr(thomson, "_rotation", counted)
+    thomson.even_figure(np.random.default_rng(3).normal(size=(5, 2)), np.zeros(2))
+    assert count <= thomson.ROTATIONS + 120  # the random ones, and one of each order of five robots
