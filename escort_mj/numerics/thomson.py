@@ -176,11 +176,9 @@ def _nearest_placing(points: Array, directions: Array) -> Array:
 
     count, axes = points.shape
     share = min(1.0, (LARGE / count) ** 3)  # an assignment takes a time cubic in the number of points
-    random = np.random.Generator(np.random.Philox(0))
     best: tuple[float, Array] | None = None
     fits: dict[bytes, tuple[Array, Array]] = {}
-    for trial in range(max(1, round(ROTATIONS * share))):
-        rotation = np.eye(axes) if trial == 0 else _rotation(random.standard_normal((axes, axes)))
+    for rotation in _turns(axes)[: max(1, round(ROTATIONS * share))]:
         for _ in range(max(2, round(30 * share))):
             turned = points @ rotation.T
             order = linear_sum_assignment(directions @ turned.T, maximize=True)[1]
@@ -195,6 +193,13 @@ def _nearest_placing(points: Array, directions: Array) -> Array:
             best = (alignment, placed @ rotation.T)
     assert best is not None
     return best[1]
+
+
+@lru_cache(maxsize=16)
+def _turns(axes: int) -> list[Array]:
+    """Return the rotations from which the search begins: none, and random ones, the same for every team."""
+    random = np.random.Generator(np.random.Philox(0))
+    return [np.eye(axes), *(_rotation(random.standard_normal((axes, axes))) for _ in range(ROTATIONS - 1))]
 
 
 def _rotation(matrix: Array) -> Array:
