@@ -7,6 +7,7 @@ how far it is, one line per frame, and ends with an exit code; what went wrong i
 from __future__ import annotations
 
 import argparse
+import glob
 import os
 import queue
 import re
@@ -187,7 +188,7 @@ def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Renderi
             if child.poll() is None:
                 child.kill()
             child.wait()
-            for left in path.parent.glob(f"{PARTIAL.format(path.name)}*"):
+            for left in path.parent.glob(f"{PARTIAL.format(glob.escape(path.name))}*"):
                 left.unlink(missing_ok=True)
 
 
