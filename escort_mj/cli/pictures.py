@@ -6,13 +6,15 @@ import re
 from contextlib import nullcontext
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from escort_mj.cli.app import JsonOption, RunArgument, app, drawing_video, finish, progress_bar, shown_path
 from escort_mj.errors import UsageError
-from escort_mj.scenario.schema.scenario import Video
+
+if TYPE_CHECKING:
+    from escort_mj.scenario.schema.scenario import Video
 
 
 class Camera(StrEnum):

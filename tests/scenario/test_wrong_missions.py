@@ -41,7 +41,7 @@ WRONG = [
         "failure at no time",
         "robots: {failures: [{robot: 2}]}\n",
         "1:21: robots.failures[0].at: ",
-        "is missing: when its motors fail",
+        "is missing: time of the failure",
     ),
     (
         "unknown failure",

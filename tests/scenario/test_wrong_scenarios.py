@@ -290,7 +290,7 @@ WRONG = [
         "which robot",
         "robots: {overrides: [{mass: 2}]}",
         "1:22: robots.overrides[0].robot: ",
-        "is missing: which robot",
+        "is missing: number of the robot, from 1",
     ),
     (
         "no room",

@@ -23,8 +23,8 @@ def test_animated_pictures_hold_every_frame_and_repeat(tmp_path, suffix):
         assert (picture.size, picture.n_frames, picture.info["loop"]) == ((160, 120), 3, 0)
         for number, color in enumerate(COLORS):
             picture.seek(number)
-            assert picture.info["duration"] == 100  # ms
             seen = np.asarray(picture.convert("RGB"))[60, 80].astype(int)
+            assert picture.info["duration"] == 100  # ms
             assert np.abs(seen - color).max() < 12
     assert [*tmp_path.iterdir()] == [path]
 
