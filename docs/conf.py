@@ -33,7 +33,7 @@ default_role = "code"
 smartquotes = False  # -- begins an option
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
-exclude_patterns = ["site"]
+exclude_patterns = ["site", "jupyter_execute"]
 copybutton_exclude = ".linenos, .gp, .go"
 
 shutil.copytree(
