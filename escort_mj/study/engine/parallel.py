@@ -26,7 +26,6 @@ Result = TypeVar("Result")
 
 WORK = "escort_mj.study.engine.work"  # the module that worker processes need
 FORKED = "escort_mj.study.engine.forked"  # imported before it where they are forked
-PLACING = "scipy.optimize"  # half a second, which each worker would need for its first team
 AHEAD = 3  # jobs that are waiting for each worker
 TRIES = 3  # of a job whose worker dies
 
@@ -60,7 +59,7 @@ def parent_of_workers() -> _Context:
     in a terminal goes to all processes; workers leave it to this one.
     """
     context = _Context()
-    context.set_forkserver_preload([FORKED, WORK, PLACING])
+    context.set_forkserver_preload([FORKED, WORK])
     with stopping.deferred():
         resource_tracker.ensure_running()  # which would end the block below
         mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # which the process inherits
