@@ -121,6 +121,7 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
         else:
             result = replace(bare, faults=(Fault(str(error)),))
     except Exception:
+        stopping.raise_if_interrupted()
         result = replace(bare, error=traceback.format_exc().strip(), folder=folder)
     if folder is not None and result.code == GOOD and not keep:
         shutil.rmtree(folder, ignore_errors=True)

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from escort_mj import stopping
 from escort_mj.errors import EscortError
 from escort_mj.mission import Room, fly
 from escort_mj.record.folder import STUDY, RunFolder
@@ -74,6 +75,7 @@ def perform(job: Job) -> Row:
     except EscortError as error:
         return row_of_nothing(job, Outcome.FAILED.value, str(error), time.perf_counter() - began)
     except Exception as error:
+        stopping.raise_if_interrupted()  # some libraries make an interrupt an error of their own
         message = f"{type(error).__name__}: {error}"
         return row_of_nothing(job, Outcome.FAILED.value, message, time.perf_counter() - began)
     attributes, prefix = run.recording.attrs, "version_"
