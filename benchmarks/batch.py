@@ -19,7 +19,7 @@ import numpy as np
 from benchmarks.document import table
 from benchmarks.paired import alternate, paired, seconds
 from escort_mj.api import load_scenario, run_many
-from escort_mj.runs import Run
+from escort_mj.api.runs import Run
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build

@@ -12,11 +12,11 @@ TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to 
 
 if TYPE_CHECKING:
     from escort_mj.api import load_scenario, open_run, run, run_many
+    from escort_mj.api.runs import Run, table
+    from escort_mj.api.studies import compare, falsify, reproduce, sweep, tune
     from escort_mj.errors import EscortError, ScenarioError
     from escort_mj.record.outcome import Outcome
-    from escort_mj.runs import Run, table
     from escort_mj.scenario.schema.scenario import Scenario
-    from escort_mj.studies import compare, falsify, reproduce, sweep, tune
 
     __version__: str
 
@@ -25,13 +25,13 @@ _HOMES = {
     "run": "api",
     "run_many": "api",
     "open_run": "api",
-    "Run": "runs",
-    "table": "runs",
-    "compare": "studies",
-    "falsify": "studies",
-    "reproduce": "studies",
-    "sweep": "studies",
-    "tune": "studies",
+    "Run": "api.runs",
+    "table": "api.runs",
+    "compare": "api.studies",
+    "falsify": "api.studies",
+    "reproduce": "api.studies",
+    "sweep": "api.studies",
+    "tune": "api.studies",
     "Outcome": "record.outcome",
     "Scenario": "scenario.schema.scenario",
     "EscortError": "errors",

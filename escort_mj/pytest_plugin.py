@@ -21,7 +21,7 @@ import pytest
 from escort_mj.recognize import SUFFIXES, is_scenario
 
 if TYPE_CHECKING:
-    from escort_mj.runs import Run
+    from escort_mj.api.runs import Run
     from escort_mj.study.checked import Checked
 
 FOLDERS = pytest.StashKey[dict[int, Path]]()

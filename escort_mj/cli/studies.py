@@ -68,7 +68,7 @@ def _laid_out(
     count = cores() if workers is None else workers
     if processes and count > 1:
         parent_of_workers()
-    from escort_mj.studies import lay_out
+    from escort_mj.api.studies import lay_out
 
     return lay_out(study, out, count, confirmed, overrides or ())
 

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from escort_mj import stopping
 from escort_mj.api import load_scenario
+from escort_mj.api.runs import Run
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
 from escort_mj.mission import bound_of, completed, conclude, examine, take_back
 from escort_mj.native.on_demand import waited
 from escort_mj.record.outcome import Outcome
-from escort_mj.runs import Run
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.geometry.steps import Schedule
 from escort_mj.world.callback import native_loop

@@ -11,13 +11,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Siz
 from pathlib import Path
 from typing import Any
 
+from escort_mj.api.runs import Run
 from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, fly
 from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scenarios_in, study_names
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.folder import open_run as read_run
-from escort_mj.runs import Run
 from escort_mj.scenario import Scenario, load_file
 from escort_mj.scenario.checks.whole import trace_note
 from escort_mj.scenario.findings import shortened

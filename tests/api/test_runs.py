@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import escort_mj
+from escort_mj.api.runs import Run
 from escort_mj.errors import UsageError
-from escort_mj.runs import Run
 
 TEXT = {
     "name": "two",

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from escort_mj import stopping
 from escort_mj.api import load_scenario, scenarios_folder, study_path
+from escort_mj.api.shown import Page
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
-from escort_mj.shown import Page
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from escort_mj.api.shown import Page, Video
 from escort_mj.errors import UsageError
 from escort_mj.expect.verdicts import Verdict
 from escort_mj.measuring import metric_value
@@ -19,7 +20,6 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.reader.load import stored_scenario
-from escort_mj.shown import Page, Video
 
 if TYPE_CHECKING:
     import pandas
