@@ -11,7 +11,8 @@ from __future__ import annotations
 TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to import than this package
 
 if TYPE_CHECKING:
-    from escort_mj.api import load_scenario, open_run, run, run_many
+    from escort_mj.api import load_scenario, open_run, run, run_many, start
+    from escort_mj.api.live import LiveMission
     from escort_mj.api.runs import Run, table
     from escort_mj.api.studies import compare, falsify, reproduce, sweep, tune
     from escort_mj.errors import EscortError, ScenarioError
@@ -25,6 +26,8 @@ _HOMES = {
     "run": "api",
     "run_many": "api",
     "open_run": "api",
+    "start": "api",
+    "LiveMission": "api.live",
     "Run": "api.runs",
     "table": "api.runs",
     "compare": "api.studies",
@@ -40,6 +43,7 @@ _HOMES = {
 
 __all__ = [
     "EscortError",
+    "LiveMission",
     "Outcome",
     "Run",
     "Scenario",
@@ -51,6 +55,7 @@ __all__ = [
     "reproduce",
     "run",
     "run_many",
+    "start",
     "sweep",
     "table",
     "tune",

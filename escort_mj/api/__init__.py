@@ -9,7 +9,7 @@ import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from escort_mj.api.runs import Run
 from escort_mj.batch import fly_many
@@ -25,6 +25,9 @@ from escort_mj.scenario.reader.load import scenario_of
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.study.checked import Case
 from escort_mj.study.engine.parallel import cores
+
+if TYPE_CHECKING:
+    from escort_mj.api.live import LiveMission
 
 __all__ = ["cases", "fly", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
 
@@ -192,6 +195,33 @@ def _video_of(folder: Path) -> Iterator[None]:
             fault = error
         if fault is not None:
             warnings.warn(f"no video: {fault}", stacklevel=4)
+
+
+def start(
+    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+    overrides: Overrides = (),
+    plugins: Sequence[str] = (),
+) -> LiveMission:
+    """Start a mission that is stepped from Python, with the law on.
+
+    Args:
+        scenario: A scenario, or any source that `load_scenario` accepts.
+        overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
+        plugins: Additional plugins: Python files or names of installed plugins.
+
+    Returns:
+        The mission at time 0: `step`, look at `state`, `push` robots, `move_target`, `change` gains,
+        `snapshot` and `restore`, and end with `run`.
+
+    Raises:
+        ScenarioError: With all faults of the scenario.
+        UsageError: If there is no such file or shipped scenario.
+    """
+    from escort_mj.api.live import LiveMission
+
+    if isinstance(scenario, Scenario):
+        return LiveMission(scenario.replace(overrides) if overrides else scenario)
+    return LiveMission(load_scenario(scenario, overrides, plugins))
 
 
 def open_run(path: str | os.PathLike[str]) -> Run:

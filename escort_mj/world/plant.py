@@ -128,7 +128,7 @@ class Plant:
             is interrupted on the way.
         """
         schedule, kept = self.world.schedule, self._kept.samples
-        watched = int(self._kept.watched_step[0])  # steps so far
+        watched = self.steps
         next_one = schedule.before(watched)
         if not len(kept):
             whole = self.step(schedule.step(next_one) + 1 - watched)
@@ -180,6 +180,32 @@ class Plant:
         self.data.userdata[: len(mark.memory)] = mark.memory
         self.data.warning.number[:] = mark.warnings
         native.forget(self._memory)
+
+    @property
+    def steps(self) -> int:
+        """How many physics steps have been taken."""
+        return int(self._kept.watched_step[0])
+
+    def carry_on(self, before: Plant) -> None:
+        """Go on from where another plant is, whose scenario differs in numbers but in no size.
+
+        Args:
+            before: The other plant. State of the controller that has another shape here starts afresh.
+        """
+        mark, old, new = before.mark(), before.world.setup, self.world.setup
+        mujoco.mj_setState(self.world.model, self.data, mark.physics, PHYSICS)
+        self.data.warning.number[:] = mark.warnings
+        for name in LAYOUT.fields[State].keys() - {"samples"}:
+            there, here = getattr(before.state, name), getattr(self.state, name)
+            if there.shape == here.shape:
+                here[...] = there
+        self._kept.kept_count[0] = self.state.next_known[0] = (
+            0.0  # what is known ahead is of the other target
+        )
+        if old.arrangement is not None and new.arrangement is not None:
+            self.state.chord_length[0] *= new.arrangement.length / old.arrangement.length
+        moved = (old.obstacle_position != new.obstacle_position).any(axis=1)
+        self.state.obstacle_position[moved] = new.obstacle_position[moved]
 
     @property
     def record(self) -> Array:
