@@ -21,7 +21,7 @@ from benchmarks.paired import alternate, effort, paired  # noqa: E402
 from escort_mj import api  # noqa: E402
 from escort_mj.native import cache  # noqa: E402
 from escort_mj.numerics import thomson  # noqa: E402
-from escort_mj.record.folder import open_run  # noqa: E402
+from escort_mj.record.folder import read_run  # noqa: E402
 from escort_mj.scenario.schema.scenario import Scenario  # noqa: E402
 from escort_mj.world.callback import native_loop  # noqa: E402
 from escort_mj.world.model.build import build  # noqa: E402
@@ -109,7 +109,7 @@ def mission() -> list[list[str]]:
         start = time.perf_counter()
         subprocess.run([*command, "--out", str(folder)], check=True)
         wall = time.perf_counter() - start
-        used, run = resource.getrusage(resource.RUSAGE_CHILDREN), open_run(folder)
+        used, run = resource.getrusage(resource.RUSAGE_CHILDREN), read_run(folder)
         size = (folder / "trace.nc").stat().st_size / 1e6
     facts = [
         ["processor time, whole process", f"{used.ru_utime + used.ru_stime:.0f} s"],

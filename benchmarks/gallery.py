@@ -19,7 +19,7 @@ from PIL import Image
 import escort_mj
 from benchmarks.document import DOCS, publish
 from escort_mj.recognize import scenario_names, scenarios_folder
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.video.encode import find_ffmpeg
 from escort_mj.report.video.video import render_video, scenario_video
 
@@ -71,7 +71,7 @@ def picture(name: str) -> Path:
     """Runs a scenario and keeps one frame of its film."""
     with tempfile.TemporaryDirectory() as folder:
         escort_mj.run(name, folder, figures=False, video=False)
-        run = open_run(folder)
+        run = read_run(folder)
         end = float(run.trace["time"][-1])
         wanted = {"width": WIDTH, "height": HEIGHT, "rate": 1, "speed": end / FRAMES}
         wanted |= {} if name in WHOLE else {"camera": "follow"}

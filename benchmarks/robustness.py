@@ -21,7 +21,7 @@ from escort_mj.study.engine.parallel import cores  # noqa: E402
 from escort_mj.study.engine.store import Row, Store  # noqa: E402
 from escort_mj.study.sweeps.definition import load_study  # noqa: E402
 from escort_mj.study.sweeps.design import Design  # noqa: E402
-from escort_mj.study.sweeps.sweep import sweep  # noqa: E402
+from escort_mj.study.sweeps.sweep import sweep_design  # noqa: E402
 
 PAGE = "robustness.md"
 
@@ -65,7 +65,7 @@ def measured(factor: Factor) -> Map:
     design = Design(load_study(path), scenarios_folder())
     out = Path("renders") / "studies" / design.study.study
     with backends.local(cores()) as backend:
-        sweep(design, out, backend, cores(), confirmed=True)
+        sweep_design(design, out, backend, cores(), confirmed=True)
     planned = list(design.runs())
     with Store(out) as store:
         rows = store.get(run.key for run in planned)

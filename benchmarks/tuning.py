@@ -15,7 +15,7 @@ from escort_mj.report.figures.tuning import draw_tuning  # noqa: E402
 from escort_mj.study.engine import backends  # noqa: E402
 from escort_mj.study.engine.parallel import cores  # noqa: E402
 from escort_mj.study.search.evaluate import base_of  # noqa: E402
-from escort_mj.study.search.tune import tune  # noqa: E402
+from escort_mj.study.search.tune import tune_design  # noqa: E402
 from escort_mj.study.search.tune_table import rows_of_gains  # noqa: E402
 from escort_mj.study.sweeps.definition import load_study  # noqa: E402
 from escort_mj.study.sweeps.design import Design  # noqa: E402
@@ -30,7 +30,7 @@ def main(arguments: Any = None) -> None:
     out, section = Path("renders") / "studies" / STUDY, design.study.tune
     assert section is not None, "the study tunes"
     with backends.local(cores()) as backend:
-        found = tune(design, out, backend)
+        found = tune_design(design, out, backend)
     values = [
         [f"`{key.removeprefix('controller.')}`", f"{base_of(design, key):g}", f"{value:g}"]
         for key, value in found.best.point.items()

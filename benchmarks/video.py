@@ -24,7 +24,7 @@ import numpy as np  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from benchmarks.paired import alternate, paired  # noqa: E402
 from escort_mj import api  # noqa: E402
-from escort_mj.record.folder import RunFolder, open_run  # noqa: E402
+from escort_mj.record.folder import RunFolder, read_run  # noqa: E402
 from escort_mj.report.video import film  # noqa: E402
 from escort_mj.report.video.encode import VideoFile  # noqa: E402
 from escort_mj.report.video.overlay import Overlay  # noqa: E402
@@ -87,7 +87,7 @@ WAYS: Mapping[str, Callable[[mujoco.MjModel], None]] = {
 
 def staged(folder: Path, change: Callable[[mujoco.MjModel], None]) -> Stage:
     """A run made ready for frames."""
-    run = open_run(folder)
+    run = read_run(folder)
     replay, video = replay_of(run.trace), scenario_video(run).model_copy(update=SIZE)
     model = film._model(folder / "model.xml", replay, video)
     change(model)

@@ -68,7 +68,7 @@ def test_many_runs(answer, tmp_path: Path) -> None:
 def test_a_reproduction(answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "table.json").write_text('[{"claim": 1}]')
     made = SimpleNamespace(lines=["one line"], written=["table.json"], stated=True)
-    monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce", lambda *_: made)
+    monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce_paper", lambda *_: made)
     assert answer("reproduce", "--out", ".")["result"] == [{"claim": 1}]
 
 

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(7200)]
 
@@ -287,6 +287,6 @@ def readable(folder: Path, told: Told) -> None:
     outcome = json.loads((folder / "outcome.json").read_text())
     assert outcome["outcome"] == "interrupted", (outcome, told)
     if outcome.get("simulated_time"):
-        stored = open_run(folder)
+        stored = read_run(folder)
         assert float(stored.trace["time"][-1]) == pytest.approx(outcome["simulated_time"])
         assert stored.verdicts and "metrics.json" in {path.name for path in folder.iterdir()}

@@ -9,7 +9,7 @@ import pytest
 from escort_mj import api
 from escort_mj.batch import fly_many
 from escort_mj.cli.app import BROKEN
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
 from tests.plugged import KERNEL, LAW, SCENARIO
@@ -63,7 +63,7 @@ def test_an_error_ends_the_run_with_its_place(compiled, folder, tmp_path, law):
     last = [k for k, line in enumerate(file.read_text().splitlines(), 1) if "raise" in line][-1]
     assert run.outcome is Outcome.FAILED
     assert run.message == f"a plugin raised an error at 1.23 s: {file}:{last}: ZeroDivisionError: told to"
-    stored = open_run(tmp_path / "run")
+    stored = read_run(tmp_path / "run")
     assert stored.outcome["message"] == run.message
     assert float(stored.trace["time"][-1]) == pytest.approx(1.22)
     assert np.isfinite(stored.trace["tau"].values).all()
@@ -91,7 +91,7 @@ def test_a_force_that_mujoco_does_not_take_is_put_down_to_the_law(compiled, fold
 def test_an_error_in_the_first_step_leaves_a_readable_folder(compiled, folder, tmp_path):
     run = flown(folder, "controller={law: plain, fails_at: 0}", out=tmp_path / "run")
     assert run.outcome is Outcome.FAILED
-    assert open_run(tmp_path / "run").trace.sizes["time"] == 0
+    assert read_run(tmp_path / "run").trace.sizes["time"] == 0
 
 
 def test_the_command_line_exits_with_3(compiled, folder, tmp_path):

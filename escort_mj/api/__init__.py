@@ -16,8 +16,7 @@ from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, fly
 from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scenarios_in, study_names
-from escort_mj.record.folder import RunFolder
-from escort_mj.record.folder import open_run as read_run
+from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario, load_file
 from escort_mj.scenario.checks.whole import trace_note
 from escort_mj.scenario.findings import shortened

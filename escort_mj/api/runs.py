@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from escort_mj.api.shown import Page, Video
+from escort_mj.api.shown import ShownPage, ShownVideo
 from escort_mj.errors import UsageError
 from escort_mj.expect.verdicts import Verdict
 from escort_mj.measuring import metric_value
@@ -177,7 +177,7 @@ class Run:
         words = "" if self.outcome.good else f"{self.outcome.value}: {self.message}"
         return figure_of(self.trace, name, words, look_of(width, font, font_size, title))
 
-    def video(self, path: str | os.PathLike[str] | None = None, **changes: Any) -> Video:
+    def video(self, path: str | os.PathLike[str] | None = None, **changes: Any) -> ShownVideo:
         """Render the video of the run, unless its folder already contains it.
 
         Args:
@@ -201,11 +201,11 @@ class Run:
         if file.suffix == ".mp4" and not changes and (folder / VIDEO).is_file():
             if path is not None:
                 shutil.copyfile(folder / VIDEO, file)
-            return Video(file)
+            return ShownVideo(file)
         scenario = self.scenario.replace({f"video.{key}": value for key, value in changes.items()})
-        return Video(render_video(folder, scenario.video, out=file))
+        return ShownVideo(render_video(folder, scenario.video, out=file))
 
-    def report(self, path: str | os.PathLike[str] | None = None) -> Page:
+    def report(self, path: str | os.PathLike[str] | None = None) -> ShownPage:
         """Write the run as a self-contained HTML page with a replay.
 
         Args:
@@ -216,7 +216,7 @@ class Run:
         """
         from escort_mj.report.pages.run_page import write_run_page
 
-        return Page(write_run_page(self._on_disk(), None if path is None else Path(path)))
+        return ShownPage(write_run_page(self._on_disk(), None if path is None else Path(path)))
 
     def export(self, path: str | os.PathLike[str]) -> Path:
         """Write the run for other programs.
@@ -231,11 +231,11 @@ class Run:
         Raises:
             UsageError: If the suffix is none of these, or what it needs is not installed.
         """
-        from escort_mj.record.folder import open_run
+        from escort_mj.record.folder import read_run
         from escort_mj.report.exports.exports import check_export, export_run
 
         check_export(Path(path))
-        export_run(open_run(self._on_disk()), Path(path))
+        export_run(read_run(self._on_disk()), Path(path))
         return Path(path)
 
     def view(self, speed: float = 1.0, host: str = "127.0.0.1", port: int = 8080) -> None:

@@ -25,7 +25,7 @@ class ShownFile:
         return str(self.path)
 
 
-class Video(ShownFile):
+class ShownVideo(ShownFile):
     """A video, or an animated picture, which notebooks play."""
 
     def _repr_html_(self) -> str:
@@ -35,7 +35,7 @@ class Video(ShownFile):
         return f'<video controls style="max-width:100%" src="data:video/mp4;base64,{data}"></video>'
 
 
-class Page(ShownFile):
+class ShownPage(ShownFile):
     """A page, to which notebooks link."""
 
     def _repr_html_(self) -> str:

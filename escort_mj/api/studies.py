@@ -1,16 +1,18 @@
-"""Studies from Python: the same engines as the commands', with results as tables."""
+"""Studies: what the commands of the same names do, with results as tables."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from escort_mj import stopping
 from escort_mj.api import load_scenario, scenarios_folder, study_path
-from escort_mj.api.shown import Page
+from escort_mj.api.shown import ShownPage
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
 from escort_mj.study.engine.parallel import cores
@@ -33,7 +35,7 @@ class StudyResult:
         name: Name of the study or of the scenario.
         folder: Folder of the results; the same call continues there.
         lines: Output of the command.
-        table: One row per run, trial, counterexample or claim.
+        written: Files in the folder.
         passed: Whether the study succeeded: no run failed, a best point was found, or no counterexample.
         found: Detailed results of the search or sweep.
     """
@@ -41,15 +43,21 @@ class StudyResult:
     name: str
     folder: Path
     lines: list[str]
-    table: pandas.DataFrame = field(compare=False)
+    written: list[str]
     passed: bool
-    found: Any = field(compare=False, default=None)
+    found: Any = field(compare=False)
+    _read: Callable[[], pandas.DataFrame] = field(compare=False)
+
+    @cached_property
+    def table(self) -> pandas.DataFrame:
+        """One row per run, trial, counterexample or claim."""
+        return self._read()
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return a copy of the table."""
         return self.table.copy()
 
-    def report(self, path: str | os.PathLike[str] | None = None) -> Page:
+    def report(self, path: str | os.PathLike[str] | None = None) -> ShownPage:
         """Write the page of a sweep, with statistics, figures and its worst runs.
 
         Args:
@@ -60,7 +68,7 @@ class StudyResult:
         """
         from escort_mj.report.pages.study_page import write_study_page
 
-        return Page(write_study_page(self.folder, None if path is None else Path(path)))
+        return ShownPage(write_study_page(self.folder, None if path is None else Path(path)))
 
     def __repr__(self) -> str:
         return "\n".join([f"<{self.name}: {len(self.table)} rows in {self.folder}>", *self.lines])
@@ -72,7 +80,7 @@ class StudyResult:
         return str(words) + str(self.table._repr_html_())
 
 
-def lay_out(
+def _lay_out(
     study: AnyStudy,
     out: str | os.PathLike[str] | None,
     workers: int | None,
@@ -111,6 +119,7 @@ def sweep(
     backend: Literal["local", "threads", "dask"] = "local",
     scheduler: str | None = None,
     confirmed: bool = False,
+    overrides: Sequence[str] = (),
     progress: ShowProgress = None,
 ) -> StudyResult:
     """Make the missing runs of a study.
@@ -122,6 +131,7 @@ def sweep(
         backend: Local processes, threads, or a Dask cluster.
         scheduler: Address of a Dask scheduler; None to start a local cluster.
         confirmed: Whether to start a study that exceeds its own `at_most`.
+        overrides: Texts `key.path=value` that are added to the study's `set`.
         progress: Called with progress, as for `shown_progress`; None shows it on terminals and in notebooks.
 
     Returns:
@@ -133,18 +143,16 @@ def sweep(
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.study.engine import backends
-    from escort_mj.study.sweeps.sweep import TABLE, sweep_line
-    from escort_mj.study.sweeps.sweep import sweep as make_runs
+    from escort_mj.study.sweeps.sweep import TABLE, sweep_design, sweep_line
 
-    design, folder, count = lay_out(study, out, workers, confirmed)
+    design, folder, count = _lay_out(study, out, workers, confirmed, overrides)
     make = {"local": backends.local, "threads": backends.threads}.get(backend)
     at = backends.dask(count, scheduler) if make is None else make(count)
     with at as where, shown_progress("sweeping", " runs", progress) as update:
-        done = make_runs(design, folder, where, count, confirmed, update)
-    passed = not done.failed
-    return StudyResult(
-        design.study.study, folder, [sweep_line(design, done)], _read_csv(folder / TABLE), passed, done
-    )
+        done = sweep_design(design, folder, where, count, confirmed, update)
+    lines, written = [sweep_line(design.study.study, done)], ["results.sqlite", TABLE, "study.yaml"]
+    read = _table_of(folder / TABLE)
+    return StudyResult(design.study.study, folder, lines, written, not done.failed, done, read)
 
 
 def compare(
@@ -155,6 +163,7 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
+    docs: Path | None = None,
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
@@ -167,6 +176,7 @@ def compare(
         seeds: Number of seeds, starting at the scenario's seed.
         out: Folder of results; None for `renders/compare/NAME`.
         workers: Number of processes; None for one per core.
+        docs: Markdown page that also gets the table, between its marks; None for none.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
@@ -178,7 +188,7 @@ def compare(
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
     from escort_mj.report.comparison import draw_comparison
-    from escort_mj.study.compare.compare import compare as compare_laws
+    from escort_mj.study.compare.compare import compare_controllers
 
     mission = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
     folder = Path(out) if out is not None else Path("renders") / "compare" / mission.name
@@ -186,10 +196,10 @@ def compare(
         stopping.keeping(lambda: kept_words(folder)),
         shown_progress("comparing", " runs", progress) as update,
     ):
-        found = compare_laws(
-            mission, folder, draw_comparison, _names(laws), _names(outer), seeds, workers, None, again, update
+        found = compare_controllers(
+            mission, folder, draw_comparison, _names(laws), _names(outer), seeds, workers, docs, again, update
         )
-    return _of_findings(mission.name, folder, found, _read_csv(folder / "table.csv"))
+    return _of_findings(mission.name, folder, found, _table_of(folder / "table.csv"))
 
 
 def reproduce(
@@ -197,6 +207,7 @@ def reproduce(
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
+    docs: Path | None = None,
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
@@ -206,6 +217,7 @@ def reproduce(
         only: Figures, 5 to 17 or `laws`; empty for all.
         out: Folder of results; None for `renders/reproduction`.
         workers: Number of processes; None for one per core.
+        docs: Markdown file that also gets the table of all simulations; None for none.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
@@ -216,11 +228,9 @@ def reproduce(
         UsageError: If there is no such figure, or if a folder contains other files.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
-    import pandas
-
     from escort_mj.record.files import read_json
     from escort_mj.report.reproduction import draw_reproduction
-    from escort_mj.study.compare.reproduce import reproduce as reproduce_paper
+    from escort_mj.study.compare.reproduce import reproduce_paper
 
     folder = Path(out) if out is not None else Path("renders") / "reproduction"
     wanted = [str(each) for each in only]
@@ -229,11 +239,16 @@ def reproduce(
         shown_progress("reproducing", " steps", progress) as update,
     ):
         found = reproduce_paper(
-            scenarios_folder(), folder, draw_reproduction, wanted, workers, None, again, update
+            scenarios_folder(), folder, draw_reproduction, wanted, workers, docs, again, update
         )
-    columns = ["section", "figures", "claim", "rule", "holds"]
-    table = pandas.DataFrame(read_json(folder / "table.json")["claims"], columns=columns)
-    return _of_findings("reproduction", folder, found, table)
+    document = read_json(folder / "table.json")
+
+    def read() -> pandas.DataFrame:
+        import pandas
+
+        return pandas.DataFrame(document["claims"], columns=["section", "figures", "claim", "rule", "holds"])
+
+    return _of_findings("reproduction", folder, found, read)
 
 
 def tune(
@@ -241,6 +256,8 @@ def tune(
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
+    overrides: Sequence[str] = (),
+    figures: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
     """Tune values of a scenario within the bounds of a study's section `tune`.
@@ -249,6 +266,8 @@ def tune(
         study: Study file, name of a shipped study, or a mapping with the keys of a file.
         out: Folder of results; None for `renders/studies/NAME`. Its `best.yaml` is the best scenario.
         workers: Number of processes; None for one per core.
+        overrides: As for `sweep`.
+        figures: Whether to draw the progress of the search.
         progress: As for `sweep`.
 
     Returns:
@@ -261,17 +280,22 @@ def tune(
     """
     from escort_mj.study.engine import backends
     from escort_mj.study.search.evaluate import base_of
-    from escort_mj.study.search.tune import TRIALS
-    from escort_mj.study.search.tune import tune as search
+    from escort_mj.study.search.tune import BEST, SUMMARY, TRIALS, tune_design
     from escort_mj.study.search.tune_table import tuning_lines
 
-    design, folder, count = lay_out(study, out, workers)
+    design, folder, count = _lay_out(study, out, workers, overrides=overrides)
     with backends.local(count) as where, shown_progress("tuning", " trials", progress) as update:
-        found = search(design, folder, where, update)
+        found = tune_design(design, folder, where, update)
     section = design.study.tune
     assert section is not None, "tune has refused studies without it"
     lines = list(tuning_lines(found, section, {key: base_of(design, key) for key in section.over}))
-    return StudyResult(design.study.study, folder, lines, _read_csv(folder / TRIALS), True, found)
+    written = ["results.sqlite", TRIALS, SUMMARY, BEST]
+    if figures:
+        from escort_mj.report.figures.tuning import draw_tuning
+
+        with stopping.keeping(lambda: kept_words(folder)):
+            written += [path.name for path in draw_tuning(folder, section, found)]
+    return StudyResult(design.study.study, folder, lines, written, True, found, _table_of(folder / TRIALS))
 
 
 def falsify(
@@ -279,6 +303,7 @@ def falsify(
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
+    overrides: Sequence[str] = (),
     progress: ShowProgress = None,
 ) -> StudyResult:
     """Search within the bounds of a study's section `falsify` for missions that violate a verdict.
@@ -287,6 +312,7 @@ def falsify(
         study: Study file, name of a shipped study, or a mapping with the keys of a file.
         out: Folder of results; None for `renders/studies/NAME`.
         workers: Number of processes; None for one per core.
+        overrides: As for `sweep`.
         progress: As for `sweep`.
 
     Returns:
@@ -297,20 +323,30 @@ def falsify(
         ScenarioError: With all faults of the study.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
-    import pandas
-
     from escort_mj.study.engine import backends
-    from escort_mj.study.search.falsify import falsification_lines
-    from escort_mj.study.search.falsify import falsify as search
+    from escort_mj.study.search.falsify import (
+        COUNTEREXAMPLES,
+        SUMMARY,
+        falsification_lines,
+        falsify_design,
+    )
 
-    design, folder, count = lay_out(study, out, workers)
+    design, folder, count = _lay_out(study, out, workers, overrides=overrides)
     with backends.local(count) as where, shown_progress("searching", " runs", progress) as update:
-        found = search(design, folder, where, update)
-    rows = [{"broken": one.broken, "message": one.message, **one.point} for one in found.counterexamples]
-    files = [{"scenario": str(one.scenario), "folder": str(one.folder)} for one in found.counterexamples]
-    table = pandas.DataFrame([row | file for row, file in zip(rows, files, strict=True)])
-    lines = list(falsification_lines(found))
-    return StudyResult(design.study.study, folder, lines, table, not found.counterexamples, found)
+        found = falsify_design(design, folder, where, update)
+    rows = [
+        {"broken": one.broken, "message": one.message, **one.point}
+        | {"scenario": str(one.scenario), "folder": str(one.folder)}
+        for one in found.counterexamples
+    ]
+
+    def read() -> pandas.DataFrame:
+        import pandas
+
+        return pandas.DataFrame(rows)
+
+    lines, written = list(falsification_lines(found)), ["results.sqlite", SUMMARY, f"{COUNTEREXAMPLES}/"]
+    return StudyResult(design.study.study, folder, lines, written, not rows, found, read)
 
 
 def kept_words(folder: Path) -> str:
@@ -323,11 +359,19 @@ def _names(given: Sequence[str]) -> Sequence[str]:
     return [given] if isinstance(given, str) else given
 
 
-def _of_findings(name: str, folder: Path, found: Findings, table: pandas.DataFrame) -> StudyResult:
-    return StudyResult(name, folder, found.lines, table, found.stated, found)
+def _of_findings(
+    name: str, folder: Path, found: Findings, read: Callable[[], pandas.DataFrame]
+) -> StudyResult:
+    return StudyResult(name, folder, found.lines, found.written, found.stated, found, read)
 
 
-def _read_csv(path: Path) -> pandas.DataFrame:
-    import pandas
+def _table_of(path: Path) -> Callable[[], pandas.DataFrame]:
+    """Return a function that parses the present text of a CSV file; pandas takes long to import."""
+    text = path.read_text(encoding="utf-8")
 
-    return pandas.read_csv(path)
+    def read() -> pandas.DataFrame:
+        import pandas
+
+        return pandas.read_csv(StringIO(text))
+
+    return read

@@ -34,7 +34,7 @@ Kind = Literal[
 ]
 
 
-class Entry(NamedTuple):
+class Listed(NamedTuple):
     """One thing that can be named in a scenario, a study or a command.
 
     Attributes:
@@ -72,7 +72,7 @@ def list_command(
     )
 
 
-def _lines(found: Mapping[Kind, list[Entry]], short: bool) -> Iterator[str]:
+def _lines(found: Mapping[Kind, list[Listed]], short: bool) -> Iterator[str]:
     """What was found, for a terminal; names alone where everything is listed."""
     for name, entries in found.items():
         if short:
@@ -86,7 +86,7 @@ def _lines(found: Mapping[Kind, list[Entry]], short: bool) -> Iterator[str]:
         yield f"escort-mj list {next(iter(found))} says what each is, and likewise for the others"
 
 
-def _page(found: Mapping[Kind, list[Entry]]) -> Iterator[str]:
+def _page(found: Mapping[Kind, list[Listed]]) -> Iterator[str]:
     """The same as Markdown."""
     from escort_mj.cli.handbook import TITLES, commands_page
     from escort_mj.record.tables import markdown
@@ -110,65 +110,65 @@ def _sentence(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def _described(names: Callable[[Path], list[str]]) -> Callable[[Sequence[str]], Iterator[Entry]]:
+def _described(names: Callable[[Path], list[str]]) -> Callable[[Sequence[str]], Iterator[Listed]]:
     """List shipped files by their descriptions."""
 
-    def entries(plugins: Sequence[str]) -> Iterator[Entry]:
+    def entries(plugins: Sequence[str]) -> Iterator[Listed]:
         from escort_mj.scenario.reader.document import read_document
 
         folder = scenarios_folder()
         for name in names(folder):
             data = read_document((folder / f"{name}.yaml").read_text(encoding="utf-8"), name).data
-            yield Entry(name, "", " ".join(str(data.get("description", "")).split()))
+            yield Listed(name, "", " ".join(str(data.get("description", "")).split()))
 
     return entries
 
 
-def _components(tag: str) -> Callable[[Sequence[str]], Iterator[Entry]]:
+def _components(tag: str) -> Callable[[Sequence[str]], Iterator[Listed]]:
     """List tables of the schema that a scenario asks for by a name."""
 
-    def entries(plugins: Sequence[str]) -> Iterator[Entry]:
+    def entries(plugins: Sequence[str]) -> Iterator[Listed]:
         from escort_mj.scenario import json_schema
         from escort_mj.scenario.reader.catalog import scenario_type_with
 
         for table in json_schema(scenario_type_with(plugins))["$defs"].values():
             name = table.get("properties", {}).get(tag, {}).get("const")
             if name is not None:
-                yield Entry(name, "", _first(table.get("description", "")))
+                yield Listed(name, "", _first(table.get("description", "")))
 
     return entries
 
 
-def _metrics(plugins: Sequence[str]) -> Iterator[Entry]:
+def _metrics(plugins: Sequence[str]) -> Iterator[Listed]:
     from escort_mj.metrics import METRICS
 
     for metric in METRICS:
-        yield Entry(metric.name, metric.unit, metric.meaning)
+        yield Listed(metric.name, metric.unit, metric.meaning)
 
 
-def _expectations(plugins: Sequence[str]) -> Iterator[Entry]:
+def _expectations(plugins: Sequence[str]) -> Iterator[Listed]:
     from escort_mj.expectations import EXPECTATIONS
 
     for kind in EXPECTATIONS:
-        yield Entry(str(kind.kind), "", _first(kind.__doc__ or ""))
+        yield Listed(str(kind.kind), "", _first(kind.__doc__ or ""))
 
 
-def _signals(plugins: Sequence[str]) -> Iterator[Entry]:
+def _signals(plugins: Sequence[str]) -> Iterator[Listed]:
     from escort_mj.signals import EPISODE, SIGNALS
 
     for signal in (*SIGNALS, *EPISODE):
-        yield Entry(signal.name, signal.unit, signal.meaning)
+        yield Listed(signal.name, signal.unit, signal.meaning)
 
 
-def _figures(plugins: Sequence[str]) -> Iterator[Entry]:
+def _figures(plugins: Sequence[str]) -> Iterator[Listed]:
     from escort_mj.report.figures.figures import PLOTS
 
-    yield from dict.fromkeys(Entry(plot.name, "", plot.title.partition(",")[0]) for plot in PLOTS)
+    yield from dict.fromkeys(Listed(plot.name, "", plot.title.partition(",")[0]) for plot in PLOTS)
 
 
-def _commands(plugins: Sequence[str]) -> Iterator[Entry]:
+def _commands(plugins: Sequence[str]) -> Iterator[Listed]:
     for command in app.registered_commands:
-        yield Entry(str(command.name), "", _first(inspect.getdoc(command.callback) or ""))
+        yield Listed(str(command.name), "", _first(inspect.getdoc(command.callback) or ""))
 
 
 def _first(text: str) -> str:
@@ -176,7 +176,7 @@ def _first(text: str) -> str:
     return " ".join(text.split("\n\n")[0].split())
 
 
-LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Entry]]] = {
+LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "scenarios": _described(scenario_names),
     "studies": _described(study_names),
     "laws": _components("law"),

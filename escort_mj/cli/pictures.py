@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from escort_mj.scenario.schema.scenario import Video
 
 
-class Camera(StrEnum):
+class CameraChoice(StrEnum):
     """Cameras of `--camera`."""
 
     OVERVIEW = "overview"
@@ -45,7 +45,7 @@ class FigureFormat(StrEnum):
 def render_command(
     run_folder: RunArgument,
     camera: Annotated[
-        Camera | None, typer.Option(help="Camera of the video [default: the scenario's].")
+        CameraChoice | None, typer.Option(help="Camera of the video [default: the scenario's].")
     ] = None,
     azimuth: Annotated[
         float | None, typer.Option(help="Direction of view around the vertical [deg].")
@@ -135,10 +135,10 @@ def _video(folder: Path, changes: dict[str, Any]) -> Video | None:
     """The scenario's video with other values; None where there are none."""
     if not changes:
         return None
-    from escort_mj.record.folder import open_run
+    from escort_mj.record.folder import read_run
     from escort_mj.scenario.reader.load import stored_scenario
 
-    run = open_run(folder)
+    run = read_run(folder)
     scenario = stored_scenario(run.scenario_yaml, run.path)
     return scenario.replace({f"video.{key}": value for key, value in changes.items()}).video
 

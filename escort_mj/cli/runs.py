@@ -187,9 +187,9 @@ def show_command(
     Example: escort-mj show renders/main
     """
     from escort_mj.expect.verdicts import Verdict, verdict_lines
-    from escort_mj.record.folder import open_run
+    from escort_mj.record.folder import read_run
 
-    stored = open_run(run_folder)
+    stored = read_run(run_folder)
     samples, robots = stored.trace.sizes["time"], stored.trace.sizes["robot"]
     physics = stored.trace.attrs.get("contact_physics")
     lines = [

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NoReturn
 
@@ -30,7 +28,7 @@ from escort_mj.cli.app import (
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
-    from escort_mj.study.sweeps.design import Design
+    from escort_mj.api.studies import StudyResult
 
 OutOption = Annotated[
     Path | None, typer.Option(help="Folder for the results [default: renders/studies/NAME].")
@@ -50,27 +48,12 @@ StudyArgument = Annotated[
 ]
 
 
-def _laid_out(
-    study: str,
-    out: Path | None,
-    workers: int | None,
-    overrides: list[str] | None,
-    processes: bool = True,
-    confirmed: bool = True,
-) -> tuple[Design, Path, int]:
-    """A study's design, the folder of its results, and how many work on it.
-
-    Commands call it before they import anything slow: processes get ready meanwhile, if there are to be any.
-    A study that is larger than it says it may be is refused here unless that was confirmed.
-    """
+def _get_ready(workers: int | None) -> None:
+    """Start the parent of the worker processes, if there are to be any, before anything slow is imported."""
     from escort_mj.study.engine.parallel import cores, parent_of_workers
 
-    count = cores() if workers is None else workers
-    if processes and count > 1:
+    if (cores() if workers is None else workers) > 1:
         parent_of_workers()
-    from escort_mj.api.studies import lay_out
-
-    return lay_out(study, out, count, confirmed, overrides or ())
 
 
 @app.command("reproduce")
@@ -93,23 +76,13 @@ def reproduce_command(
 
     Example: escort-mj reproduce --only 5 --only 6
     """
-    from escort_mj import api
-    from escort_mj.report.reproduction import draw_reproduction
-    from escort_mj.study.compare.reproduce import reproduce as reproduce_paper
+    from escort_mj.api import studies
 
-    with stopping.keeping(lambda: _kept(out)), progress_bar("reproducing", " steps") as progress:
-        result = reproduce_paper(
-            api.scenarios_folder(), out, draw_reproduction, only or (), workers, docs, again, progress
+    with progress_bar("reproducing", " steps") as progress:
+        result = studies.reproduce(
+            only or (), out, workers=workers, docs=docs, again=again, progress=progress or False
         )
-    _finish(
-        "reproduce",
-        as_json,
-        result.lines,
-        out,
-        result.written,
-        "table.json",
-        GOOD if result.stated else BROKEN,
-    )
+    _finish("reproduce", as_json, result, "table.json", GOOD if result.passed else BROKEN)
 
 
 @app.command("compare")
@@ -149,25 +122,22 @@ def compare_command(
 
     Example: escort-mj compare main --laws apd_smc,pd --outer nsb,barrier_filter --seeds 5
     """
-    from escort_mj import api
-    from escort_mj.report.comparison import draw_comparison
-    from escort_mj.study.compare.compare import compare as compare_laws
+    from escort_mj.api import load_scenario, studies
 
-    mission = api.load_scenario(scenario, overrides or (), plugins or ())
-    folder = out if out is not None else Path("renders") / "compare" / mission.name
-    with stopping.keeping(lambda: _kept(folder)), progress_bar("comparing", " runs") as progress:
-        result = compare_laws(
-            mission, folder, draw_comparison, laws or (), outer or (), seeds, workers, docs, again, progress
+    mission = load_scenario(scenario, overrides or (), plugins or ())
+    with progress_bar("comparing", " runs") as progress:
+        result = studies.compare(
+            mission,
+            laws or (),
+            outer or (),
+            seeds,
+            out,
+            workers=workers,
+            docs=docs,
+            again=again,
+            progress=progress or False,
         )
-    _finish(
-        "compare",
-        as_json,
-        result.lines,
-        folder,
-        result.written,
-        "table.json",
-        GOOD if result.stated else BROKEN,
-    )
+    _finish("compare", as_json, result, "table.json", GOOD if result.passed else BROKEN)
 
 
 @app.command("sweep")
@@ -197,20 +167,26 @@ def sweep_command(
 
     Example: escort-mj sweep mine.yaml --backend dask --scheduler tcp://host:8786
     """
-    design, folder, count = _laid_out(study, out, workers, overrides, backend == "local", yes)
-    from escort_mj.study.engine import backends
-    from escort_mj.study.sweeps.sweep import sweep as make_runs
-    from escort_mj.study.sweeps.sweep import sweep_line
+    if backend == "local":
+        _get_ready(workers)
+    from escort_mj.api import studies
 
-    make = {"local": backends.local, "threads": backends.threads}.get(backend)
-    at = backends.dask(count, scheduler) if make is None else make(count)
-    with at as where, progress_bar("sweeping", " runs") as progress:
-        done = make_runs(design, folder, where, count, yes, progress)
-    written = ["results.sqlite", "runs.csv", "study.yaml"]
-    lines = [sweep_line(design, done), f"wrote {shown_path(folder)}: {' '.join(written)}"]
-    told = {"study": design.study.study, "cells": len(design.cells)} | done._asdict()
+    with progress_bar("sweeping", " runs") as progress:
+        result = studies.sweep(
+            study,
+            out,
+            workers=workers,
+            backend=backend,
+            scheduler=scheduler,
+            confirmed=yes,
+            overrides=overrides or (),
+            progress=progress or False,
+        )
+    done = result.found
+    told = {"study": result.name} | done._asdict()
     code = BROKEN if done.broken else VERDICT_FAILED if done.failed else GOOD
-    finish("sweep", as_json, lines, code, folder=shown_path(folder), written=written, **told)
+    lines = [*result.lines, _wrote(result)]
+    finish("sweep", as_json, lines, code, folder=shown_path(result.folder), written=result.written, **told)
 
 
 @app.command("rerun")
@@ -252,24 +228,19 @@ def tune_command(
 
     Example: escort-mj tune studies/tune_apd_smc
     """
-    design, folder, count = _laid_out(study, out, workers, overrides)
-    from escort_mj.study.engine import backends
-    from escort_mj.study.search.evaluate import base_of
-    from escort_mj.study.search.tune import tune as search
-    from escort_mj.study.search.tune_table import tuning_lines
+    _get_ready(workers)
+    from escort_mj.api import studies
 
-    with backends.local(count) as where, progress_bar("tuning", " trials") as progress:
-        found = search(design, folder, where, progress)
-    section = design.study.tune
-    assert section is not None, "tune has refused studies without it"
-    said = tuning_lines(found, section, {key: base_of(design, key) for key in section.over})
-    written = ["results.sqlite", "trials.csv", "tune.json", "best.yaml"]
-    if figures:
-        from escort_mj.report.figures.tuning import draw_tuning
-
-        with stopping.keeping(lambda: _kept(folder)):
-            written += [path.name for path in draw_tuning(folder, section, found)]
-    _finish("tune", as_json, said, folder, written, "tune.json")
+    with progress_bar("tuning", " trials") as progress:
+        result = studies.tune(
+            study,
+            out,
+            workers=workers,
+            overrides=overrides or (),
+            figures=figures,
+            progress=progress or False,
+        )
+    _finish("tune", as_json, result, "tune.json")
 
 
 @app.command("falsify")
@@ -291,25 +262,22 @@ def falsify_command(
 
     Example: escort-mj falsify studies/falsify_main
     """
-    design, folder, count = _laid_out(study, out, workers, overrides)
+    _get_ready(workers)
+    from escort_mj.api import studies
     from escort_mj.errors import RenderError
     from escort_mj.report.video.video import render_clip
-    from escort_mj.study.engine import backends
-    from escort_mj.study.search.falsify import falsification_lines
-    from escort_mj.study.search.falsify import falsify as search
 
-    with backends.local(count) as where, progress_bar("searching", " runs") as progress:
-        found = search(design, folder, where, progress)
-    said = list(falsification_lines(found))
-    for one in found.counterexamples if video else ():
+    with progress_bar("searching", " runs") as progress:
+        result = studies.falsify(
+            study, out, workers=workers, overrides=overrides or (), progress=progress or False
+        )
+    for one in result.found.counterexamples if video else ():
         try:
-            with stopping.keeping(lambda: _kept(folder)):
-                said.append(f"clip: {shown_path(render_clip(one.folder))}")
+            with stopping.keeping(lambda: studies.kept_words(result.folder)):
+                result.lines.append(f"clip: {shown_path(render_clip(one.folder))}")
         except RenderError as error:
             say(f"no clip: {error}", err=True)
-    written = ["results.sqlite", "falsify.json", "counterexamples/"]
-    code = VERDICT_FAILED if found.counterexamples else GOOD
-    _finish("falsify", as_json, said, folder, written, "falsify.json", code)
+    _finish("falsify", as_json, result, "falsify.json", GOOD if result.passed else VERDICT_FAILED)
 
 
 @app.command("report")
@@ -357,23 +325,15 @@ def report_command(
     finish("report", as_json, lines, page=shown_path(page), folder=shown_path(folder), written=written)
 
 
-def _kept(folder: Path) -> str:
-    """What an interrupted command that makes runs has left."""
-    return f"runs that have ended are kept in {shown_path(folder)}; the same command goes on from there"
-
-
-def _finish(
-    command: str,
-    as_json: bool,
-    lines: Iterable[str],
-    folder: Path,
-    written: list[str],
-    summary: str,
-    code: int = GOOD,
-) -> NoReturn:
+def _finish(command: str, as_json: bool, result: StudyResult, summary: str, code: int = GOOD) -> NoReturn:
     """End a command that wrote what it found into a JSON file of its folder."""
     from escort_mj.record.files import read_json
 
-    said = chain(lines, [f"wrote {shown_path(folder)}: {' '.join(written)}"])
-    found = read_json(folder / summary) if as_json else None
-    finish(command, as_json, said, code, folder=shown_path(folder), written=written, result=found)
+    found = read_json(result.folder / summary) if as_json else None
+    folder = shown_path(result.folder)
+    lines = [*result.lines, _wrote(result)]
+    finish(command, as_json, lines, code, folder=folder, written=result.written, result=found)
+
+
+def _wrote(result: StudyResult) -> str:
+    return f"wrote {shown_path(result.folder)}: {' '.join(result.written)}"

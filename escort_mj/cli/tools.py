@@ -87,7 +87,7 @@ def export_command(
     """
     from escort_mj import api
     from escort_mj.record.files import write_text
-    from escort_mj.record.folder import open_run
+    from escort_mj.record.folder import read_run
     from escort_mj.report.exports.exports import MJCF, check_export, export_run
 
     is_run = os.path.isdir(source)
@@ -95,7 +95,7 @@ def export_command(
     if is_run and overrides:
         raise UsageError("--set changes a scenario; a run folder is what it is")
     if is_run:
-        export_run(open_run(source), to)
+        export_run(read_run(source), to)
     elif to.suffix != MJCF:
         raise UsageError(f"{source}: is no run folder; {to.suffix} holds what a run recorded")
     else:

@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 SIGNALS = {"velocity": "v_d", "force": "tau"}  # what the law gives where a policy gives commands
 
 
-class Episode(NamedTuple):
+class LawEpisode(NamedTuple):
     """A mission of T commands to n robots.
 
     Attributes:
@@ -43,7 +43,9 @@ class Episode(NamedTuple):
     outcome: Outcome
 
 
-def law_episode(scenario: Scenario, command: Command = "velocity", reward: Reward | None = None) -> Episode:
+def law_episode(
+    scenario: Scenario, command: Command = "velocity", reward: Reward | None = None
+) -> LawEpisode:
     """Fly a scenario by its own law, and say what a policy would have observed and commanded.
 
     The law goes on between samples: only where `recording.rate` is that of the physics would the same actions
@@ -84,7 +86,7 @@ def law_episode(scenario: Scenario, command: Command = "velocity", reward: Rewar
             if outcome is Outcome.RUNNING:
                 actions.append(np.clip(share, -1.0, 1.0))
     shape = len(actions), senses.robots, senses.axes
-    return Episode(
+    return LawEpisode(
         np.stack(observed), np.array(actions, np.float32).reshape(shape), np.array(rewards), outcome
     )
 

@@ -42,8 +42,8 @@ from escort_mj.record.stored import (
     StoredRun,
     facts,
     is_run,
-    open_run,
     read_outcome,
+    read_run,
     recovered,
 )
 from escort_mj.record.trace import save_trace
@@ -64,7 +64,7 @@ __all__ = [
     "StoredRun",
     "free_place",
     "is_run",
-    "open_run",
+    "read_run",
 ]
 
 
@@ -255,7 +255,7 @@ class RunFolder:
     def _kept(self) -> str:
         """What can be read of a run that could not be written to its end."""
         with contextlib.suppress(Exception):
-            time = open_run(self.path).trace["time"]
+            time = read_run(self.path).trace["time"]
             if len(time):
                 return f"{self.path} holds what was recorded up to {float(time[-1]):.2f} s"
         return f"{self.path} holds no sample"

@@ -69,7 +69,7 @@ def is_run(folder: Path) -> bool:
     return (folder / OUTCOME).is_file()
 
 
-def open_run(path: str | os.PathLike[str]) -> StoredRun:
+def read_run(path: str | os.PathLike[str]) -> StoredRun:
     """Open a run folder.
 
     A run that still goes on shows its trace so far. A run whose process died gets its trace from the journal

@@ -13,7 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
 from escort_mj.metrics.radius_error import radius_error
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.figures.curves import draw_curves, log_scale, running_rms, timeline
 from escort_mj.report.figures.style import FAILED, figure
 from escort_mj.scenario import Scenario
@@ -135,7 +135,7 @@ def draw_curves_of(out: Path, scenario: Scenario, results: Sequence[Result]) -> 
         upper, lower = canvas.subplots(2, 1, sharex=True)
         time = np.zeros(1)
         for run in runs:
-            trace = open_run(out / run.trial.name).trace
+            trace = read_run(out / run.trial.name).trace
             time = trace["time"].values
             drawn = len(upper.lines)
             radius = np.nanmax(np.abs(radius_error(trace)), axis=1)

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 from escort_mj import palette
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.figures import nearness, paths, timelines
 from escort_mj.report.figures.curves import log_ticks, running_rms
 from escort_mj.report.figures.style import FAILED, WIDTH, figure
@@ -59,7 +59,7 @@ def draw_reproduction(folder: Path, runs: Sequence[Measured], shown: PaperFigure
         with figure(path, 8.2, "The laws compared, case by case") as canvas:
             compare_laws(canvas, runs)
         return path
-    stored = {reading: open_run(folder / PaperRun(shown.case, shown.law, reading).name) for reading in SHOWN}
+    stored = {reading: read_run(folder / PaperRun(shown.case, shown.law, reading).name) for reading in SHOWN}
     first, second = (stored[reading] for reading in SHOWN)
     if not differ(first.trace, second.trace, shown.kind):
         del stored[SHOWN[1]]

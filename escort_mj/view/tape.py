@@ -16,7 +16,7 @@ from escort_mj.errors import RenderError
 from escort_mj.expect.verdicts import Verdict
 from escort_mj.mission import bound_of, completed, conclude, labels_of, take
 from escort_mj.record.episodes import NONE, during
-from escort_mj.record.folder import MODEL, StoredRun, open_run
+from escort_mj.record.folder import MODEL, StoredRun, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import record, sealed
 from escort_mj.report.video.replay import Replay, replay_of
@@ -106,7 +106,7 @@ class Stored:
             RunFolderError: If it is no run folder, or the run has recorded nothing.
             RenderError: If it holds no sample, or its model does not fit.
         """
-        run: StoredRun = open_run(folder)
+        run: StoredRun = read_run(folder)
         if not run.trace.sizes["time"]:
             raise RenderError(f"{folder}: the trace holds no sample, so there is nothing to see")
 

@@ -90,7 +90,7 @@ def test_claims_of_the_paper_are_a_table(tmp_path: Path, monkeypatch: pytest.Mon
         (out / "table.json").write_text(json.dumps({"claims": [claim | {"readings": {}}]}))
         return Findings(["one claim"], [], True)
 
-    monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce", reproduced)
+    monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce_paper", reproduced)
     result = escort_mj.reproduce([5, "laws"], tmp_path / "out", workers=1)
     assert asked == ["5", "laws"] and result.lines == ["one claim"]
     assert result.table.to_dict("records") == [

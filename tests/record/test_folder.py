@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 from escort_mj.errors import RunFolderError
-from escort_mj.record.folder import RunFolder, open_run
+from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import identify
 from escort_mj.record.trace import build_trace
@@ -25,7 +25,7 @@ class TestARunThatEnds:
     def test_the_folder_gives_back_everything(self, tmp_path, record, finish):
         path = tmp_path / "renders" / "main"
         trace = finish(path, record(300))
-        stored = open_run(path)
+        stored = read_run(path)
         xarray.testing.assert_identical(stored.trace, trace)
         assert stored.path == path
         assert stored.scenario_yaml == SCENARIO
@@ -39,7 +39,7 @@ class TestARunThatEnds:
 
     def test_the_outcome_says_how_when_and_by_what(self, tmp_path, record, finish):
         finish(tmp_path / "run", record(300), Outcome.DIVERGED)
-        outcome = open_run(tmp_path / "run").outcome
+        outcome = read_run(tmp_path / "run").outcome
         assert (outcome["outcome"], outcome["message"]) == ("diverged", "it ended")
         assert outcome["simulated_time"] == pytest.approx(0.02 * 299)
         assert (outcome["steps"], outcome["wall_time"]) == (42, 0.5)
@@ -58,7 +58,7 @@ class TestARunThatEnds:
         folder.finish(Outcome.COMPLETED, "", trace, {"energy": metric}, [verdict])
         for file in (tmp_path / "run").glob("*.json"):
             json.loads(file.read_text(), parse_constant=pytest.fail)
-        stored = open_run(tmp_path / "run")
+        stored = read_run(tmp_path / "run")
         assert stored.metrics == {"energy": metric | {"value": None, "time": None}}
         assert stored.verdicts == [{"passed": True, "margin": None}]
 
@@ -66,10 +66,10 @@ class TestARunThatEnds:
         samples, sizes, labels = record(300)
         folder = RunFolder.create(tmp_path / "run")
         with pytest.raises(RunFolderError, match="still preparing"):
-            open_run(tmp_path / "run")
+            read_run(tmp_path / "run")
         folder.begin(SCENARIO, MODEL, sizes, labels)
         folder.append(samples[:200])
-        stored = open_run(tmp_path / "run")
+        stored = read_run(tmp_path / "run")
         assert stored.outcome["outcome"] == "running"
         xarray.testing.assert_identical(stored.trace, build_trace(samples[:200], sizes, labels))
         assert stored.metrics == {}
@@ -88,7 +88,7 @@ class TestARunThatEnds:
             return True
 
         monkeypatch.setattr("escort_mj.record.stored.alive", ends_meanwhile)
-        stored = open_run(tmp_path / "run")
+        stored = read_run(tmp_path / "run")
         assert stored.outcome["outcome"] == "completed"
         xarray.testing.assert_identical(stored.trace, trace)
 
@@ -104,7 +104,7 @@ class TestARunThatBreaks:
             folder.begin(SCENARIO, MODEL, sizes, labels)
             folder.append(samples)
             raise ZeroDivisionError("by zero")
-        stored = open_run(tmp_path / "run")
+        stored = read_run(tmp_path / "run")
         assert stored.outcome["outcome"] == "failed"
         assert stored.outcome["message"] == "ZeroDivisionError: by zero"
         xarray.testing.assert_identical(stored.trace, build_trace(samples, sizes, labels))
@@ -114,7 +114,7 @@ class TestARunThatBreaks:
         with pytest.raises(KeyError), RunFolder.create(tmp_path / "run"):
             raise KeyError("model")
         with pytest.raises(RunFolderError, match="failed: KeyError: 'model'; it left nothing"):
-            open_run(tmp_path / "run")
+            read_run(tmp_path / "run")
         finish(tmp_path / "run", record(2))
 
     def test_a_stop_from_the_keyboard_is_an_interruption(self, tmp_path):
@@ -133,7 +133,7 @@ class TestARunThatBreaks:
         assert (tmp_path / "run" / "verdicts.json").is_file()
         assert not (tmp_path / "run" / "trace.nc").exists()
         for _ in range(2):  # from the journal, then from what the first reader wrote
-            stored = open_run(tmp_path / "run")
+            stored = read_run(tmp_path / "run")
             assert stored.outcome["outcome"] == "interrupted"
             xarray.testing.assert_identical(stored.trace, build_trace(samples, sizes, labels))
             assert (tmp_path / "run" / "trace.nc").is_file()
@@ -151,7 +151,7 @@ class TestARunThatBreaks:
 def test_no_run_folder(tmp_path):
     for path in (tmp_path, tmp_path / "nowhere", str(tmp_path)):
         with pytest.raises(RunFolderError, match="is this a run folder"):
-            open_run(path)
+            read_run(path)
 
 
 def test_every_outcome_has_a_meaning_and_only_one_is_good():

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError
-from escort_mj.record.folder import CHECK, RUN, STUDY, OccupiedError, RunFolder, free_place, open_run
+from escort_mj.record.folder import CHECK, RUN, STUDY, OccupiedError, RunFolder, free_place, read_run
 
 
 def outcome_of(path: Path) -> dict:
@@ -18,11 +18,11 @@ class TestWhoMayWrite:
         assert process.stdout.readline() == "ready\n"
         with pytest.raises(UsageError, match=f"process {process.pid} is writing a run here now"):
             RunFolder.create(tmp_path / "run")
-        assert open_run(tmp_path / "run").outcome["outcome"] == "running"
+        assert read_run(tmp_path / "run").outcome["outcome"] == "running"
         process.kill()
         process.wait()
         finish(tmp_path / "run", record(2), overwrite=True)
-        assert open_run(tmp_path / "run").trace.sizes["time"] == 2
+        assert read_run(tmp_path / "run").trace.sizes["time"] == 2
 
     def test_a_live_run_in_this_process_is_left_alone(self, tmp_path):
         RunFolder.create(tmp_path / "run")
@@ -69,14 +69,14 @@ class TestWhoMayWrite:
         folder.begin("name: synthetic\n", "<mujoco/>\n", *record(1)[1:])
         folder.append(record(5)[0])
         (tmp_path / "run" / "outcome.json").write_text(json.dumps(outcome_of(tmp_path / "run") | changes))
-        assert open_run(tmp_path / "run").outcome["outcome"] == "killed"
+        assert read_run(tmp_path / "run").outcome["outcome"] == "killed"
 
     def test_an_earlier_run_is_replaced_only_if_asked(self, tmp_path, record, finish):
         finish(tmp_path / "run", record(30))
         for made_by in (RUN, CHECK, STUDY):
             with pytest.raises(OccupiedError, match="holds a run already"):
                 RunFolder.create(tmp_path / "run", made_by)
-        assert open_run(tmp_path / "run").trace.sizes["time"] == 30
+        assert read_run(tmp_path / "run").trace.sizes["time"] == 30
 
     @pytest.mark.parametrize("made_by", [CHECK, STUDY])
     def test_checks_and_studies_replace_their_own(self, tmp_path, made_by):
@@ -143,13 +143,13 @@ class TestWhoMayWrite:
         with pytest.raises(RunFolderError):
             RunFolder.create(tmp_path)
         with pytest.raises(RunFolderError):
-            open_run(tmp_path)
+            read_run(tmp_path)
         assert (tmp_path / "video.mp4").exists()
 
     def test_what_a_kill_left_of_a_folder_is_claimed(self, tmp_path, record, finish):
         (tmp_path / ".outcome.json.123.partial").write_text("{")
         finish(tmp_path, record(2))
-        assert open_run(tmp_path).outcome["outcome"] == "completed"
+        assert read_run(tmp_path).outcome["outcome"] == "completed"
 
     def test_places_that_cannot_be_written_are_one_clear_error(self, tmp_path):
         (tmp_path / "file").touch()

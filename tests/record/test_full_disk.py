@@ -12,7 +12,7 @@ import pytest
 
 from escort_mj.errors import BrokenRunError, WriteError
 from escort_mj.record import files, journal
-from escort_mj.record.folder import RunFolder, open_run
+from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.trace import build_trace, save_trace
 from tests.limits import files_up_to
@@ -50,7 +50,7 @@ def test_whatever_the_size_at_which_writing_fails(tmp_path, record, place, monke
         write_run(path, made)
     assert raised.value.exit_code == 3
     assert "\n" not in str(raised.value)
-    stored = open_run(path)
+    stored = read_run(path)
     assert stored.outcome["outcome"] == "failed"
     rows = stored.trace.sizes["time"]
     kept = size // (made[0].shape[1] * 8)
@@ -82,7 +82,7 @@ def test_results_that_find_no_room_leave_the_samples(tmp_path, record, full, nam
     full(name)
     with pytest.raises(BrokenRunError, match=rf"run/{name}: cannot be written: No space left on device"):
         write_run(tmp_path / "run", made)
-    stored = open_run(tmp_path / "run")
+    stored = read_run(tmp_path / "run")
     assert (stored.outcome["outcome"], stored.trace.sizes["time"]) == ("failed", ROWS)
     assert name in stored.outcome["message"]
 

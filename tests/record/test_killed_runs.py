@@ -6,7 +6,7 @@ import pytest
 import xarray
 
 from escort_mj.errors import RunFolderError
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 
 
 def outcome_of(path: Path) -> dict:
@@ -17,7 +17,7 @@ class TestARunThatDies:
     def test_a_killed_run_opens_and_says_what_happened(self, tmp_path, record, killed):
         path = tmp_path / "run"
         pid = killed(path, record(1))
-        stored = open_run(path)
+        stored = read_run(path)
         rows = stored.trace.sizes["time"]
         assert rows > 0
         np.testing.assert_allclose(stored.trace["time"], 0.02 * np.arange(rows))
@@ -32,10 +32,10 @@ class TestARunThatDies:
     def test_what_was_recovered_stays(self, tmp_path, record, killed):
         path = tmp_path / "run"
         killed(path, record(1))
-        first = open_run(path)
+        first = read_run(path)
         assert (path / "trace.nc").is_file()
         assert outcome_of(path) == first.outcome
-        second = open_run(path)
+        second = read_run(path)
         assert second.outcome == first.outcome
         xarray.testing.assert_identical(second.trace, first.trace)
 
@@ -47,17 +47,17 @@ class TestARunThatDies:
         whole = np.fromfile(samples).size // width
         with samples.open("ab") as file:
             file.truncate(whole * width * 8 - 11)
-        assert open_run(path).trace.sizes["time"] == whole - 1
+        assert read_run(path).trace.sizes["time"] == whole - 1
 
     def test_killed_before_its_first_step(self, tmp_path, record, finish, killed):
         path = tmp_path / "run"
         killed(path, record(1), kind="prepares")
         for _ in range(2):
             with pytest.raises(RunFolderError, match="died, before the first step; it left nothing"):
-                open_run(path)
+                read_run(path)
         assert outcome_of(path)["outcome"] == "killed"
         finish(path, record(3))
-        assert open_run(path).outcome["outcome"] == "completed"
+        assert read_run(path).outcome["outcome"] == "completed"
 
     def test_a_folder_that_cannot_be_written_opens_as_well(self, tmp_path, record, monkeypatch, killed):
         path = tmp_path / "run"
@@ -67,7 +67,7 @@ class TestARunThatDies:
             raise PermissionError(13, "Permission denied")
 
         monkeypatch.setattr("escort_mj.record.stored.save_trace", read_only)
-        stored = open_run(path)
+        stored = read_run(path)
         assert stored.outcome["outcome"] == "killed"
         assert stored.trace.sizes["time"] > 0
         assert outcome_of(path)["outcome"] == "running"

@@ -8,7 +8,7 @@ from PIL import Image
 from escort_mj.api import load_scenario
 from escort_mj.errors import UsageError
 from escort_mj.report.comparison import draw_bars, draw_comparison
-from escort_mj.study.compare.compare import compare
+from escort_mj.study.compare.compare import compare_controllers
 from escort_mj.study.compare.comparison import QUANTITIES, Result, Trial
 
 SHORT = {"duration": 1.0, "expect": []}
@@ -18,7 +18,7 @@ SHORT = {"duration": 1.0, "expect": []}
 def whole(compiled, tmp_path_factory):
     out, steps = tmp_path_factory.mktemp("comparison"), []
     scenario = load_scenario("main", SHORT)
-    result = compare(
+    result = compare_controllers(
         scenario,
         out,
         draw_comparison,
@@ -47,14 +47,14 @@ def test_runs_table_and_figures_are_there(whole):
 def test_a_second_time_nothing_runs(whole):
     out, scenario, _, _ = whole
     before = (out / "table.md").read_text()
-    again = compare(scenario, out, draw_comparison, ["pd,super_twisting"], seeds=2, workers=1)
+    again = compare_controllers(scenario, out, draw_comparison, ["pd,super_twisting"], seeds=2, workers=1)
     assert again.lines[0] == "4 runs: 0 run now, 4 had run before"
     assert (out / "table.md").read_text() == before
 
 
 def test_outer_loops_stand_beside_each_other(tmp_path, compiled):
     scenario = load_scenario("main", SHORT)
-    result = compare(
+    result = compare_controllers(
         scenario, tmp_path, draw_comparison, ["pd"], ["nsb", "barrier_filter,potential_field"], workers=1
     )
     assert result.stated and len(result.lines) == 5
@@ -66,7 +66,7 @@ def test_outer_loops_stand_beside_each_other(tmp_path, compiled):
 
 def test_what_diverges_is_a_row_and_is_drawn(tmp_path, compiled):
     runaway = load_scenario("paper/case1_3d", {"controller.anti_windup": False, "expect": [], "duration": 20})
-    result = compare(runaway, tmp_path, draw_comparison, ["apd_smc"], workers=1)
+    result = compare_controllers(runaway, tmp_path, draw_comparison, ["apd_smc"], workers=1)
     assert result.stated and any("diverged" in line for line in result.lines)
     assert [path.name for path in (tmp_path / "figures").iterdir()] == ["comparison.png"]
 
@@ -86,9 +86,9 @@ def test_bars_of_what_never_settles(tmp_path):
 def test_what_cannot_be_done_is_said_before_anything_runs(tmp_path):
     scenario = load_scenario("main", SHORT)
     with pytest.raises(UsageError, match="--laws lqr"):
-        compare(scenario, tmp_path / "out", draw_comparison, ["lqr"])
+        compare_controllers(scenario, tmp_path / "out", draw_comparison, ["lqr"])
     with pytest.raises(UsageError, match='--outer nbs: .*did you mean "nsb"'):
-        compare(scenario, tmp_path / "out", draw_comparison, ["pd"], ["nbs"])
+        compare_controllers(scenario, tmp_path / "out", draw_comparison, ["pd"], ["nbs"])
     with pytest.raises(UsageError, match="--docs"):
-        compare(scenario, tmp_path / "out", draw_comparison, docs=tmp_path / "missing.md")
+        compare_controllers(scenario, tmp_path / "out", draw_comparison, docs=tmp_path / "missing.md")
     assert not (tmp_path / "out").exists()

@@ -6,7 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from escort_mj import palette
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.figures import curves, paths, style, timelines
 from escort_mj.report.figures.figures import draw_figures
 from escort_mj.report.video.pen import Pen
@@ -22,7 +22,7 @@ def test_a_crowd_gets_its_figures_of_few_artists(make_run, monkeypatch, axes) ->
     monkeypatch.setattr(style, "DPI", 60)
     folder = make_run(count=COUNT, axes=axes, samples=20)
     assert {path.stem for path in draw_figures(folder)} >= {"panels", "paths", "clearances", "forces"}
-    trace = open_run(folder).trace
+    trace = read_run(folder).trace
     canvas = Figure()
     timelines.panels(canvas, trace)
     assert sum(len(panel.lines) for panel in canvas.axes) < COUNT
@@ -66,7 +66,7 @@ def test_a_disc_is_a_closed_fan_of_the_right_size() -> None:
 
 
 def test_neighbors_in_a_crowd_are_linked_once_they_are_near(make_run) -> None:
-    trace = open_run(make_run(count=COUNT, samples=60, spread=lambda time: 5.0 * np.exp(-time))).trace
+    trace = read_run(make_run(count=COUNT, samples=60, spread=lambda time: 5.0 * np.exp(-time))).trace
     replay = replay_of(trace)
     scenery = Scenery(replay, 1.0, 1280)
     scene = mujoco.MjvScene(mujoco.MjModel.from_xml_string("<mujoco/>"), 5000)

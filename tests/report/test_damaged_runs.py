@@ -17,7 +17,7 @@ from escort_mj.measuring import measures_of
 from escort_mj.record import stored
 from escort_mj.record.export import dataframe_of
 from escort_mj.record.intact import check_trace
-from escort_mj.record.stored import StoredRun, open_run
+from escort_mj.record.stored import StoredRun, read_run
 from escort_mj.record.trace import load_trace
 from escort_mj.report.pages.html import page
 from escort_mj.report.pages.run_page import _parts
@@ -60,7 +60,7 @@ def whole(compiled, tmp_path_factory) -> StoredRun:
     path = tmp_path_factory.mktemp("runs") / "whole"
     (path.parent / "whole.yaml").write_text(MISSION)
     api.run(path.parent / "whole.yaml", path, figures=False, video=False)
-    return open_run(path)
+    return read_run(path)
 
 
 @pytest.fixture(params=[QUICK, pytest.param(THOROUGH, marks=pytest.mark.slow)])
@@ -121,10 +121,10 @@ def test_json(whole, draws, name, monkeypatch) -> None:
         for draw in draws:
             file.write_bytes(damaged_json(before, draw))
             refused += refused_or(
-                lambda: (page("run.html", _parts(open_run(whole.path))), Stored(whole.path))
+                lambda: (page("run.html", _parts(read_run(whole.path))), Stored(whole.path))
             )
         file.unlink()
-        assert refused_or(lambda: open_run(whole.path)) == (name == "outcome.json")
+        assert refused_or(lambda: read_run(whole.path)) == (name == "outcome.json")
     finally:
         file.write_bytes(before)
     assert refused > 10

@@ -11,7 +11,7 @@ import pytest
 from escort_mj.api import load_scenario
 from escort_mj.errors import UsageError, WriteError
 from escort_mj.mission import fly
-from escort_mj.record.folder import RunFolder, StoredRun, open_run
+from escort_mj.record.folder import RunFolder, StoredRun, read_run
 from escort_mj.report.exports.foxglove import write_mcap
 from escort_mj.report.exports.states import write_states
 from escort_mj.report.video.replay import replay_of
@@ -31,7 +31,7 @@ FOUR_AXES = parse_scenario("name: four\naxes: 4\nduration: 0.2\nrobots: {count: 
 def run(compiled, tmp_path_factory) -> StoredRun:
     with RunFolder.create(tmp_path_factory.mktemp("run") / "told") as folder:
         fly(COLLISION, folder)
-    return open_run(folder.path)
+    return read_run(folder.path)
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_mcap_logs_contacts_and_verdicts(run, told) -> None:
 def test_states_are_played_by_mujoco(scenario: Scenario, tmp_path: Path) -> None:
     with RunFolder.create(tmp_path / "run") as folder:
         fly(scenario, folder)
-    run = open_run(folder.path)
+    run = read_run(folder.path)
     write_states(run, tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as found:  # refuses pickles
         model = mujoco.MjModel.from_xml_string(str(found["model"]))

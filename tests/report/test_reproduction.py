@@ -8,11 +8,11 @@ from PIL import Image
 
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import RunFolderError, UsageError
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.reproduction import differ, draw_reproduction
 from escort_mj.study.compare import reproduce as reproduction
 from escort_mj.study.compare.measured import QUANTITIES, Measured
-from escort_mj.study.compare.reproduce import reproduce
+from escort_mj.study.compare.reproduce import reproduce_paper
 from escort_mj.study.compare.reproduction import chosen_figures, needed, simulations
 
 SHOWN = ["5", "10", "16"]  # one of each kind, the plane and space
@@ -38,7 +38,7 @@ def shortened():
 def whole(shortened, compiled, tmp_path_factory):
     out = tmp_path_factory.mktemp("reproduction")
     steps = []
-    result = reproduce(
+    result = reproduce_paper(
         scenarios_folder(),
         out,
         draw_reproduction,
@@ -65,7 +65,7 @@ def test_figures_are_drawn_under_their_numbers_and_the_table_written(whole):
 def test_a_second_time_nothing_runs_and_the_table_keeps_everything(whole):
     out, _, _ = whole
     before = (out / "table.md").read_text()
-    result = reproduce(scenarios_folder(), out, draw_reproduction, only=["5"], workers=1)
+    result = reproduce_paper(scenarios_folder(), out, draw_reproduction, only=["5"], workers=1)
     assert result.lines[0] == "2 simulations: 0 run now, 2 had run before"
     assert (out / "table.md").read_text() == before
 
@@ -83,8 +83,8 @@ def test_the_laws_are_compared_even_where_nothing_settles(tmp_path):
 
 def test_readings_that_look_alike_are_drawn_once(whole):
     out, _, _ = whole
-    one = open_run(out / "case1_2d-apd_smc-anti_windup").trace
-    other = open_run(out / "case1_2d-apd_smc-unlimited").trace
+    one = read_run(out / "case1_2d-apd_smc-anti_windup").trace
+    other = read_run(out / "case1_2d-apd_smc-unlimited").trace
     assert not differ(one, one, "panels")
     assert differ(one, other, "panels")
     assert differ(one, other.isel(time=slice(0, 10)), "paths")
@@ -92,9 +92,9 @@ def test_readings_that_look_alike_are_drawn_once(whole):
 
 def test_what_cannot_be_done_is_said_at_once(shortened, tmp_path):
     with pytest.raises(UsageError, match="5 to 17"):
-        reproduce(scenarios_folder(), tmp_path / "out", draw_reproduction, only=["18"])
+        reproduce_paper(scenarios_folder(), tmp_path / "out", draw_reproduction, only=["18"])
     with pytest.raises(UsageError, match="whole table"):
-        reproduce(
+        reproduce_paper(
             scenarios_folder(), tmp_path / "out", draw_reproduction, only=["5"], docs=tmp_path / "docs.md"
         )
     assert not (tmp_path / "out").exists()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from matplotlib.figure import Figure
 
 from escort_mj.errors import RenderError
-from escort_mj.record.folder import FIGURES, StoredRun, open_run
+from escort_mj.record.folder import FIGURES, StoredRun, read_run
 from escort_mj.report.figures import nearness, paths, tasks, timelines, truth
 from escort_mj.report.figures.look import USUAL, Look, check_formats
 from escort_mj.report.figures.style import canvas_of, figure, png_of
@@ -98,7 +98,7 @@ def draw_figures(
         WriteError: If a file cannot be written.
     """
     formats = check_formats(formats)
-    run = open_run(folder)
+    run = read_run(folder)
     if run.trace.sizes["time"] == 0:
         raise RenderError(f"{run.path}: {NOTHING}")
     written = []

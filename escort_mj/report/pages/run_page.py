@@ -14,7 +14,7 @@ from escort_mj.expect.verdicts import Verdict, mark
 from escort_mj.metrics import METRICS
 from escort_mj.record.episodes import pair
 from escort_mj.record.files import make_folder, write_text
-from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, open_run
+from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, read_run
 from escort_mj.report.figures.figures import PLOTS, draw_figures
 from escort_mj.report.figures.scales import readable
 from escort_mj.report.pages.html import Table, Text, page
@@ -43,7 +43,7 @@ def write_run_page(folder: str | os.PathLike[str], out: Path | None = None) -> P
         RenderError: If there is no sample to show.
         WriteError: If the page cannot be written.
     """
-    run = open_run(folder)
+    run = read_run(folder)
     if not (run.path / FIGURES).is_dir():
         draw_figures(run.path)
     path = run.path / REPORT if out is None else out

@@ -18,7 +18,7 @@ from escort_mj.report.video.clip import Clip, Marks
 from escort_mj.report.video.overlay import Overlay
 from escort_mj.report.video.replay import Moment, Replay
 from escort_mj.report.video.scene import Scenery
-from escort_mj.report.video.shots import Stand, plan_shot
+from escort_mj.report.video.shots import Viewpoint, plan_shot
 from escort_mj.report.video.solids import load_model, pose
 from escort_mj.report.video.stages import Pixels, panels_of, stage_replays
 from escort_mj.scenario.schema.scenario import Video
@@ -77,7 +77,7 @@ class Film:
         self._glow = GLOW * video.speed
         self._replays = [replay, *stage_replays(replay, model)]
         self._panels = panels_of(len(self._replays) - 1, *self.size)
-        stand, angle = Stand(video.azimuth, video.elevation, video.distance), model.vis.global_.fovy
+        stand, angle = Viewpoint(video.azimuth, video.elevation, video.distance), model.vis.global_.fovy
         self._shots = [
             plan_shot(seen, video.camera, angle, panel.width / panel.height, CALM * video.speed, stand)
             for seen, panel in zip(

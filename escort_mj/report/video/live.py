@@ -177,13 +177,15 @@ class _Easel:
         self._renderer.close()
 
 
-def serve(arguments: list[str] | None = None) -> int:
+def serve_pictures(arguments: list[str] | None = None) -> int:
     """Draw what the input says until it ends. MUJOCO_GL must name a back end that works.
 
     Returns:
         The exit code.
     """
-    parser = argparse.ArgumentParser(prog="python -m escort_mj.report.video.live", description=serve.__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m escort_mj.report.video.live", description=serve_pictures.__doc__
+    )
     parser.add_argument("size", type=int, nargs=2, help="width and height")
     width, height = parser.parse_args(arguments).size
     output = os.fdopen(os.dup(1), "wb")
@@ -208,4 +210,4 @@ def serve(arguments: list[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(serve())
+    sys.exit(serve_pictures())

@@ -49,7 +49,7 @@ class Shot:
         return View(look_at, distance, float(np.interp(time, self.times, self.azimuth)), self.elevation)
 
 
-class Stand(NamedTuple):
+class Viewpoint(NamedTuple):
     """Where the camera stands, as far as the user says so; None where the mission decides.
 
     Attributes:
@@ -69,7 +69,7 @@ def plan_shot(
     field_of_view: float,
     aspect: float,
     calm: float,
-    stand: Stand = Stand(),  # noqa: B008
+    stand: Viewpoint = Viewpoint(),  # noqa: B008
 ) -> Shot:
     """Plans the camera's way.
 
@@ -85,7 +85,7 @@ def plan_shot(
     if stand.elevation is not None:
         elevation = stand.elevation
     if replay.facing:
-        stand, elevation = Stand(), FACING_ELEVATION
+        stand, elevation = Viewpoint(), FACING_ELEVATION
     times = np.linspace(replay.time[0], replay.end, 200)
     azimuth = np.full(len(times), 90.0)
     if stand.azimuth is not None:

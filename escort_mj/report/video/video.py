@@ -24,7 +24,7 @@ from typing import IO, TYPE_CHECKING
 
 from escort_mj.errors import EscortError, RenderError, UsageError, WriteError
 from escort_mj.gl import INSTALL_COMMAND, choose_backend
-from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, open_run
+from escort_mj.record.folder import CLIP, MODEL, VIDEO, StoredRun, read_run
 from escort_mj.report.video.formats import ENCODINGS
 from escort_mj.scenario.reader.load import stored_scenario
 from escort_mj.scenario.schema.scenario import Video
@@ -84,7 +84,7 @@ def started_video(
     Returns:
         A context with the rendering, which is given up where it is not finished.
     """
-    run = open_run(folder)
+    run = read_run(folder)
     path = run.path / VIDEO if out is None else Path(out)
     wanted = scenario_video(run) if video is None else video
     check_format(path, wanted.rate)
@@ -125,7 +125,7 @@ def render_clip(folder: str | os.PathLike[str], video: Video | None = None) -> P
         RunFolderError: If the folder cannot be read.
     """
     video = Video(width=CLIP_SIZE[0], height=CLIP_SIZE[1]) if video is None else video
-    run = open_run(folder)
+    run = read_run(folder)
     with _started(run, run.path / CLIP, ["--video", video.model_dump_json(), "--clip"]) as rendering:
         return rendering.finish()
 
@@ -255,7 +255,7 @@ def render_here(arguments: list[str] | None = None) -> int:
     parser.add_argument("--share", type=int, nargs=2, help="write the pixels of this share, of so many")
     options = parser.parse_args(arguments)
     try:
-        run, video = open_run(options.folder), Video.model_validate_json(options.video)
+        run, video = read_run(options.folder), Video.model_validate_json(options.video)
         if options.share is None:
             _write(run, options.out, video, options.clip)
         else:

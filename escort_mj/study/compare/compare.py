@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 Draw = Callable[[Path, Scenario, Sequence[Result]], Sequence[Path]]
 
 
-def compare(
+def compare_controllers(
     scenario: Scenario,
     out: Path,
     draw: Draw,

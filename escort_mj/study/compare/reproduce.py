@@ -43,7 +43,7 @@ def fly_simulation(task: RunJob[PaperRun]) -> Done:
     return Done(measured(task.what, ended.outcome, ended.message, ended.trace), ended.ran)
 
 
-def reproduce(
+def reproduce_paper(
     scenarios: Path,
     out: Path,
     draw: Draw,

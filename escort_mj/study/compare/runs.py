@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from escort_mj.errors import EscortError
 from escort_mj.mission import fly
-from escort_mj.record.folder import STUDY, RunFolder, open_run
+from escort_mj.record.folder import STUDY, RunFolder, read_run
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.scenario import Scenario, dump_scenario
 
@@ -108,7 +108,7 @@ def run_once(task: RunJob[Any]) -> Ended:
 def finished(task: RunJob[Any]) -> StoredRun | None:
     """What a run's folder holds, if it is that run and it ended by itself."""
     try:
-        stored = open_run(task.folder)
+        stored = read_run(task.folder)
     except EscortError:
         return None
     same = stored.scenario_yaml == dump_scenario(task.scenario)

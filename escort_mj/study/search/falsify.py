@@ -75,7 +75,7 @@ class Falsified:
     counterexamples: tuple[Counterexample, ...]
 
 
-def falsify(
+def falsify_design(
     design: Design, out: Path, backend: Backend[Job, Row], progress: Progress | None = None
 ) -> Falsified:
     """Searches a study's box for points where a verdict breaks, and shrinks what it finds.
@@ -214,4 +214,4 @@ def _moves(one: Counterexample) -> list[str]:
     ]
 
 
-__all__ = ["Counterexample", "Falsified", "falsify", "falsification_lines"]
+__all__ = ["Counterexample", "Falsified", "falsify_design", "falsification_lines"]

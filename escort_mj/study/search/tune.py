@@ -101,7 +101,9 @@ class Tuned:
         return self.trials[self.front[0]]
 
 
-def tune(design: Design, out: Path, backend: Backend[Job, Row], progress: Progress | None = None) -> Tuned:
+def tune_design(
+    design: Design, out: Path, backend: Backend[Job, Row], progress: Progress | None = None
+) -> Tuned:
     """Tunes what a study says, and writes the best as a scenario that runs.
 
     Args:

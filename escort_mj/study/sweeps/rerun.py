@@ -14,7 +14,7 @@ import numpy as np
 from escort_mj.errors import UsageError
 from escort_mj.measuring import measures_of
 from escort_mj.mission import Flight, Progress, fly
-from escort_mj.record.folder import RunFolder, StoredRun, open_run
+from escort_mj.record.folder import RunFolder, StoredRun, read_run
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.stored import PLUGINS
 from escort_mj.scenario.reader.document import read_document
@@ -92,7 +92,7 @@ def rerun_folder(
     """
     if out is not None and out.resolve() == path.resolve():
         raise UsageError(f"--out {out}: is the run folder that is compared; choose another")
-    stored = open_run(path)
+    stored = read_run(path)
     if not stored.scenario_yaml or not stored.trace.sizes["time"]:
         raise UsageError(f"{path}: the run recorded nothing, so there is nothing to repeat")
     scenario = stored_scenario(stored.scenario_yaml, path)

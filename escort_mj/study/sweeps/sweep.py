@@ -41,15 +41,17 @@ class Swept(NamedTuple):
         made: How many were made now.
         failed: How many of them all broke or failed a verdict.
         broken: How many of them all broke.
+        cells: How many cells they are in.
     """
 
     runs: int
     made: int
     failed: int
     broken: int
+    cells: int
 
 
-def sweep(
+def sweep_design(
     design: Design,
     out: Path,
     backend: Backend[Job, Row],
@@ -94,13 +96,13 @@ def sweep(
     write_csv(design, planned, rows, out)
     failed = sum(not row.passed for row in rows.values())
     broken = sum(row.outcome != Outcome.COMPLETED.value for row in rows.values())
-    return Swept(len(planned), made, failed, broken)
+    return Swept(len(planned), made, failed, broken, len(design.cells))
 
 
-def sweep_line(design: Design, done: Swept) -> str:
+def sweep_line(study: str, done: Swept) -> str:
     """What a sweep did, in a line."""
     return (
-        f"{design.study.study}: {done.runs} runs in {len(design.cells)} cells: {done.made} made now, "
+        f"{study}: {done.runs} runs in {done.cells} cells: {done.made} made now, "
         f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke"
     )
 

@@ -7,7 +7,7 @@ from PIL import Image
 
 from escort_mj import palette
 from escort_mj.errors import RenderError, RunFolderError
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.figures import curves, figures, paths, style
 from escort_mj.report.figures.figures import draw_figures, figure_of
@@ -103,7 +103,7 @@ def test_a_folder_that_holds_nothing_to_draw_is_refused(make_run, tmp_path):
 
 @pytest.mark.parametrize("count", [5, 12, 20])
 def test_each_robot_is_drawn_in_its_color_where_it_ended(make_run, tmp_path, count):
-    trace = open_run(make_run(count=count)).trace
+    trace = read_run(make_run(count=count)).trace
     kept: list[Figure] = []
     with figure(tmp_path / "plan.png", paths.plan_height(trace), "plan") as canvas:
         paths.plan_view(canvas, trace)
@@ -117,7 +117,7 @@ def test_each_robot_is_drawn_in_its_color_where_it_ended(make_run, tmp_path, cou
 
 
 def test_the_plan_is_to_scale(make_run, tmp_path):
-    trace = open_run(make_run()).trace
+    trace = read_run(make_run()).trace
     with figure(tmp_path / "plan.png", paths.plan_height(trace), "plan") as canvas:
         paths.plan_view(canvas, trace)
     transform = canvas.axes[0].transData
@@ -143,7 +143,7 @@ def test_running_rms_of_a_sine():
 
 @pytest.mark.parametrize("name", ["panels", "tasks", "paths", "forces"])
 def test_narrow_figures_hold_all_their_words(make_run, name):
-    canvas = figure_of(open_run(make_run()).trace, name, look=look_of("column", font_size=6.5))
+    canvas = figure_of(read_run(make_run()).trace, name, look=look_of("column", font_size=6.5))
     assert canvas.get_figwidth() == 3.5
     canvas.draw_without_rendering()
     renderer, (_, _, right, top) = canvas.canvas.get_renderer(), canvas.bbox.extents

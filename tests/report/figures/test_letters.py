@@ -6,7 +6,7 @@ from matplotlib.font_manager import FontEntry, fontManager
 from matplotlib.mathtext import MathTextParser
 from PIL import Image
 
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.figures import letters
 from escort_mj.report.figures.figures import figure_of
 from escort_mj.report.figures.letters import BOX, FONT, font_file, legible, spell
@@ -86,7 +86,7 @@ def _stix() -> str:
 
 def test_numbers_along_all_axes_of_space_are_drawn_as_numbers(make_run):
     """Those along z once were drawn as the commands of their typesetting."""
-    canvas = figure_of(open_run(make_run(axes=3)).trace, "paths")
+    canvas = figure_of(read_run(make_run(axes=3)).trace, "paths")
     canvas.draw_without_rendering()
     (axes,) = canvas.axes
     ticks = [axes.xaxis, axes.yaxis, axes.zaxis]

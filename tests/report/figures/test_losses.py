@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.figures import style
 from escort_mj.report.figures.figures import draw_figures
 from escort_mj.report.figures.losses import links, links_at
@@ -22,7 +22,7 @@ def gone(samples: int = 60, count: int = 5) -> np.ndarray:
 
 @pytest.fixture
 def trace(make_run):
-    return open_run(make_run(lost=gone())).trace
+    return read_run(make_run(lost=gone())).trace
 
 
 def pairs(found: np.ndarray) -> set[tuple[int, int]]:

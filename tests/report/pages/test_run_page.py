@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from escort_mj.errors import RenderError
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.pages.html import Table, asset, page
 from escort_mj.report.pages.replay_data import GONE, replay_data
@@ -98,7 +98,7 @@ def test_every_script_is_part_of_the_package(text: str) -> None:
 
 @pytest.mark.parametrize(("count", "axes", "obstacles"), [(5, 2, 2), (3, 3, 0), (70, 2, 1)])
 def test_the_replay_is_what_was_recorded(make_run, count: int, axes: int, obstacles: int) -> None:
-    run = open_run(make_run(count=count, axes=axes, obstacles=obstacles))
+    run = read_run(make_run(count=count, axes=axes, obstacles=obstacles))
     data, replay = replay_data(run, 2.0), replay_of(run.trace)
     json.dumps(data, allow_nan=False)
     low, high = np.array(data["low"]), np.array(data["high"])
@@ -119,7 +119,7 @@ def test_the_replay_is_what_was_recorded(make_run, count: int, axes: int, obstac
 def test_short_events_and_losses_survive_thinning(make_run, monkeypatch) -> None:
     lost = np.zeros((60, 4))
     lost[31:, 2] = 1.0
-    run = open_run(make_run(count=4, lost=lost))
+    run = read_run(make_run(count=4, lost=lost))
     for name in ("FEWEST", "MOST"):
         monkeypatch.setattr(f"escort_mj.report.pages.replay_data.{name}", 7)
     data = replay_data(run, 1.0)
@@ -131,7 +131,7 @@ def test_short_events_and_losses_survive_thinning(make_run, monkeypatch) -> None
 
 
 def test_signals_keep_the_worst_of_each_bin(make_run, monkeypatch) -> None:
-    run = open_run(make_run(samples=60))
+    run = read_run(make_run(samples=60))
     monkeypatch.setattr("escort_mj.report.pages.signals_data.MOST", 10)
     monkeypatch.setattr("escort_mj.report.pages.signals_data.FEWEST", 10)
     data = signals_data(run.trace)
@@ -196,7 +196,7 @@ def test_a_browser_replays_the_run(folder: Path, tmp_path: Path) -> None:
     script = f"const times = {json.dumps(TIMES)};{PROBE}"
     found, errors = look(folder / "report.html", tmp_path, script)
     assert errors == []
-    replay = replay_of(open_run(folder).trace)
+    replay = replay_of(read_run(folder).trace)
     expected = np.array([replay.at(time).robots for time in TIMES])
     np.testing.assert_allclose(found["places"], expected, atol=2e-3)
     assert found["sought"] == 2.5 and found["turned"] and found["error"] == 0

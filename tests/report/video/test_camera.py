@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.video.camera import Insets, frame
 from escort_mj.report.video.replay import replay_of
-from escort_mj.report.video.shots import Stand, plan_shot
+from escort_mj.report.video.shots import Viewpoint, plan_shot
 
 SIZE = (320, 180)
 FIELD = 45.0
@@ -35,7 +35,7 @@ def test_a_point_behind_the_camera_has_no_pixel():
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize("camera", ["overview", "top"])
 def test_everyone_is_in_the_picture_at_every_time(make_run, axes, camera):
-    replay = replay_of(open_run(make_run(axes=axes)).trace)
+    replay = replay_of(read_run(make_run(axes=axes)).trace)
     shot = plan_shot(replay, camera, FIELD, 16 / 9, 4.0)
     for time in np.linspace(0, replay.end, 9):
         moment = replay.at(time)
@@ -45,7 +45,7 @@ def test_everyone_is_in_the_picture_at_every_time(make_run, axes, camera):
 
 
 def test_following_keeps_the_target_in_the_middle(make_run):
-    replay = replay_of(open_run(make_run()).trace)
+    replay = replay_of(read_run(make_run()).trace)
     shot = plan_shot(replay, "follow", FIELD, 16 / 9, 0.0)
     for time in (0.0, 2.5, replay.end):
         place = shot.view(time).project(replay.at(time).target, SIZE, FIELD)
@@ -53,7 +53,7 @@ def test_following_keeps_the_target_in_the_middle(make_run):
 
 
 def test_a_long_way_is_followed_rather_than_shrunk(make_run):
-    trace = open_run(make_run()).trace
+    trace = read_run(make_run()).trace
     trace["target_position"] = trace["target_position"] * 100
     trace["q"] = trace["q"] + trace["target_position"] * 0.99
     replay = replay_of(trace)
@@ -63,7 +63,7 @@ def test_a_long_way_is_followed_rather_than_shrunk(make_run):
 
 
 def test_a_robot_that_flies_off_does_not_shrink_the_picture(make_run):
-    trace = open_run(make_run(obstacles=0)).trace
+    trace = read_run(make_run(obstacles=0)).trace
     calm = plan_shot(replay_of(trace), "overview", FIELD, 16 / 9, 1.0).view(0.0).distance
     trace["q"][-5:, 0] = 1e7
     wild = plan_shot(replay_of(trace), "overview", FIELD, 16 / 9, 1.0).view(0.0).distance
@@ -72,20 +72,22 @@ def test_a_robot_that_flies_off_does_not_shrink_the_picture(make_run):
 
 @pytest.mark.parametrize("camera", ["overview", "follow", "top"])
 def test_the_camera_stands_where_the_user_says(make_run, camera):
-    replay = replay_of(open_run(make_run(axes=3)).trace)
+    replay = replay_of(read_run(make_run(axes=3)).trace)
     for time in (0.0, replay.end):
-        view = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Stand(azimuth=30.0, elevation=-70.0)).view(time)
+        view = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Viewpoint(azimuth=30.0, elevation=-70.0)).view(
+            time
+        )
         assert (view.azimuth, view.elevation) == (30.0, -70.0)
         target = view.project(replay.at(time).target, SIZE, FIELD)
         assert (target > 0).all() and (target < SIZE).all()
-        far = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Stand(distance=123.0)).view(time)
+        far = plan_shot(replay, camera, FIELD, 16 / 9, 0.0, Viewpoint(distance=123.0)).view(time)
         assert far.distance == 123.0
         if camera == "top":
             assert far.elevation == -90.0
 
 
 def test_a_part_of_a_run_is_shown_from_nearer(make_run):
-    replay = replay_of(open_run(make_run(obstacles=0)).trace)
+    replay = replay_of(read_run(make_run(obstacles=0)).trace)
     part = replay.between(2.03, 2.97)
     assert part.time[0] <= 2.03 < part.time[1] and part.time[-2] < 2.97 <= part.time[-1]
     whole, near = (

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from escort_mj import palette
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
 from escort_mj.report.video.clip import LENGTH, plan_clip
@@ -114,7 +114,7 @@ def test_bodies_that_the_model_does_not_have_are_not_marked(meeting):
 def test_a_new_run_takes_the_old_clip_away(meeting, tmp_path):
     from escort_mj.record.folder import RunFolder
 
-    assert open_run(meeting).path == meeting
+    assert read_run(meeting).path == meeting
     folder = RunFolder.create(tmp_path / "run")
     (folder.path / "clip.mp4").write_text("old")
     folder.fail("broke")

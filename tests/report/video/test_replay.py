@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from escort_mj.errors import RenderError
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.report.video.film import frame_times
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario.schema.scenario import Video
@@ -10,7 +10,7 @@ from escort_mj.scenario.schema.scenario import Video
 
 @pytest.fixture(scope="module")
 def trace(make_run):
-    return open_run(make_run()).trace
+    return read_run(make_run()).trace
 
 
 def test_between_two_samples_everything_is_straight(trace):

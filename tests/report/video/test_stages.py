@@ -7,7 +7,7 @@ from PIL import Image
 
 import escort_mj
 from escort_mj import gl, palette
-from escort_mj.record.folder import MODEL, open_run
+from escort_mj.record.folder import MODEL, read_run
 from escort_mj.report.figures import figures
 from escort_mj.report.video import video
 from escort_mj.report.video.replay import replay_of
@@ -42,7 +42,7 @@ def folder(request, tmp_path_factory):
 
 
 def test_stages_show_the_shadows_where_mujoco_has_them(folder):
-    run = open_run(folder)
+    run = read_run(folder)
     replay, model = replay_of(run.trace), mujoco.MjModel.from_xml_path(str(run.path / MODEL))
     data = mujoco.MjData(model)
     axes = run.trace.sizes["axis"]
@@ -71,7 +71,7 @@ def test_stages_show_the_shadows_where_mujoco_has_them(folder):
 )
 def test_paths_are_drawn_in_pairs_of_axes(folder, monkeypatch):
     every = figures.PLOTS
-    trace = open_run(folder).trace
+    trace = read_run(folder).trace
     applying = {plot.name for plot in every if plot.applies(trace)}
     assert {"paths", "panels", "forces", "obstacle_distances", "clearances"} <= applying
     monkeypatch.setattr(figures, "PLOTS", [plot for plot in every if plot.name == "paths"])
@@ -88,7 +88,7 @@ def test_paths_are_drawn_in_pairs_of_axes(folder, monkeypatch):
 )
 @pytest.mark.skipif(BACKEND is None, reason=f"nothing can be drawn here: {REASON}")
 def test_each_robot_is_seen_on_every_stage_in_its_color(folder):
-    run = open_run(folder)
+    run = read_run(folder)
     replay, model = replay_of(run.trace), mujoco.MjModel.from_xml_path(str(run.path / MODEL))
     frames = read(video.render_video(folder))
     last = 10  # 1 s at half a second of the mission per second of the video, both ends shown

@@ -10,7 +10,7 @@ import pytest
 
 from escort_mj import gl, palette
 from escort_mj.errors import RenderError, RunFolderError, WriteError
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
 from escort_mj.report.video.encode import VideoFile
@@ -58,7 +58,7 @@ def test_the_video_is_as_the_scenario_says_and_plays_in_browsers(rendered):
 @needs_gl
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_robots_are_where_the_trace_says_in_their_colors(rendered, share):
-    replay, number = replay_of(open_run(rendered.folder).trace), round(share * 30)
+    replay, number = replay_of(read_run(rendered.folder).trace), round(share * 30)
     moment = replay.at(min(number * 0.2, replay.end))
     view = plan_shot(replay, "overview", 45.0, 320 / 180, 4.0).view(moment.time)
     places = view.project(moment.robots, (320, 180), 45.0)

@@ -9,7 +9,7 @@ from escort_mj.errors import ScenarioError
 from escort_mj.mission import fly
 from escort_mj.scenario import load_file
 from escort_mj.study.engine.backends import here
-from escort_mj.study.search.falsify import falsification_lines, falsify
+from escort_mj.study.search.falsify import falsification_lines, falsify_design
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
 
@@ -44,7 +44,7 @@ def design(folder: Path, text: str = STUDY) -> Design:
 @pytest.mark.parametrize("method", ["cmaes", "random"])
 def test_a_planted_failure_is_found_and_shrunk(tmp_path, compiled, method):
     laid_out = design(tmp_path, STUDY + f"  method: {method}\n")
-    found = falsify(laid_out, tmp_path / "out", here)
+    found = falsify_design(laid_out, tmp_path / "out", here)
     assert found.until_first is not None and found.until_first <= found.runs <= 60 + 8
     (one,) = found.counterexamples
     assert list(one.point) == ["push"] and 10.0 < one.point["push"] < 14.0
@@ -56,14 +56,14 @@ def test_a_planted_failure_is_found_and_shrunk(tmp_path, compiled, method):
     )
     assert (one.folder / "verdicts.json").is_file()
     assert "radius_error_max at most 1 m" in falsification_lines(found)[0]
-    again = falsify(laid_out, tmp_path / "out", here)
+    again = falsify_design(laid_out, tmp_path / "out", here)
     assert again.made == 0 and again.counterexamples == found.counterexamples
     assert (again.runs, again.until_first) == (found.runs, found.until_first)
 
 
 def test_nothing_to_be_found_is_said_with_the_nearest_point(tmp_path, compiled):
     text = STUDY.replace("high: 20", "high: 1").replace("runs: 60", "runs: 16")
-    found = falsify(design(tmp_path, text), tmp_path / "out", here)
+    found = falsify_design(design(tmp_path, text), tmp_path / "out", here)
     assert found.counterexamples == () and found.until_first is None and found.runs >= 16
     assert 0.0 < found.least[0] < 1.0
     assert falsification_lines(found)[0].startswith(
@@ -72,7 +72,7 @@ def test_nothing_to_be_found_is_said_with_the_nearest_point(tmp_path, compiled):
 
 
 def test_a_scenario_that_fails_as_it_stands_needs_no_search(tmp_path, compiled):
-    found = falsify(design(tmp_path, STUDY.replace("push: 0.5", "push: 30")), tmp_path / "out", here)
+    found = falsify_design(design(tmp_path, STUDY.replace("push: 0.5", "push: 30")), tmp_path / "out", here)
     assert found.until_first == 1 and found.points == 1
     assert found.counterexamples[0].point == {}
     assert falsification_lines(found)[1] == "  as the study stands, without anything moved"
@@ -100,7 +100,7 @@ def test_a_scenario_that_fails_as_it_stands_needs_no_search(tmp_path, compiled):
 def test_faults_have_their_place(tmp_path, change, expected):
     text = STUDY.replace(*change) if expected else STUDY[: STUDY.index("falsify:")]
     with pytest.raises(ScenarioError) as caught:
-        falsify(design(tmp_path, text), tmp_path / "out", here)
+        falsify_design(design(tmp_path, text), tmp_path / "out", here)
     found = [str(fault).removeprefix(f"{tmp_path / 'study.yaml'}:") for fault in caught.value.faults]
     wanted = expected or "2:8: study: has no section falsify"
     assert any(wanted in fault for fault in found), found
@@ -109,4 +109,4 @@ def test_faults_have_their_place(tmp_path, change, expected):
 def test_bounds_where_nothing_is_possible_are_said(tmp_path):
     text = STUDY.replace("[0][1]: {low: -1, high: 1}", "[0][0]: {low: -0.1, high: 0.1}")
     with pytest.raises(ScenarioError, match=r"points are impossible; narrow the bounds"):
-        falsify(design(tmp_path, text), tmp_path / "out", here)
+        falsify_design(design(tmp_path, text), tmp_path / "out", here)

@@ -14,7 +14,7 @@ from escort_mj.scenario import load_file
 from escort_mj.study.engine.backends import here
 from escort_mj.study.engine.store import Row
 from escort_mj.study.search.evaluate import base_of
-from escort_mj.study.search.tune import tune
+from escort_mj.study.search.tune import tune_design
 from escort_mj.study.search.tune_table import tuning_lines
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
@@ -54,7 +54,7 @@ def trials(folder: Path) -> list[dict[str, str]]:
 
 def test_one_objective(tmp_path, compiled):
     laid_out, out = design(tmp_path), tmp_path / "out"
-    found = tune(laid_out, out, here)
+    found = tune_design(laid_out, out, here)
     assert len(found.trials) == 32 and found.runs == 2 + 2 * 32 + 12
     assert found.trials[0].values == found.own.values
     assert found.best.values[0] == min(t.values[0] for t in found.trials if t.feasible) < found.own.values[0]
@@ -74,9 +74,9 @@ def test_one_objective(tmp_path, compiled):
         "32 trials, 78 runs; " in said and "(the scenario's own: 2)" in said and "smaller in 6 of 6" in said
     )
 
-    again = tune(laid_out, out, here)
+    again = tune_design(laid_out, out, here)
     assert again.made == 0 and again.trials == found.trials and again.gains == found.gains
-    longer = tune(design(tmp_path, STUDY.replace("32", "40")), out, here)
+    longer = tune_design(design(tmp_path, STUDY.replace("32", "40")), out, here)
     assert longer.trials[:32] == found.trials and longer.made > 0
     (picture,) = draw_tuning(out, laid_out.study.tune, found)
     assert picture.stat().st_size > 10_000
@@ -84,7 +84,7 @@ def test_one_objective(tmp_path, compiled):
 
 def test_constraints_bind(tmp_path, compiled):
     bounds = "  bounds: [{metric: force_rms, at_most_own: 1}, {metric: chattering, at_most: 150}]\n"
-    found = tune(design(tmp_path, STUDY + bounds), tmp_path / "out", here)
+    found = tune_design(design(tmp_path, STUDY + bounds), tmp_path / "out", here)
     free = [t for t in found.trials if t.values[0] < found.best.values[0]]
     assert free, "without the bounds there would be better ones"
     assert all(
@@ -103,7 +103,7 @@ def test_several_objectives_have_a_front(tmp_path, compiled):
         "[{metric: tracking_error_rms}]", "[{metric: tracking_error_rms}, {metric: chattering}]"
     )
     laid_out = design(tmp_path, text)
-    found = tune(laid_out, tmp_path / "out", here)
+    found = tune_design(laid_out, tmp_path / "out", here)
     front = [found.trials[place].values for place in found.front]
     assert len(front) > 2 and front == sorted(front)
     assert [b for _, b in front] == sorted((b for _, b in front), reverse=True)
@@ -145,7 +145,7 @@ def test_a_gain_with_its_interval():
 )
 def test_faults_have_their_place(tmp_path, change, expected):
     with pytest.raises(ScenarioError) as caught:
-        tune(design(tmp_path, STUDY.replace(*change)), tmp_path / "out", here)
+        tune_design(design(tmp_path, STUDY.replace(*change)), tmp_path / "out", here)
     found = [str(fault).removeprefix(f"{tmp_path / 'study.yaml'}:") for fault in caught.value.faults]
     assert any(expected in fault for fault in found), found
 
@@ -153,10 +153,10 @@ def test_faults_have_their_place(tmp_path, change, expected):
 def test_nothing_that_keeps_the_constraints_is_said(tmp_path, compiled):
     text = STUDY.replace("trials: 32", "trials: 4") + "  bounds: [{metric: force_rms, at_most: 1.0e-6}]\n"
     with pytest.raises(UsageError, match=r"none of 4 trials keeps every constraint; .*trials\.csv says"):
-        tune(design(tmp_path, text), tmp_path / "out", here)
+        tune_design(design(tmp_path, text), tmp_path / "out", here)
     assert len(trials(tmp_path / "out")) == 5
 
 
 def test_without_a_section_there_is_nothing_to_tune(tmp_path):
     with pytest.raises(ScenarioError, match="2:8: study: has no section tune"):
-        tune(design(tmp_path, STUDY[: STUDY.index("tune:")]), tmp_path / "out", here)
+        tune_design(design(tmp_path, STUDY[: STUDY.index("tune:")]), tmp_path / "out", here)

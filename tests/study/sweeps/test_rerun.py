@@ -7,7 +7,7 @@ import pytest
 from escort_mj.api import run
 from escort_mj.errors import RunFolderError, UsageError
 from escort_mj.mission import fly
-from escort_mj.record.folder import RunFolder, open_run
+from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.trace import save_trace
 from escort_mj.scenario import parse_scenario
 from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines
@@ -29,7 +29,7 @@ def stored(tmp_path, compiled):
 
 def change(folder, **factors) -> None:
     """Multiplies stored signals from the middle of the run on."""
-    trace = open_run(folder).trace
+    trace = read_run(folder).trace
     for name, factor in factors.items():
         trace[name].values[trace.sizes["time"] // 2 :] *= factor
     save_trace(trace, folder / "trace.nc")
@@ -41,7 +41,7 @@ def test_the_same_program_gives_the_same_bits(stored, tmp_path):
     assert found.versions == {} and found.until == pytest.approx(3.0)
     assert len(found.metrics) > 10 and set(found.metrics.values()) == {0.0}
     assert rerun_lines(found) == [f"same bits: {found.signals} signals up to 3 s"]
-    assert open_run(tmp_path / "again").scenario_yaml == open_run(stored).scenario_yaml
+    assert read_run(tmp_path / "again").scenario_yaml == read_run(stored).scenario_yaml
 
 
 def test_one_changed_bit_is_found_at_its_place_and_time(stored):
@@ -79,7 +79,7 @@ def test_another_scenario_has_other_metrics_and_verdicts(stored):
 
 
 def test_versions_are_named(stored):
-    trace = open_run(stored).trace
+    trace = read_run(stored).trace
     trace.attrs["version_mujoco"] = "3.0.0"
     del trace.attrs["version_numba"]
     save_trace(trace, stored / "trace.nc")
@@ -100,7 +100,7 @@ def test_a_stopped_run_is_compared_as_far_as_it_came(tmp_path, compiled, monkeyp
 
     with pytest.raises(KeyboardInterrupt), RunFolder.create(tmp_path / "run") as folder:
         fly(parse_scenario(TEXT), folder, stop)
-    assert open_run(tmp_path / "run").outcome["outcome"] == "interrupted"
+    assert read_run(tmp_path / "run").outcome["outcome"] == "interrupted"
     found = rerun_folder(tmp_path / "run")
     assert found.same_bits and 1.0 < found.until < 2.0
 

@@ -16,14 +16,14 @@ from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.measuring import measures_of
 from escort_mj.mission import fly
-from escort_mj.record.folder import open_run
+from escort_mj.record.folder import read_run
 from escort_mj.stopping import Interrupted
 from escort_mj.study.engine.backends import dask, here, local
 from escort_mj.study.engine.store import FILE, Row, Store
 from escort_mj.study.engine.work import Job, perform
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
-from escort_mj.study.sweeps.sweep import check_size, sweep
+from escort_mj.study.sweeps.sweep import check_size, sweep_design
 from tests.plugged import METRIC
 
 STUDY = """
@@ -48,20 +48,20 @@ def table(folder: Path) -> list[dict[str, str]]:
 
 def test_every_run_once_and_never_again(tmp_path: Path) -> None:
     laid_out, out, seen = design(tmp_path), tmp_path / "out", []
-    swept = sweep(laid_out, out, here, 1, progress=lambda done, total: seen.append((done, total)))
-    assert swept == (12, 12, 0, 0)
+    swept = sweep_design(laid_out, out, here, 1, progress=lambda done, total: seen.append((done, total)))
+    assert swept == (12, 12, 0, 0, 4)
     assert seen[-1] == (12, 12)
     rows = table(out)
     assert [row["key"] for row in rows] == [run.key for run in laid_out.runs()]
     assert {row["outcome"] for row in rows} == {"completed"}
     before = (out / "runs.csv").read_bytes()
-    assert sweep(laid_out, out, here, 1) == (12, 0, 0, 0)
+    assert sweep_design(laid_out, out, here, 1) == (12, 0, 0, 0, 4)
     assert (out / "runs.csv").read_bytes() == before
 
 
 def test_a_row_is_what_a_run_of_its_own_gives(tmp_path: Path) -> None:
     laid_out, out = design(tmp_path), tmp_path / "out"
-    sweep(laid_out, out, here, 1)
+    sweep_design(laid_out, out, here, 1)
     run = list(laid_out.runs())[7]
     alone = fly(laid_out.scenario(laid_out.cells[run.cell], run.seed))
     with Store(out) as store:
@@ -73,9 +73,9 @@ def test_a_row_is_what_a_run_of_its_own_gives(tmp_path: Path) -> None:
 
 def test_a_changed_study_makes_only_what_is_new(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    sweep(design(tmp_path), out, here, 1)
+    sweep_design(design(tmp_path), out, here, 1)
     more = design(tmp_path, STUDY.replace("seeds: 3", "seeds: 4").replace("[0.5, 2]", "[0.5, 2, 3]"))
-    assert sweep(more, out, here, 1) == (24, 12, 0, 0)
+    assert sweep_design(more, out, here, 1) == (24, 12, 0, 0, 6)
 
 
 def test_what_is_interrupted_is_not_stored_and_goes_on(
@@ -94,21 +94,21 @@ def test_what_is_interrupted_is_not_stored_and_goes_on(
     try:
         with monkeypatch.context() as patch, pytest.raises(Interrupted, match="5 of 12 runs are kept in"):
             patch.setattr("escort_mj.study.sweeps.sweep.perform", until_the_fifth)
-            sweep(laid_out, out, here, 1, confirmed=True)
+            sweep_design(laid_out, out, here, 1, confirmed=True)
     finally:
         signal.signal(signal.SIGINT, before)
     with Store(out) as store:
         assert store.known() == set(made)
-    assert sweep(laid_out, out, here, 1).made == 12 - 5
-    sweep(laid_out, tmp_path / "whole", here, 1)
+    assert sweep_design(laid_out, out, here, 1).made == 12 - 5
+    sweep_design(laid_out, tmp_path / "whole", here, 1)
     assert (out / "runs.csv").read_bytes() == (tmp_path / "whole" / "runs.csv").read_bytes()
 
 
 def test_processes_give_the_same_bits(tmp_path: Path) -> None:
     laid_out = design(tmp_path)
-    sweep(laid_out, tmp_path / "one", here, 1)
+    sweep_design(laid_out, tmp_path / "one", here, 1)
     with local(2) as backend:
-        sweep(laid_out, tmp_path / "two", backend, 2)
+        sweep_design(laid_out, tmp_path / "two", backend, 2)
     assert (tmp_path / "one" / "runs.csv").read_bytes() == (tmp_path / "two" / "runs.csv").read_bytes()
 
 
@@ -116,9 +116,9 @@ def test_processes_give_the_same_bits(tmp_path: Path) -> None:
 def test_dask_gives_the_same_bits(tmp_path: Path) -> None:
     pytest.importorskip("distributed", reason="Dask is an extra")
     laid_out = design(tmp_path)
-    sweep(laid_out, tmp_path / "one", here, 1)
+    sweep_design(laid_out, tmp_path / "one", here, 1)
     with dask(2) as backend:
-        sweep(laid_out, tmp_path / "two", backend, 2)
+        sweep_design(laid_out, tmp_path / "two", backend, 2)
     assert (tmp_path / "one" / "runs.csv").read_bytes() == (tmp_path / "two" / "runs.csv").read_bytes()
 
 
@@ -129,13 +129,13 @@ def test_what_goes_wrong_is_a_row(tmp_path: Path) -> None:
     )
     text += "traces: failed\n"
     out = tmp_path / "out"
-    swept = sweep(design(tmp_path, text.replace("seeds: 3", "seeds: 1")), out, here, 1)
+    swept = sweep_design(design(tmp_path, text.replace("seeds: 3", "seeds: 1")), out, here, 1)
     assert swept.failed == swept.runs
     rows = table(out)
     assert {row["passed"] for row in rows} == {"False"}
     folders = sorted((out / "runs").iterdir())
     assert len(folders) == sum(row["outcome"] == "completed" for row in rows)
-    assert not open_run(folders[0]).verdicts[1]["passed"]
+    assert not read_run(folders[0]).verdicts[1]["passed"]
 
 
 def test_a_large_study_says_so_before_it_begins(tmp_path: Path) -> None:
@@ -144,12 +144,17 @@ def test_a_large_study_says_so_before_it_begins(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=many):  # before its cells are laid out
         check_size(laid_out.file, out)
     with pytest.raises(UsageError, match=many):
-        sweep(laid_out, out, here, 1)
+        sweep_design(laid_out, out, here, 1)
     check_size(design(tmp_path, STUDY + "at_most: {runs: 12}\n").file, out)
     slow = design(tmp_path, STUDY + "at_most: {hours: 1.0e-7}\n")
     with pytest.raises(UsageError, match=r"would take .* h on 1 workers, more than at_most.hours"):
-        sweep(slow, out, here, 1)
-    assert sweep(slow, out, here, 1, confirmed=True) == (12, 11, 0, 0)  # the one that was timed is kept
+        sweep_design(slow, out, here, 1)
+    assert sweep_design(slow, out, here, 1, confirmed=True) == (
+        12,
+        11,
+        0,
+        0,
+    )  # the one that was timed is kept
 
 
 SCRIPT = """
@@ -159,12 +164,12 @@ from escort_mj.api import scenarios_folder
 from escort_mj.study.engine.backends import local
 from escort_mj.study.sweeps.definition import load_study
 from escort_mj.study.sweeps.design import Design
-from escort_mj.study.sweeps.sweep import sweep
+from escort_mj.study.sweeps.sweep import sweep_design
 if __name__ == "__main__":
     study, out, workers = sys.argv[1:]
     design = Design(load_study(study), scenarios_folder())
     with local(int(workers)) as backend:
-        print(sweep(design, Path(out), backend, int(workers), True))
+        print(sweep_design(design, Path(out), backend, int(workers), True))
 """
 
 
@@ -190,7 +195,7 @@ MANY = STUDY.replace("seeds: 3", "seeds: 12")
 def whole(compiled: None, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The table of 48 runs made by one process in one go."""
     folder = tmp_path_factory.mktemp("whole")
-    sweep(design(folder, MANY), folder / "out", here, 1, confirmed=True)
+    sweep_design(design(folder, MANY), folder / "out", here, 1, confirmed=True)
     return (folder / "out" / "runs.csv").read_bytes()
 
 
@@ -240,7 +245,7 @@ def test_metrics_of_plugins_are_kept_and_stand_in_the_table(tmp_path: Path) -> N
     (tmp_path / "own_metric.py").write_text(METRIC)
     text = STUDY.replace("set: {", "set: {plugins: [own_metric.py], ").replace("seeds: 3", "seeds: 1")
     out = tmp_path / "out"
-    assert sweep(design(tmp_path, text), out, here, 1).failed == 0
+    assert sweep_design(design(tmp_path, text), out, here, 1).failed == 0
     rows = table(out)
     assert len(rows) == 4 and all(float(row["farthest"]) > 1.0 for row in rows)
     wrong = text + "tune: {over: {robots.radius: {low: 0.1, high: 0.3}}, objectives: [{metric: farthes}]}\n"
