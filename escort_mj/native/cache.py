@@ -18,7 +18,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 from escort_mj.native.levels import level
@@ -38,19 +38,29 @@ _KEY = re.compile(r"[0-9a-f]{16}")
 
 def sources(package: Path) -> list[Path]:
     """Return the files that machine code depends on, in order: rooms with kernels, and what they import."""
-    left = [source for room in ROOMS for source in package.glob(f"{room}/*.py")]
-    found: set[Path] = set()
+    return [package / name for name in sorted(_read_sources(package))]
+
+
+def _read_sources(package: Path) -> dict[str, bytes]:
+    """The same files by their names in the package, with their contents."""
+    names = {
+        os.path.relpath(os.path.join(folder, name), package)
+        for folder, _, files in os.walk(package)
+        for name in files
+        if name.endswith(".py")
+    }
+    left = [name for name in names if os.path.dirname(name) in ROOMS]
+    found: dict[str, bytes] = {}
     while left:
         source = left.pop()
-        if source in found or source.relative_to(package).as_posix() in NO_CONSTANTS:
+        if source in found or source in NO_CONSTANTS or source not in names:
             continue
-        found.add(source)
-        for module, names in _IMPORT.findall(source.read_text("utf-8")):
-            place = package.joinpath(*module.split(".")[1:])
-            places = (place, *(place / name for name in re.findall(r"\w+", names)))
-            files = (place / "__init__.py", *(each.with_suffix(".py") for each in places))
-            left += [file for file in files if file.is_file()]
-    return sorted(found)
+        found[source] = (package / source).read_bytes()
+        for module, members in _IMPORT.findall(found[source].decode()):
+            place = "/".join([*module.split(".")[1:], ""])
+            left += [f"{place}__init__.py", f"{place[:-1]}.py"]
+            left += [f"{place}{member}.py" for member in re.findall(r"\w+", members)]
+    return found
 
 
 def cache_key(package: Path = PACKAGE) -> str:
@@ -83,10 +93,18 @@ def version(package: str) -> str:
 
 def source_digest(package: Path = PACKAGE) -> str:
     """Digest of the sources of all machine code that ships."""
+    return _own_digest() if package == PACKAGE else _digest(package)
+
+
+@cache
+def _own_digest() -> str:
+    return _digest(PACKAGE)
+
+
+def _digest(package: Path) -> str:
     digest = hashlib.sha256()
-    for source in sources(package):
-        content = source.read_bytes()
-        digest.update(f"{source.relative_to(package).as_posix()}:{len(content)};".encode())
+    for name, content in sorted(_read_sources(package).items()):
+        digest.update(f"{name}:{len(content)};".encode())
         digest.update(content)
     return digest.hexdigest()
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.native import cache
+from escort_mj.numerics.assignment import best_assignment
 
 Array = NDArray[np.float64]
 
@@ -172,8 +173,6 @@ def nearest_edges(points: Array) -> tuple[NDArray[np.int64], Array]:
 
 def _nearest_placing(points: Array, directions: Array) -> Array:
     """Rotates points and gives one to each direction: assignment and rotation in turn, many times."""
-    from scipy.optimize import linear_sum_assignment
-
     count, axes = points.shape
     share = min(1.0, (LARGE / count) ** 3)  # an assignment takes a time cubic in the number of points
     best: tuple[float, Array] | None = None
@@ -181,7 +180,7 @@ def _nearest_placing(points: Array, directions: Array) -> Array:
     for rotation in _turns(axes)[: max(1, round(ROTATIONS * share))]:
         for _ in range(max(2, round(30 * share))):
             turned = points @ rotation.T
-            order = linear_sum_assignment(directions @ turned.T, maximize=True)[1]
+            order = best_assignment(directions @ turned.T)
             if (key := order.tobytes()) not in fits:  # many rotations lead to the same assignment
                 fits[key] = points[order], _rotation(directions.T @ points[order])
             placed, fitted = fits[key]
