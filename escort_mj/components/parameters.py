@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import ast
+import inspect
+import textwrap
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
+
+if TYPE_CHECKING:
+    from pydantic import GetJsonSchemaHandler
 
 UNLIMITED = 1e300  # stands for an infinite limit, which XML cannot hold
 TEXT = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe\uffff]*$"  # what NetCDF and XML can hold
@@ -17,6 +25,48 @@ Mass = Annotated[float, Field(ge=1e-6, le=1e9)]
 class Parameters(BaseModel):
     """Base of every table of parameters that a scenario can set."""
 
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True, strict=False
-    )
+    # pydantic's own `use_attribute_docstrings` reads all sources at import, which takes 0.2 s.
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the JSON Schema, in which the docstring below a field is its description."""
+        schema = handler(core_schema)
+        properties = handler.resolve_ref_schema(schema).get("properties", {})
+        for name in properties.keys() & cls.model_fields.keys():
+            found, description = properties[name], description_of(cls, name)
+            if description and handler.resolve_ref_schema(found).get("description") != description:
+                found["description"] = description
+        return schema
+
+
+def description_of(table: type[BaseModel], name: str) -> str:
+    """Return what a field means: the docstring below it; empty where there is none.
+
+    Args:
+        table: The class of the table.
+        name: Name of the field.
+    """
+    field = table.model_fields[name]
+    return field.description or next(filter(None, (_docstrings(each).get(name) for each in table.mro())), "")
+
+
+@cache
+def _docstrings(table: type) -> dict[str, str]:
+    """Docstrings below the fields that a class itself declares."""
+    if table is Parameters or not issubclass(table, Parameters):
+        return {}
+    try:
+        body = ast.parse(textwrap.dedent(inspect.getsource(table))).body[0]
+    except (OSError, TypeError):  # made by code
+        return {}
+    assert isinstance(body, ast.ClassDef)
+    return {
+        field.target.id: inspect.cleandoc(text.value.value)
+        for field, text in pairwise(body.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        and isinstance(text.value.value, str)
+    }

@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from escort_mj.components.parameters import description_of
 from escort_mj.conformance.stand import CheckResult
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -35,12 +36,8 @@ def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[
     names = own_parameters(member)
     table = member.model_json_schema()["properties"]
     numbers = [name for name in names if member.model_fields[name].annotation is float]
-    mute = [name for name in names if not member.model_fields[name].description]
-    bare = [
-        name
-        for name in numbers
-        if name not in mute and not UNIT.search(str(member.model_fields[name].description))
-    ]
+    mute = [name for name in names if not description_of(member, name)]
+    bare = [name for name in numbers if name not in mute and not UNIT.search(description_of(member, name))]
     words = ", ".join(_told(name, table[name]) for name in names) or "none"
     if mute:
         words = f"no words below {', '.join(mute)}: a text in triple quotes says what it is"

@@ -36,9 +36,9 @@ def test_keys(row: list[str]) -> None:
         path.insert(1, "apd_smc")
     if path[:2] == ["mission", "behaviors"]:
         path.insert(3, "chords")
-    field = locate(tuple(path)).field
-    assert field is not None, f"{row[1]} is no key"
-    units = re.findall(r"\[([^]]+)\]", field.description or "")
+    location = locate(tuple(path))
+    assert location.field is not None, f"{row[1]} is no key"
+    units = re.findall(r"\[([^]]+)\]", location.meaning)
     assert row[3] == "1" or row[3] in units
 
 

@@ -151,7 +151,7 @@ def _with(base: type[Any], **types: Any) -> type[Any]:
     fields: dict[str, Any] = {}
     for name, kind in types.items():
         field = base.model_fields[name]
-        told: dict[str, Any] = {"description": field.description}
+        told: dict[str, Any] = {}
         if not field.is_required():
             default = field.default
             is_table = isinstance(default, BaseModel) and isinstance(kind, type)

@@ -69,7 +69,7 @@ def _unknown_key(location: Location) -> Finding:
 
 
 def _meaning(location: Location) -> str:
-    text = location.field.description if location.field else None
+    text = location.meaning
     return f": {text[0].lower()}{text[1:].rstrip('.')}" if text else ""
 
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 
+from escort_mj.components.parameters import description_of
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.schema.expectations import tag_of_kind
@@ -29,6 +30,11 @@ class Location(NamedTuple):
     annotation: Any
     holder: type[BaseModel] | None
     field: FieldInfo | None
+
+    @property
+    def meaning(self) -> str:
+        """Description of the field; empty where there is none."""
+        return description_of(self.holder, str(self.path[-1])) if self.holder and self.field else ""
 
 
 def locate(location: Path, root: type[BaseModel] = Scenario) -> Location:

@@ -60,8 +60,7 @@ def _commented(table: dict[str, Any], path: Path) -> Iterator[str]:
     """Lines of a table, each key after what the schema says of it."""
     indent = "  " * len(path)
     for key, value in table.items():
-        field = locate((*path, key)).field
-        for line in textwrap.wrap((field.description if field else None) or "", WIDTH - len(indent)):
+        for line in textwrap.wrap(locate((*path, key)).meaning, WIDTH - len(indent)):
             yield f"{indent}# {line}"
         if isinstance(value, dict) and key != "placement":
             yield f"{indent}{key}:"

@@ -249,8 +249,7 @@ def word(value: Any) -> str:
 
 def unit_of(key: str) -> str:
     """SI unit of a scenario key, as its documentation has it; empty for none."""
-    field = locate(parse_key_path(key) or ()).field
-    found = re.search(r"\[([^\]]+)\]", (field.description or "") if field is not None else "")
+    found = re.search(r"\[([^\]]+)\]", locate(parse_key_path(key) or ()).meaning)
     return found[1] if found and " or " not in found[1] else ""
 
 

@@ -4,6 +4,7 @@ import pickle
 
 import pytest
 
+from escort_mj.components.parameters import description_of
 from escort_mj.errors import PluginError, ScenarioError
 from escort_mj.laws.law import Law
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
@@ -59,8 +60,8 @@ class TestLoading:
         changed = load_file(folder / "own.yaml")
         assert first is again
         assert changed.controller.proportional_gain == 31.0
-        field = type(changed.controller).model_fields["integral_gain"]
-        assert field.description == "Rate at which the estimate follows s [N/m]."
+        description = description_of(type(changed.controller), "integral_gain")
+        assert description == "Rate at which the estimate follows s [N/m]."
 
     def test_what_is_dumped_reads_back_and_knows_the_content(self, folder):
         scenario = load_file(folder / "own.yaml")

@@ -3,6 +3,7 @@
 import pytest
 
 from escort_mj.api import fly
+from escort_mj.components.parameters import description_of
 from escort_mj.scenario.reader.load import parse_scenario
 from escort_mj.scenario.reader.starter import WIDTH, starter
 from escort_mj.scenario.schema.scenario import Mission, Scenario
@@ -17,8 +18,8 @@ def test_every_starter_reads_back(robots: int, axes: int) -> None:
 
 def test_every_key_is_explained_in_the_words_of_the_schema() -> None:
     lines = starter("mine").splitlines()
-    assert f"# {Scenario.model_fields['duration'].description}" in lines
-    assert f"  # {Mission.model_fields['radius'].description}" in lines
+    assert f"# {description_of(Scenario, 'duration')}" in lines
+    assert f"  # {description_of(Mission, 'radius')}" in lines
     keys = [i for i, line in enumerate(lines) if not line.lstrip().startswith(("#", "-"))]
     assert len(keys) > 15
     assert all(lines[i - 1].lstrip().startswith("#") for i in keys)
