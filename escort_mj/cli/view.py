@@ -60,7 +60,7 @@ def view_command(
             require_viser()
         from escort_mj.view.tape import Live, Stored
 
-        tape = Stored(Path(source)) if scenario is None else stack.enter_context(Live(scenario))
+        tape = Stored(Path(source)) if scenario is None else Live(scenario)
         ended = stack.enter_context(_ended_by_hand())
         if native:
             typer.echo(KEYS)

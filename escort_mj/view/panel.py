@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import viser
 
 SPEEDS = ("0.1", "0.25", "0.5", "1", "2", "4", "8", "16")
+GRIPS = "handles"
 FREE, TARGET = "nobody", "target"
 PATIENCE = 0.4  # how long the slider is left alone after it was moved [s of wall time]
 UPDATES = 0.2  # between two updates of words and slider [s of wall time]
@@ -40,6 +41,7 @@ class ControlPanel:
         speed: float,
         follow: bool,
         shown: dict[str, bool],
+        movable: bool = False,
     ) -> None:
         """Add the controls.
 
@@ -52,6 +54,7 @@ class ControlPanel:
             speed: Simulated seconds per second at first.
             follow: Whether the camera goes with the target at first.
             shown: Which layers are seen; the controls change it.
+            movable: Whether there is something to drag.
         """
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
@@ -70,6 +73,9 @@ class ControlPanel:
         self.status = gui.add_markdown("")
         with gui.add_folder("Show"):
             self.layers = {layer: gui.add_checkbox(name, shown[layer]) for layer, name in LAYERS.items()}
+            if movable:
+                shown[GRIPS] = False
+                self.layers[GRIPS] = gui.add_checkbox("handles to drag target, obstacles", False)
             gui.add_html(_legend(behaviors))
         self.verdicts = gui.add_markdown("")
 
@@ -87,6 +93,13 @@ class ControlPanel:
             @box.on_update
             def _(event: object, layer: str = layer, box: viser.GuiCheckboxHandle = box) -> None:
                 shown[layer], self.changed = bool(box.value), True
+
+        self._shown = shown
+
+    @property
+    def grips(self) -> bool:
+        """Whether handles are to be seen."""
+        return self._shown.get(GRIPS, False)
 
     @property
     def speed(self) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -14,18 +13,18 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
 from escort_mj.expect.verdicts import Verdict
-from escort_mj.mission import bound_of, completed, conclude, labels_of, take
-from escort_mj.record.episodes import NONE, during
+from escort_mj.mission import labels_of
+from escort_mj.mission.stepped import SteppedMission
+from escort_mj.record.episodes import during
 from escort_mj.record.folder import MODEL, StoredRun, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import record, sealed
 from escort_mj.report.video.replay import Replay, replay_of
 from escort_mj.report.video.solids import load_model
+from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME
-from escort_mj.world.callback import callbacks, native_loop
-from escort_mj.world.model.build import build
-from escort_mj.world.plant import Plant
+from escort_mj.world.stages import IN_SPACE
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -79,6 +78,20 @@ class Tape(Protocol):
         """
         ...
 
+    @property
+    def movable(self) -> tuple[str, ...]:
+        """Names of the bodies that can be put elsewhere."""
+        ...
+
+    def move(self, name: str, position: Array) -> None:
+        """Put a body elsewhere, from the last sample on.
+
+        Args:
+            name: One of `movable`.
+            position: World frame, shape (3,) [m].
+        """
+        ...
+
 
 def _rows(times: Array, now: float, before: float, most: int) -> NDArray[np.int64]:
     """Samples from some time before now to the first after it; the last two are neighbors."""
@@ -123,8 +136,13 @@ class Stored:
         """Time of the last sample [s]."""
         return float(self._times[-1])
 
+    movable: tuple[str, ...] = ()
+
     def advance(self, until: float, budget: float) -> None:
         """Nothing: all is there."""
+
+    def move(self, name: str, position: Array) -> None:
+        """Nothing: what is recorded stays."""
 
     def around(self, now: float, before: float, most: int) -> tuple[Recorded, Replay]:
         """See `Tape.around`."""
@@ -133,7 +151,11 @@ class Stored:
 
 
 class Live:
-    """A mission that is simulated as far as it is watched. See `Tape`; a context manager."""
+    """A mission that is simulated as far as it is watched. See `Tape`.
+
+    Attributes:
+        mission: The mission.
+    """
 
     def __init__(self, scenario: Scenario) -> None:
         """Build the world and take the first sample.
@@ -141,66 +163,53 @@ class Live:
         Args:
             scenario: What to run.
         """
-        world = build(scenario)
-        self.scenario, self.title = scenario, scenario.name
+        self.mission = SteppedMission(scenario)
+        self.title = scenario.name
+        world = self.mission.world
         self.model = mujoco.MjModel.from_xml_string(world.xml)  # with textures
-        self._plant = Plant(world)
-        self._labels = labels_of(scenario, world)
         schedule, timestep = world.schedule, scenario.physics.timestep
         self._spacing = schedule.stride * timestep
-        self._samples = np.empty((schedule.count, world.record_size))
-        self._done = 0
-        self._episodes = NONE
-        self._bound = bound_of(scenario, world)
-        self._wall = 0.0
         self.end = schedule.last * timestep
         self.verdicts: list[Verdict] = []
         self.ending, self.well = "", True
-        self._stack = ExitStack()
-        callbacks(scenario.axes)  # compiled or read from the cache now
-        self._stack.enter_context(native_loop(world))
-        self._simulate(1)
-
-    def __enter__(self) -> Live:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._stack.close()
+        fixed = [k for k, obstacle in enumerate(scenario.obstacles) if obstacle.motion is None]
+        names = obstacle_names(scenario)
+        self._obstacles = {names[k]: k for k in fixed} if scenario.axes <= IN_SPACE else {}
 
     @property
     def reached(self) -> float:
         """Time of the last sample so far [s]."""
-        return float(self._samples[self._done - 1, TIME])
+        return float(self.mission.samples[-1, TIME])
+
+    @property
+    def movable(self) -> tuple[str, ...]:
+        """See `Tape.movable`: the target, and obstacles that the scenario lets rest."""
+        return ("target", *self._obstacles) if self.mission.scenario.axes <= IN_SPACE else ()
+
+    def move(self, name: str, position: Array) -> None:
+        """See `Tape.move`."""
+        if self.ending:
+            return
+        place = position[: self.mission.scenario.axes]
+        if name == "target":
+            self.mission.move_target(place)
+            return
+        self.mission.change({f"obstacles.{self._obstacles[name]}.position": place.tolist()})
+        self.model.body(name).pos[: len(place)] = place
 
     def advance(self, until: float, budget: float) -> None:
         """Simulates up to a time, or as far as the wall time allows [s]."""
         start = time.perf_counter()
         while not self.ending and self.reached < until - 1e-9 and time.perf_counter() - start < budget:
-            self._simulate(min(AT_ONCE, math.ceil((until - self.reached) / self._spacing)))
+            spacings = min(AT_ONCE, math.ceil((until - self.reached) / self._spacing - 1e-6))
+            self.mission.step(spacings * self._spacing)
+            if self.mission.outcome is not Outcome.RUNNING:
+                flight = self.mission.flight()
+                self.ending, self.well, self.verdicts = flight.message, flight.outcome.good, flight.verdicts
 
     def around(self, now: float, before: float, most: int) -> tuple[Recorded, Replay]:
         """See `Tape.around`."""
-        times = self._samples[: self._done, TIME]
-        rows = _rows(times, now, before, most)
-        sizes = self._plant.world.sizes
-        return _whole(record(self._samples[rows], sizes, self._labels, self._all_episodes()))
-
-    def _all_episodes(self) -> Array:
-        return np.vstack([self._episodes, self._plant.under_way()])
-
-    def _simulate(self, most: int) -> None:
-        """Take the next samples, and look whether to go on."""
-        clock = time.perf_counter()
-        rows = self._samples[self._done : self._done + most]
-        kept, ended, outcome, message = take(self._plant, rows, self._bound)
-        self._episodes = np.vstack([self._episodes, ended])
-        self._done = max(self._done + kept, 1)
-        self._wall += time.perf_counter() - clock
-        if outcome is not Outcome.COMPLETED or self._done == len(self._samples):
-            self._conclude(outcome, message or completed(self._samples[: self._done]))
-
-    def _conclude(self, outcome: Outcome, message: str) -> None:
-        samples = self._samples[: self._done]
-        told = (samples, self._all_episodes(), outcome, message, self._wall)
-        run = conclude(self.scenario, self._plant, *told)
-        self.ending, self.well, self.verdicts = message, outcome.good, run.verdicts
+        samples, world = self.mission.samples, self.mission.world
+        rows = _rows(samples[:, TIME], now, before, most)
+        labels = labels_of(self.mission.scenario, world)
+        return _whole(record(samples[rows], world.sizes, labels, self.mission.episodes))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from escort_mj.errors import UsageError
 from escort_mj.report.video.shots import plan_shot
 from escort_mj.view.gate import LOCAL, guarded
+from escort_mj.view.grips import Grips
 from escort_mj.view.panel import ControlPanel
 from escort_mj.view.stage import StageView
 from escort_mj.view.tape import Tape
@@ -73,6 +74,8 @@ class Viewer:
         shot = plan_shot(whole, "overview", 45.0, 16 / 9, 2.0)
         out_of_sight = tape.reached < tape.end or np.ptp(shot.look_at, axis=0).max() > 0.1 * whole.radius
         self._stage = StageView(self._server, tape.model, part, replay)
+        self._grips = Grips(self._server, tape.movable, replay.planar, replay.radius)
+        self._obstacles = [str(name) for name in part["obstacle"].values]
         self.panel = ControlPanel(
             self._server,
             tape.title,
@@ -82,6 +85,7 @@ class Viewer:
             speed,
             out_of_sight,
             self._stage.shown,
+            bool(tape.movable),
         )
         self._followed: tuple[int, Array] | None = None
         self._judged = False
@@ -121,7 +125,10 @@ class Viewer:
         """
         panel, tape = self.panel, self.tape
         sought = panel.take_sought()
-        if sought is None and not (panel.playing and passed) and not panel.changed:
+        dragged = self._grips.take()
+        for name, place in dragged.items():
+            tape.move(name, place)
+        if sought is None and not (panel.playing and passed) and not panel.changed and not dragged:
             return
         wanted = self.now + panel.speed * passed if panel.playing else self.now
         wanted = min(wanted if sought is None else sought, tape.end)
@@ -138,7 +145,11 @@ class Viewer:
             if panel.changed:
                 panel.changed = False
                 self._stage.show()
+                self._grips.show(panel.grips)
             moment = self._stage.draw(part, replay, self.now)
+            self._grips.follow(
+                {"target": moment.target} | dict(zip(self._obstacles, moment.obstacles, strict=True))
+            )
             self._move_cameras(moment.target, moment.robots)
         last = not panel.playing or sought is not None  # what is written now may stand for long
         panel.tell(self.now, behind, moment, replay, tape.ending if over else "", at_once=last)

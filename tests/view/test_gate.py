@@ -67,7 +67,7 @@ def status(port: int, *lines: str) -> int:
 
 def test_a_server_answers_its_own_pages_only(compiled) -> None:
     mission = "{name: watched, duration: 0.1, robots: {count: 3}}"
-    with Live(parse_scenario(mission)) as tape, Viewer(tape, port=0) as viewer:
+    with Viewer(Live(parse_scenario(mission)), port=0) as viewer:
         port = int(viewer.url.rpartition(":")[2])
         key = "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA=="
         socket_of = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", key)

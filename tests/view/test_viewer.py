@@ -37,8 +37,7 @@ expect: [{contacts: none}]
 
 @pytest.fixture
 def tape(compiled):
-    with Live(parse_scenario(MISSION)) as live:
-        yield live
+    return Live(parse_scenario(MISSION))
 
 
 @pytest.fixture
@@ -74,16 +73,32 @@ def test_a_time_ahead_is_simulated_first(viewer, tape) -> None:
     assert "**pass** contacts" in viewer.panel.verdicts.content
 
 
+def test_a_dragged_target_is_where_it_was_left(viewer, tape) -> None:
+    viewer.tick(0.1)
+    grip = viewer._grips._controls["target"]
+    assert not grip.visible, "handles are shown when asked for"
+    viewer.panel.layers["handles"].value = True
+    wait(lambda: viewer.panel.changed, "a change")
+    viewer.tick(0.0)
+    assert grip.visible
+    np.testing.assert_allclose(grip.position, [0.02, 0.0, 0.4], atol=0.01)
+    viewer._grips._dragged["target"] = np.array([1.0, 1.0, 0.4])
+    viewer.tick(0.1)
+    assert tape.mission["target_position"].tolist() == [1.0, 1.0]
+
+
 def test_layers_are_switched(viewer) -> None:
     stage = viewer._stage
     assert all(stage._handles[layer] for layer in LAYERS)
     for layer, box in viewer.panel.layers.items():
+        if layer not in LAYERS:
+            continue
         box.value = not stage.shown[layer]
     wait(lambda: viewer.panel.changed, "a change")
     time.sleep(0.1)  # callbacks come one by one
     viewer.tick(0.0)
     hidden = [not handle.visible for layer in LAYERS for handle in stage._handles[layer]]
-    assert all(hidden) and not any(stage.shown.values())
+    assert all(hidden) and not any(stage.shown[layer] for layer in LAYERS)
 
 
 def test_bodies_are_where_the_run_has_them(viewer, tape) -> None:
