@@ -17,11 +17,11 @@ unexport PYTHONDONTWRITEBYTECODE
 help: ## show these targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 16
 
-run: .venv/.run .venv/.gl machine-code ## run the main scenario
+run: .venv/.bytecode .venv/.gl machine-code ## run the main scenario
 	@$(BIN)/escort-mj run scenarios/main.yaml $(ARGS)
 
-test: .venv/.test .venv/.gl ## lint, types, import contracts, then the fast tests
-	@$(MAKE) --no-print-directory -j2 lint kernels
+test: .venv/.run ## lint, types, import contracts, then the fast tests
+	@$(MAKE) --no-print-directory -j4 kernels lint .venv/.gl .venv/.bytecode
 	$(BIN)/pytest -n logical --maxprocesses 8 --dist worksteal $(ARGS)
 
 machine-code: .venv/.run ## compile all kernels for this machine's level of processors
@@ -31,7 +31,7 @@ wheel: .venv/.run ## the wheel, with machine code for every level of x86-64 proc
 	$(BIN)/python -m escort_mj.native.compiler.ship --every-level
 	$(BIN)/python -m hatchling build -t wheel
 
-kernels: .venv/.test ## compile the machine code that ships and what tests need beside it
+kernels: .venv/.run ## compile the machine code that ships and what tests need beside it
 	$(BIN)/python -m tests.kernels
 
 slow: .venv/.test .venv/.gl ## the tests too slow for every change
@@ -80,6 +80,9 @@ IMPORT := $(BIN)/python -W ignore -c
 	@echo "Installing the packages pinned in requirements/run.txt into .venv ..."
 	@$(INSTALL) -r requirements/run.txt
 	@$(INSTALL) --no-deps --no-build-isolation --editable .
+	@touch $@
+
+.venv/.bytecode: .venv/.run
 	@$(IMPORT) 'import dm_control.mjcf, h5py, matplotlib.pyplot, mediapy, mujoco, numba, pandas, pydantic, rich, \
 	    ruamel.yaml, scipy.optimize, scipy.spatial, scipy.stats, typer, xarray, escort_mj.api'
 	@touch $@
