@@ -94,6 +94,10 @@ class UsageError(EscortError, ValueError):
     exit_code = 2
 
 
+class RobotError(UsageError):
+    """A robot's model that does not exist, cannot be read, or cannot be driven."""
+
+
 class PluginError(UsageError):
     """A plugin that does not exist, cannot be loaded, or is invalid."""
 

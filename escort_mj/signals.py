@@ -15,7 +15,7 @@ from itertools import accumulate
 from math import prod
 from typing import NamedTuple
 
-from escort_mj.components.mission import MissionSignals
+from escort_mj.components.mission import DriveSignals, MissionSignals
 from escort_mj.components.obstacles import ObstacleSignals
 from escort_mj.control.signals import (
     FailureSignals,
@@ -37,12 +37,13 @@ from escort_mj.native.fields import Extent, Recorded, declared
 from escort_mj.sensing.sensors import SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
-TRUTH, LYAPUNOV = "truth", "lyapunov"
+TRUTH, LYAPUNOV, DRIVES = "truth", "lyapunov", "drives"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
     ("known",): ("robot",),
     ("judged",): ("robot",),
+    ("driven",): ("robot",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -52,7 +53,7 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     (len(CAUSES),): ("cause",),
 }
 """Dimensions of a trace by extents in memory."""
-CHANNELS: dict[Extent, str] = {("known",): TRUTH, ("judged",): LYAPUNOV}
+CHANNELS: dict[Extent, str] = {("known",): TRUTH, ("judged",): LYAPUNOV, ("driven",): DRIVES}
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
 
@@ -70,6 +71,7 @@ class Signals(
     ContactSignals,
     TruthSignals,
     LyapunovSignals,
+    DriveSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -141,6 +143,15 @@ def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
         lyapunov: Whether the law has the Lyapunov function V1.
     """
     return {TRUTH: int(truth), LYAPUNOV: int(truth and lyapunov), "axis_2": axes, "cause": len(CAUSES)}
+
+
+def drive_sizes(driven: bool) -> dict[str, int]:
+    """Sizes that robots with drives of their own add to those of a record.
+
+    Args:
+        driven: Whether there are such robots.
+    """
+    return {DRIVES: 1} if driven else {}
 
 
 def columns(name: str, sizes: Mapping[str, int]) -> slice:

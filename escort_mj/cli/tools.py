@@ -86,7 +86,7 @@ def export_command(
     Example: escort-mj export renders/main main.mcap
     """
     from escort_mj import api
-    from escort_mj.record.files import write_text
+    from escort_mj.record.files import write_model
     from escort_mj.record.folder import read_run
     from escort_mj.report.exports.exports import MJCF, check_export, export_run
 
@@ -101,7 +101,8 @@ def export_command(
     else:
         from escort_mj.world.model.build import build
 
-        write_text(to, build(api.load_scenario(source, overrides or (), plugins or ())).xml)
+        world = build(api.load_scenario(source, overrides or (), plugins or ()))
+        write_model(to, world.xml, world.assets)
     finish("export", as_json, [f"wrote {shown_path(to)}"], written=[shown_path(to)])
 
 

@@ -60,6 +60,21 @@ class MissionSignals(Fields):
     ]
 
 
+class DriveSignals(Fields):
+    """What robots with drives of their own make of the law's demand; recorded where there are such robots."""
+
+    drive_force: Annotated[
+        Array,
+        "driven",
+        "p",
+        Recorded(
+            "N",
+            "force that the actuators are commanded to make, within their ranges; 0 where "
+            "servos decide on it",
+        ),
+    ]
+
+
 class MissionState(Fields):
     """What the controller hands the motors."""
 

@@ -93,6 +93,7 @@ class Setup:
             moment, shape (n + 1, m, p) [m]; None where all see `obstacle_position`.
         outside: What is written from outside, between steps, instead of computed: the reference velocities of
             the outer loop, or the forces of both loops; None for nothing.
+        driven: Whether some robot has a drive of its own.
     """
 
     timestep: float
@@ -121,6 +122,7 @@ class Setup:
     expected_distances: tuple[float, ...] = ()
     obstacle_points: Array | None = None
     outside: Literal["velocity", "force"] | None = None
+    driven: bool = False
 
     @property
     def count(self) -> int:

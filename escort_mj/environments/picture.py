@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
+
 import numpy as np
 
 from escort_mj.environments.simulation import Simulation
@@ -51,7 +53,13 @@ class Camera:
         if self._shown is not simulation.world:
             world, scenario = simulation.world, simulation.scenario
             self._painter.show(
-                Subject(world.xml, world.sizes, labels_of(scenario, world), scenario.video.camera)
+                Subject(
+                    world.xml,
+                    world.sizes,
+                    labels_of(scenario, world),
+                    scenario.video.camera,
+                    {name: b64encode(content).decode() for name, content in world.assets.items()},
+                )
             )
             self._shown, self._drawn = world, 0
         recent = int(np.ceil(TRAIL * simulation.scenario.recording.rate)) + 1

@@ -74,6 +74,7 @@ def pack(
         "known": n * truth,  # robots whose truth is recorded
         "judged": n * lyapunov,
         "modeled": n * law.needs_model,  # robots whose law is given their model
+        "driven": n * setup.driven,
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * law.differentiates,
         "watched": watched,

@@ -26,6 +26,7 @@ from escort_mj.record.episodes import NONE
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.record.revision import git_revision
+from escort_mj.record.stored import ASSETS
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.geometry.crowd import contact_physics
@@ -37,6 +38,7 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
 from escort_mj.world.model.build import World, build
+from escort_mj.world.model.robot.placing import models_of
 from escort_mj.world.plant import Mark, Plant, mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
 
@@ -146,7 +148,9 @@ def begin_folder(folder: RunFolder, scenario: Scenario, world: World) -> None:
     """Write the data that is known before the first step of a run."""
     plugins = [file for each in catalog_of(scenario).plugins if (file := each.source.file)]
     labels, short = labels_of(scenario, world), short_dump(scenario)
-    folder.begin(dump_scenario(scenario), world.xml, world.sizes, labels, plugins, short)
+    whole = dump_scenario(scenario)
+    copies = {f"{ASSETS}/{each.digest[:12]}.xml": each.text.encode() for each in models_of(world.team)}
+    folder.begin(whole, world.xml, world.sizes, labels, plugins, short, world.assets | copies)
 
 
 def conclude(

@@ -6,7 +6,7 @@ import contextlib
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +77,20 @@ def write_bytes(path: Path, content: bytes | memoryview, durable: bool = False) 
 def write_text(path: Path, text: str) -> None:
     """Write a text file, whole or not at all."""
     write_bytes(path, text.encode())
+
+
+def write_model(path: Path, text: str, assets: Mapping[str, bytes]) -> None:
+    """Write MJCF, and beside it the files that it names.
+
+    Args:
+        path: The file.
+        text: The MJCF.
+        assets: Content of files by their paths from the folder of the MJCF.
+    """
+    for name, content in assets.items():
+        make_folder((path.parent / name).parent)
+        write_bytes(path.parent / name, content)
+    write_text(path, text)
 
 
 def json_text(value: Any, indent: int | None = 2) -> str:

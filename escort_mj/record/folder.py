@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.errors import BrokenRunError, RunFolderError, UsageError, WriteError
 from escort_mj.record.episodes import NONE
-from escort_mj.record.files import TEMPORARY, write_json, write_text
+from escort_mj.record.files import TEMPORARY, write_json, write_model, write_text
 from escort_mj.record.journal import Journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive, identify
@@ -152,6 +152,7 @@ class RunFolder:
         labels: Mapping[str, Any],
         plugins: Sequence[str] = (),
         short: str = "",
+        assets: Mapping[str, bytes] | None = None,
     ) -> None:
         """Write what is known before the first step, and open the journal.
 
@@ -161,13 +162,14 @@ class RunFolder:
             sizes: Size of each dimension of a record.
             labels: As `recording.record` takes them; what JSON can hold.
             plugins: Files that the scenario names, of which the folder keeps copies.
+            assets: Files that the model names, by their paths from the folder.
             short: The scenario without what is at its default; the folder has both forms then.
         """
         with _writing(self.path):
             write_text(self.path / SCENARIO, short or scenario)
             if short:
                 write_text(self.path / RESOLVED, scenario)
-            write_text(self.path / MODEL, model)
+            write_model(self.path / MODEL, model, assets or {})
             for plugin in plugins:
                 (self.path / PLUGINS).mkdir(exist_ok=True)
                 shutil.copyfile(plugin, self.path / PLUGINS / Path(plugin).name)

@@ -25,6 +25,7 @@ OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", 
 RESOLVED = "resolved.yaml"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
 FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "report.html", "plugins"
+ASSETS = "assets"
 VIDEOS = (VIDEO, "video.gif", "video.webp")
 OURS = (
     OUTCOME,
@@ -40,6 +41,7 @@ OURS = (
     CLIP,
     REPORT,
     PLUGINS,
+    ASSETS,
 )
 
 

@@ -1,4 +1,4 @@
-"""The attitude loop of a quadrotor: four thrusts that make the force which is wanted, as far as they can.
+"""The attitude loop of robots that fly: thrust and torques that make the force which is wanted.
 
 A geometric PD on SO(3) after Lee, Leok and McClamroch, "Geometric tracking control of a quadrotor UAV on
 SE(3)", CDC 2010: thrust is the wanted force along the body's z axis, and the torque turns that axis to the
@@ -8,6 +8,7 @@ force, with the body's x axis kept in the world's xz plane. The escort law knows
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,14 +24,18 @@ TURNS = tuple(x * y for x, y in QUARTERS)  # sign of the torque about z that eac
 
 
 class Craft(NamedTuple):
-    """What the loop knows of one quadrotor; the rows of `Addresses.crafts`."""
+    """What the loop knows of one robot that flies; the rows of `Addresses.crafts`."""
 
-    stiffness: float  # of the attitude over the moment of inertia [1/s^2]
-    damping: float  # likewise [1/s]
+    stiffness_x: float  # of the attitude over the moment of inertia [1/s^2]
+    stiffness_y: float
+    stiffness_z: float
+    damping_x: float  # likewise [1/s]
+    damping_y: float
+    damping_z: float
     inertia_x: float  # [kg m^2]
     inertia_y: float
     inertia_z: float
-    lever: float  # of a rotor about the x and the y axis [m]
+    lever: float  # of a rotor about the x and the y axis [m]; this, the next and the limit: of four alike
     torque_per_thrust: float  # [m]
     least_lift: float  # upward force that it always keeps [N]
     most_slope: float  # tangent of the largest tilt
@@ -41,8 +46,8 @@ class Craft(NamedTuple):
 
 
 (
-    STIFFNESS, DAMPING, INERTIA, _, _, LEVER, TORQUE_PER_THRUST, LEAST_LIFT, MOST_SLOPE, ROTOR_LIMIT, HEIGHT,
-    HEIGHT_STIFFNESS, HEIGHT_DAMPING,
+    STIFFNESS, _, _, DAMPING, _, _, INERTIA, _, _, LEVER, TORQUE_PER_THRUST, LEAST_LIFT, MOST_SLOPE,
+    ROTOR_LIMIT, HEIGHT, HEIGHT_STIFFNESS, HEIGHT_DAMPING,
 ) = range(len(Craft._fields))  # fmt: skip
 
 
@@ -113,6 +118,29 @@ def axes_for(force: Array, axes: Array) -> None:
 
 
 @inlined
+def axes_toward(force: Array, heading: Array, axes: Array) -> None:
+    """The axes that a body is to have: z along a force, x as near to a heading as can be.
+
+    Args:
+        force: World frame, upward, shape (3,) [N].
+        heading: Unit vector, shape (3,).
+        axes: Result, as in `axes_of_body`.
+    """
+    size = math.sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
+    for k in range(3):
+        axes[2, k] = force[k] / size
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        axes[1, k] = axes[2, a] * heading[b] - axes[2, b] * heading[a]
+    across = math.sqrt(axes[1, 0] * axes[1, 0] + axes[1, 1] * axes[1, 1] + axes[1, 2] * axes[1, 2])
+    for k in range(3):
+        axes[1, k] /= across
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        axes[0, k] = axes[1, a] * axes[2, b] - axes[1, b] * axes[2, a]
+
+
+@inlined
 def turn(wanted: Array, axes: Array, rate: Array, craft: Array, torque: Array) -> None:
     """Torque that turns a body: -J (stiffness e_R + damping w) + w x J w (eqs. 10 and 16 of Lee et al.).
 
@@ -129,7 +157,7 @@ def turn(wanted: Array, axes: Array, rate: Array, craft: Array, torque: Array) -
         for c in range(3):
             error += 0.5 * (wanted[b, c] * axes[a, c] - wanted[a, c] * axes[b, c])
         inertia = craft[INERTIA + k]
-        torque[k] = -inertia * (craft[STIFFNESS] * error + craft[DAMPING] * rate[k])
+        torque[k] = -inertia * (craft[STIFFNESS + k] * error + craft[DAMPING + k] * rate[k])
         torque[k] += (craft[INERTIA + b] - craft[INERTIA + a]) * rate[a] * rate[b]
 
 
@@ -194,25 +222,36 @@ def mixing(craft: Craft) -> Array:
     ).T
 
 
-def wanted_rotation(force: Array) -> Array:
-    """The attitude whose z axis is along a force and whose x axis is in the world's xz plane."""
+def wanted_rotation(force: Array, heading: Sequence[float] | Array = (1.0, 0.0, 0.0)) -> Array:
+    """The attitude whose z axis is along a force and whose x axis is in its plane with a heading."""
     z = force / np.linalg.norm(force)
-    y = np.cross(z, [1.0, 0.0, 0.0])
+    y = np.cross(z, heading)
     y /= np.linalg.norm(y)
     return np.column_stack([np.cross(y, z), y, z])
 
 
-def thrusts_for(force: Array, orientation: Array, rate: Array, craft: Craft) -> Array:
-    """Thrusts that are to make a force, shape (4,) [N]; arguments as of `fly`."""
+def reachable(force: Array, craft: Craft) -> Array:
+    """A force cut to what the craft is to be tilted for, world frame, shape (3,) [N]."""
     upward = max(force[2], craft.least_lift)
     across = np.hypot(force[0], force[1])
     share = min(1.0, craft.most_slope * upward / across) if across > 0.0 else 1.0
-    reachable = np.array([share * force[0], share * force[1], upward])
-    actual, wanted = rotation(orientation), wanted_rotation(reachable)
+    return np.array([share * force[0], share * force[1], upward])
+
+
+def torque_for(wanted: Array, actual: Array, rate: Array, craft: Craft) -> Array:
+    """Torque that turns a body from one rotation to another, in its own frame, shape (3,) [N m]."""
     skew = 0.5 * (wanted.T @ actual - actual.T @ wanted)
     error = np.array([skew[2, 1], skew[0, 2], skew[1, 0]])
     inertia = np.diag([craft.inertia_x, craft.inertia_y, craft.inertia_z])
-    torque = -inertia @ (craft.stiffness * error + craft.damping * rate) + np.cross(rate, inertia @ rate)
+    stiffness = np.array([craft.stiffness_x, craft.stiffness_y, craft.stiffness_z])
+    damping = np.array([craft.damping_x, craft.damping_y, craft.damping_z])
+    return np.asarray(-inertia @ (stiffness * error + damping * rate) + np.cross(rate, inertia @ rate))
+
+
+def thrusts_for(force: Array, orientation: Array, rate: Array, craft: Craft) -> Array:
+    """Thrusts that are to make a force, shape (4,) [N]; arguments as of `fly`."""
+    actual, force = rotation(orientation), reachable(force, craft)
+    torque = torque_for(wanted_rotation(force), actual, rate, craft)
     turning = np.linalg.solve(mixing(craft), [0.0, *torque])
-    even = float(reachable @ actual[:, 2]) / 4.0
+    even = float(force @ actual[:, 2]) / 4.0
     return np.asarray(turning + max(min(even, craft.rotor_limit - turning.max()), -turning.min()))

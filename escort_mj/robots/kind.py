@@ -9,6 +9,7 @@ from xml.etree.ElementTree import Element
 from escort_mj.components.parameters import Parameters
 from escort_mj.mjcf import set_attributes
 from escort_mj.robots.attitude import Craft
+from escort_mj.robots.drive import DriveModel
 
 FREE_COORDINATES = 7  # of a free body: a place and a quaternion
 MOST_MOTORS = 9  # of any kind
@@ -54,6 +55,9 @@ class RobotKind(Parameters):
     """Whether a mission with it has gravity unless the scenario says otherwise."""
     flies: ClassVar[bool] = False
     """Whether thrust holds its weight, turned by an attitude loop to where the law wants a force."""
+
+    driven: ClassVar[bool] = False
+    """Whether it has a drive of its own, see `drive_model`."""
 
     kind: str
 
@@ -134,5 +138,14 @@ class RobotKind(Parameters):
             radius: Of its hull [m].
             gravity: World frame, shape (3,) [m/s^2].
             height: That planar missions hold [m].
+        """
+        return None
+
+    def drive_model(self, mass: float, radius: float) -> DriveModel | None:
+        """Return the drive of a robot with actuators of its own; None where motors push along the axes.
+
+        Args:
+            mass: Of the robot [kg].
+            radius: Of its hull [m].
         """
         return None

@@ -137,9 +137,14 @@ class Quadrotor(RobotKind):
         nominal = self.nominal_mass or mass
         lift = self.lift(mass, gravity)[2]
         across_x, across_y, along = self.moments(nominal, radius)
+        damping = 2.0 * self.attitude_damping * self.attitude_frequency
         return Craft(
-            stiffness=self.attitude_frequency**2,
-            damping=2.0 * self.attitude_damping * self.attitude_frequency,
+            stiffness_x=self.attitude_frequency**2,
+            stiffness_y=self.attitude_frequency**2,
+            stiffness_z=self.attitude_frequency**2,
+            damping_x=damping,
+            damping_y=damping,
+            damping_z=damping,
             inertia_x=across_x,
             inertia_y=across_y,
             inertia_z=along,

@@ -58,6 +58,7 @@ def controller_setup(scenario: Scenario, robots: Placement | None = None) -> Set
         phases=_phases(scenario),
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
+        driven=any(kind.driven for kind in robots.kind),
         shaped=any(not body.is_sphere for body in obstacles),
         expected_distances=tuple(x for one in scenario.expect for x in one.exact_distances()),
     )

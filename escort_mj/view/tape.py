@@ -166,7 +166,7 @@ class Live:
         self.mission = SteppedMission(scenario)
         self.title = scenario.name
         world = self.mission.world
-        self.model = mujoco.MjModel.from_xml_string(world.xml)  # with textures
+        self.model = mujoco.MjModel.from_xml_string(world.xml, world.assets)  # with textures
         schedule, timestep = world.schedule, scenario.physics.timestep
         self._spacing = schedule.stride * timestep
         self.end = schedule.last * timestep

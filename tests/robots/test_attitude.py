@@ -58,10 +58,10 @@ def test_mixing_and_its_inverse_are_one() -> None:
         rate = RNG.normal(scale=0.02, size=3)
         thrusts = kernel_thrusts(force, orientation, rate, craft)
         assert thrusts.min() > 0.0
-        actual, inertia = rotation(orientation), np.array(craft[2:5])
+        actual, inertia = rotation(orientation), np.array(craft[6:9])
         skew = wanted_rotation(force).T @ actual
         error = 0.5 * np.array([skew[2, 1] - skew[1, 2], skew[0, 2] - skew[2, 0], skew[1, 0] - skew[0, 1]])
-        torque = -inertia * (craft.stiffness * error + craft.damping * rate)
+        torque = -inertia * (craft.stiffness_x * error + craft.damping_x * rate)
         torque += np.cross(rate, inertia * rate)
         made = mixing(craft) @ thrusts
         np.testing.assert_allclose(made, [force @ actual[:, 2], *torque], rtol=1e-12, atol=1e-12)

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from escort_mj.errors import UsageError
 from escort_mj.record.export import CSV, PARQUET, write_table
-from escort_mj.record.files import write_text
+from escort_mj.record.files import write_model
 from escort_mj.record.folder import MODEL, StoredRun
+from escort_mj.record.stored import ASSETS
 
 MJCF, MCAP, STATES = ".xml", ".mcap", ".npz"
 SUFFIXES = (MJCF, CSV, PARQUET, MCAP, STATES)
@@ -46,6 +47,8 @@ def export_run(run: StoredRun, path: Path) -> None:
 
         write_states(run, path)
     elif path.suffix == MJCF:
-        write_text(path, (run.path / MODEL).read_text(encoding="utf-8"))
+        files = [file for file in (run.path / ASSETS).glob("*") if file.is_file()]
+        assets = {f"{ASSETS}/{file.name}": file.read_bytes() for file in files}
+        write_model(path, (run.path / MODEL).read_text(encoding="utf-8"), assets)
     else:
         write_table(run.trace, path)

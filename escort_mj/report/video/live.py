@@ -14,6 +14,8 @@ import os
 import subprocess
 import sys
 import tempfile
+from base64 import b64decode
+from collections.abc import Mapping
 from typing import IO, Any, NamedTuple
 
 import numpy as np
@@ -40,12 +42,14 @@ class Subject(NamedTuple):
         sizes: Size of each dimension of a sample.
         labels: See `record`.
         camera: `overview`, `follow` or `top`.
+        assets: Files that the model names, in base64.
     """
 
     xml: str
     sizes: dict[str, int]
     labels: dict[str, Any]
     camera: str
+    assets: Mapping[str, str] = {}
 
 
 class Painter:
@@ -146,7 +150,9 @@ class _Easel:
 
         self._subject = subject
         self._width, height = size
-        self._model = mujoco.MjModel.from_xml_string(subject.xml)
+        self._model = mujoco.MjModel.from_xml_string(
+            subject.xml, {name: b64decode(content) for name, content in subject.assets.items()}
+        )
         prepare(self._model, *size, subject.sizes["robot"])
         self._data = mujoco.MjData(self._model)
         self._renderer = mujoco.Renderer(self._model, height, self._width, MOST_MARKS)

@@ -37,7 +37,7 @@ from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import record_size, truth_sizes
+from escort_mj.signals import drive_sizes, record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
 MAX_TRACE = 4 * 2**30  # bytes
@@ -91,6 +91,7 @@ def trace_size(scenario: Scenario) -> float:
         "group": len(bodies_of(scenario).watched),
     }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
+    sizes |= drive_sizes(any(kind.driven for kind in kinds_of(scenario)))
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 

@@ -21,6 +21,7 @@ from escort_mj.scenario.reader.late import judged_again, late, left_out
 from escort_mj.scenario.reader.overrides import Overrides, apply
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
+from escort_mj.scenario.reader.robots import read_robots
 from escort_mj.scenario.reader.waypoints import read_tables
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -193,6 +194,8 @@ def _scenario(
     data, wrong = read_tables(data, FilePath(source).parent)
     if kind is None:
         kind, findings = resolve_plugins(data, FilePath(source).parent)
+    data, unread = read_robots(data, FilePath(source).parent)
+    findings += unread
     scenario = None
     if not findings:
         judged_again(document, data)

@@ -14,6 +14,8 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined
 from escort_mj.native.memory import Layout, viewer
 from escort_mj.robots.attitude import ROTORS, Craft
+from escort_mj.robots.drive import Drive as DriveRow
+from escort_mj.robots.drive import DriveModel, Input
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.scenario.geometry.shapes import hull, rotation_matrix
@@ -44,6 +46,11 @@ class Addresses(Fields):
     crafts: Annotated[Array, "flying", len(Craft._fields), Value("1", "see `robots/attitude.py`")]
     rotor_gain: Annotated[Array, "flying", ROTORS, Value("1", "of each rotor's motor")]
     rotor_state: Annotated[Array, "flying", Value("1", "first activation of rotors that lag, else -1")]
+    drive: Annotated[
+        Array, "n", Value("1", "row in `drives` of each robot with actuators of its own, else -1")
+    ]
+    drives: Annotated[Array, "driven", len(DriveRow._fields), Value("1", "see `robots/drive.py`")]
+    inputs: Annotated[Array, "inputs", len(Input._fields), Value("1", "likewise, of all drives")]
     geom_body: Annotated[
         Array, "geoms", Value("1", "which of the mission's bodies each geom belongs to, -1 for none")
     ]
@@ -81,17 +88,58 @@ def addresses_size(
 def _sizes(
     team: Placement, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
 ) -> dict[str, int]:
-    robots = len(team.mass)
+    robots, drives = len(team.mass), [drive for drive in drives_of(team) if drive is not None]
     return {
         "n": robots,
         "seers": robots + 1,
         "m": len(names) - robots - 2,
         "p": axes,
         "movers": movers,
-        "flying": sum(kind.flies for kind in team.kind),
+        "flying": sum(craft is not None for craft in crafts_of(team, (0.0, 0.0, -1.0))),
+        "driven": len(drives),
+        "inputs": sum(len(drive.inputs) for drive in drives),
         "geoms": geoms,
         "faces": faces,
     }
+
+
+def drives_of(team: Placement) -> list[DriveModel | None]:
+    """The drive of each robot."""
+    robots = zip(team.kind, team.mass, team.radius, strict=True)
+    return [kind.drive_model(float(mass), float(radius)) for kind, mass, radius in robots]
+
+
+def crafts_of(team: Placement, gravity: Sequence[float]) -> list[Craft | None]:
+    """What the attitude loop of each robot knows of it; None where there is none."""
+    robots = zip(team.kind, team.mass, team.radius, strict=True)
+    return [kind.craft(float(mass), float(radius), gravity, team.height) for kind, mass, radius in robots]
+
+
+def _drives(model: mujoco.MjModel, team: Placement) -> dict[str, Array]:
+    """What drives are like, and whose they are, see `Addresses`."""
+    rows: list[DriveRow] = []
+    inputs: list[Input] = []
+    owner = np.full(len(team.mass), -1)
+    for i, drive in enumerate(drives_of(team)):
+        if drive is None:
+            continue
+        owner[i] = len(rows)
+        root = model.body(f"robot_{i + 1}").id
+        base = model.body(f"robot_{i + 1}_{drive.base}").id if drive.base else root
+        rows.append(drive.row(base, root, len(inputs), team.position[i]))
+        inputs += drive.inputs
+    return {
+        "drive": owner,
+        "drives": np.array(rows, float).reshape(len(rows), len(DriveRow._fields)),
+        "inputs": np.array(inputs, float).reshape(len(inputs), len(Input._fields)),
+    }
+
+
+def _first_joints(model: mujoco.MjModel, robots: int) -> NDArray[np.int64]:
+    """The first joint of each robot, wherever in it."""
+    roots = model.body_rootid[model.jnt_bodyid]
+    first = {int(root): joint for joint, root in reversed(list(enumerate(roots)))}
+    return np.array([first[model.body(f"robot_{i + 1}").id] for i in range(robots)])
 
 
 def find_addresses(
@@ -113,7 +161,7 @@ def find_addresses(
         faces: Of meshes, see `faces_of`.
     """
     robots = len(team.mass)
-    joints = [model.body(f"robot_{i + 1}").jntadr[0] for i in range(robots)]
+    joints = _first_joints(model, robots)
     dofs = model.jnt_dofadr[joints]
     trees = model.dof_treeid[dofs]
     ends = model.tree_dofadr[trees] + model.tree_dofnum[trees]
@@ -128,13 +176,13 @@ def find_addresses(
     offsets = [stage.origin[place] for stage in stages for place in stage.places]
     lift, pilot = np.zeros((robots, 3)), np.full(robots, -1)
     crafts: list[Craft] = []
-    for i, (kind, mass, radius) in enumerate(zip(team.kind, team.mass, team.radius, strict=True)):
+    for i, (kind, mass, craft) in enumerate(zip(team.kind, team.mass, crafts_of(team, gravity), strict=True)):
         lift[i] = kind.lift(mass, gravity)
-        craft = kind.craft(mass, radius, gravity, team.height)
         if craft is not None:
             pilot[i] = len(crafts)
             crafts.append(craft)
     flying = np.flatnonzero(pilot >= 0)
+    driven = _drives(model, team)
     motors = [kind.actuators(len(places)) for kind in team.kind]
     addresses = model.jnt_qposadr[joints], dofs, np.cumsum([0, *motors[:-1]])
     dead_zone = [actuators.dead_zone for actuators in team.actuators]
@@ -150,11 +198,16 @@ def find_addresses(
             "target_radius": model.geom("target_body").size[0],
             "motor_address": addresses[2],
             "dead_zone": dead_zone,
-            "in_row": in_row and not any(dead_zone) and not crafts and not lift.any(),
+            "in_row": in_row
+            and not any(dead_zone)
+            and not crafts
+            and not lift.any()
+            and (driven["drive"] < 0).all(),
             "lift": lift,
             "pilot": pilot,
             "crafts": np.reshape(crafts, (len(crafts), len(Craft._fields))),
-            "rotor_gain": np.reshape([team.gains[i] for i in flying], (len(flying), ROTORS)),
+            **driven,
+            "rotor_gain": _rotor_gains(team, flying),
             "rotor_state": model.actuator_actadr[addresses[2][flying]],
             "geom_body": geom_bodies(model, names),
             "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
@@ -164,6 +217,14 @@ def find_addresses(
             "mover_dof": model.jnt_dofadr[slides],
         },
     )
+
+
+def _rotor_gains(team: Placement, flying: NDArray[np.int64]) -> Array:
+    """Gain of the motor of each rotor, of kinds with four alike."""
+    gains = np.ones((len(flying), ROTORS))
+    for row, i in zip(gains, flying, strict=True):
+        row[: len(team.gains[i])] = team.gains[i]
+    return gains
 
 
 def faces_of(bodies: Sequence[Body]) -> Array:

@@ -12,10 +12,12 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.robots.attitude import ROTORS
 from escort_mj.robots.quadrotor import pilot, push
 from escort_mj.world.loop.addresses import Addresses
+from escort_mj.world.loop.drives import operate
 
 Array = NDArray[np.float64]
 
 WORKING = -1.0  # beside the kinds of failures
+MOST_CONTROLS = 1000  # of one robot
 
 
 @inlined
@@ -26,12 +28,20 @@ def past_dead_zone(command: float, zone: float) -> float:
 
 @on_demand
 def command_motors(
-    controls: int, activations: int, qpos: Array, qvel: Array, plan: Plan, state: State, addresses: Addresses
+    d: int,
+    controls: int,
+    activations: int,
+    qpos: Array,
+    qvel: Array,
+    plan: Plan,
+    state: State,
+    addresses: Addresses,
 ) -> None:
     """Tells all motors what the law's commands mean for them.
 
     Args:
-        controls: Address of MuJoCo's controls.
+        d: Address of MuJoCo's data.
+        controls: Address of its controls.
         activations: Address of what its motors that lag have come to.
         qpos: Its generalized positions.
         qvel: Its generalized velocities.
@@ -43,15 +53,23 @@ def command_motors(
     for i in range(n):
         first = controls + DOUBLE * int(addresses.motor_address[i])
         zone = addresses.dead_zone[i]
-        if addresses.pilot[i] < 0.0:
+        if state.drive_force.shape[0] > 0:
+            limit = plan.force_limit[i]
+            for k in range(p):
+                state.drive_force[i, k] = min(max(state.command[i, k], -limit), limit)
+        driven = addresses.drive[i] >= 0.0
+        if addresses.pilot[i] < 0.0 and not driven:
             motors = vector_at(first, p)
             for k in range(p):
                 motors[k] = past_dead_zone(state.command[i, k], zone)
             continue
-        rotors = vector_at(first, ROTORS)
         failure = WORKING
         if plan.failure_start.shape[0] > 0 and state.time[0] + 0.5 * plan.timestep >= plan.failure_start[i]:
             failure = plan.failure_kind[i]
+        if driven:
+            operate(i, d, vector_at(first, MOST_CONTROLS), failure, plan, state, addresses)
+            continue
+        rotors = vector_at(first, ROTORS)
         if failure != STUCK:
             pilot(i, qpos, qvel, plan, state, addresses, rotors)
             for rotor in range(ROTORS):

@@ -33,6 +33,7 @@ from escort_mj.native.kernels import (
 from escort_mj.native.lanes import copy_in, copy_numbers
 from escort_mj.native.on_demand import CLASSES, callback, on_demand
 from escort_mj.world.loop.addresses import Addresses, behind, unpack_addresses
+from escort_mj.world.loop.drives import read_forces, read_points
 from escort_mj.world.loop.layout import offset, size
 from escort_mj.world.loop.motors import command_motors
 from escort_mj.world.loop.nearest import find_nearest
@@ -111,6 +112,8 @@ def control(m: int, d: int, axes: int) -> None:
             for k in range(p):
                 state.q[i, k] = qpos[int(addresses.qpos_address[i]) + k]
                 state.v[i, k] = qvel[int(addresses.dof_address[i]) + k]
+        if addresses.drives.shape[0] > 0:
+            read_points(d, state, addresses)
     for b in range(state.mover_position.shape[0]):
         here = vector_at(pointer_at(d + DATA_QPOS()) + DOUBLE * int(addresses.mover_qpos[b]), p)
         speed = vector_at(pointer_at(d + DATA_QVEL()) + DOUBLE * int(addresses.mover_dof[b]), p)
@@ -131,10 +134,11 @@ def control(m: int, d: int, axes: int) -> None:
         copy_numbers(state.disturbance, applied, n * p)
     else:
         controls, activations = pointer_at(d + DATA_CTRL()), pointer_at(d + DATA_ACTIVATION())
-        command_motors(controls, activations, qpos, qvel, plan, state, addresses)
+        command_motors(d, controls, activations, qpos, qvel, plan, state, addresses)
         for i in range(n):
-            for k in range(p):
-                applied[int(addresses.dof_address[i]) + k] = state.disturbance[i, k]
+            if addresses.drive[i] < 0.0:
+                for k in range(p):
+                    applied[int(addresses.dof_address[i]) + k] = state.disturbance[i, k]
     if is_led(addresses):
         mocap = pointer_at(d + DATA_MOCAP())
         for k in range(p):  # where it will be when MuJoCo next looks
@@ -157,6 +161,8 @@ def monitor(m: int, d: int, axes: int) -> None:
         for i in range(n):
             for k in range(p):
                 state.force[i, k] = applied[int(addresses.dof_address[i]) + k] - addresses.lift[i, k]
+        if addresses.drives.shape[0] > 0:
+            read_forces(d, state, addresses)
     if plan.truth:
         observe(
             plan,

@@ -26,11 +26,12 @@ from escort_mj.scenario.geometry.shapes import extent
 from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
-from escort_mj.signals import record_size, truth_sizes
+from escort_mj.signals import drive_sizes, record_size, truth_sizes
 from escort_mj.world.loop.addresses import faces_of, thickness
 from escort_mj.world.model.cameras import add_cameras
 from escort_mj.world.model.compiling import add_numbers, compile_addressed
 from escort_mj.world.model.parts import new_root
+from escort_mj.world.model.robot.placing import add_assets, add_media, models_of, own_geoms
 from escort_mj.world.model.robots import add_robots
 from escort_mj.world.model.surroundings import add_obstacles, add_target, set_floor, set_medium
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
@@ -57,6 +58,7 @@ class World:
         thickness: Least extent of each body, shape (bodies,) [m].
         schedule: When samples are taken.
         sizes: Size of each dimension of the record.
+        assets: Files that the tree names.
     """
 
     model: mujoco.MjModel
@@ -67,6 +69,7 @@ class World:
     thickness: Array
     schedule: Schedule
     sizes: dict[str, int]
+    assets: dict[str, bytes] = field(default_factory=dict, repr=False)
 
     @cached_property
     def record_size(self) -> int:
@@ -119,12 +122,18 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
     plan = _plan(draft)
     _add_state(tree, plan)
     _add_watch(tree)
-    _set_contacts(tree, scenario, len(draft.robots.mass))
-    set_medium(tree, scenario.environment)
+    own = own_geoms(tree, draft.robots)
+    _set_contacts(tree, scenario, len(draft.robots.mass), own)
+    set_medium(tree, scenario.environment, own)
     add_numbers(tree, "escort_plan", plan)
-    model = _compile(tree, draft)
+    models = models_of(draft.robots)
+    assets = {name: content for each in models for name, content in each.assets.items()}
+    add_media(tree, models, scenario.environment)
+    model = _compile(tree, draft, assets)
     thin = thickness(model, draft.bodies.names)
-    return World(model, tree, draft.setup, draft.robots, draft.bodies, thin, draft.schedule, draft.sizes)
+    return World(
+        model, tree, draft.setup, draft.robots, draft.bodies, thin, draft.schedule, draft.sizes, assets
+    )
 
 
 def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None) -> Draft:
@@ -141,7 +150,9 @@ def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None) -> 
         "behavior": len(setup.kinds),
         "coordinate": robots.coordinates + len(setup.movers) * scenario.axes,
         "group": len(bodies.watched),
-    } | truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
+    }
+    sizes |= truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
+    sizes |= drive_sizes(setup.driven)
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule_of(scenario), sizes)
 
 
@@ -167,6 +178,7 @@ def _add_bodies(tree: Element, draft: Draft) -> None:
     radius = scenario.mission.radius
     if scenario.axes == 2:
         set_floor(tree, scenario.environment)
+    add_assets(tree, models_of(draft.robots))
     add_robots(tree, draft.robots, gravity_of(scenario), stages, radius)
     add_obstacles(tree, draft.obstacles, stages, count, radius)
     add_target(tree, scenario, draft.setup.target.position(0.0), stages, count)
@@ -193,11 +205,11 @@ def _add_watch(tree: Element) -> None:
     set_attributes(watch, dim=1, needstage="acc", datatype="real")
 
 
-def _compile(tree: Element, draft: Draft) -> mujoco.MjModel:
+def _compile(tree: Element, draft: Draft, assets: dict[str, bytes]) -> mujoco.MjModel:
     """Compile a tree, and wire it to the controller."""
     movers, faces = len(draft.setup.movers), faces_of(draft.obstacles)
     gravity, names = gravity_of(draft.scenario), draft.bodies.names
-    return compile_addressed(tree, draft.robots, gravity, draft.stages, names, movers, faces)
+    return compile_addressed(tree, draft.robots, gravity, draft.stages, names, movers, faces, assets)
 
 
 def _set_physics(tree: Element, scenario: Scenario) -> None:
@@ -213,8 +225,8 @@ def _set_physics(tree: Element, scenario: Scenario) -> None:
     set_attributes(section(option, "flag"), autoreset="disable")
 
 
-def _set_contacts(tree: Element, scenario: Scenario, count: int) -> None:
-    """Set friction of what touches, and room for the contacts of a crowd of so many robots.
+def _set_contacts(tree: Element, scenario: Scenario, count: int, own: set[Element]) -> None:
+    """Set friction of what touches, but for geoms with their own, and room for the contacts of a crowd.
 
     MuJoCo's own guess of the room, for 1000 robots 0.5 GB and for 5000 9 GB, is that of Newton's method.
     """
@@ -225,7 +237,7 @@ def _set_contacts(tree: Element, scenario: Scenario, count: int) -> None:
     contacts = contact_physics(scenario)
     if not contacts.friction:
         for geom in tree.iter("geom"):
-            if geom.get("name") != "floor":
+            if geom.get("name") != "floor" and geom not in own:
                 set_attributes(geom, condim=FRICTIONLESS)
     if contacts.solver == "cg" and count >= CROWD:
         set_attributes(section(tree, "size"), memory=f"{ARENA + ARENA_PER_ROBOT * count}K")

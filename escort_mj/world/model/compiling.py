@@ -29,6 +29,7 @@ def compile_addressed(
     names: Sequence[str],
     movers: int,
     faces: NDArray[np.float64],
+    assets: dict[str, bytes],
 ) -> mujoco.MjModel:
     """Compile a tree into a model that carries its addresses.
 
@@ -43,6 +44,7 @@ def compile_addressed(
         names: Of the bodies that can touch.
         movers: How many of these move by themselves.
         faces: Of those that are meshes, see `faces_of`.
+        assets: Files that the tree names.
 
     Raises:
         PluginError: If MuJoCo refuses a body that a plugin brings.
@@ -51,29 +53,29 @@ def compile_addressed(
     axes = sum(len(stage.directions) for stage in stages)
     room = np.zeros(addresses_size(robots, axes, names, movers, geoms, len(faces)))
     elements = add_numbers(tree, "escort_addresses", room)
-    model = _first_compiled(tree, robots)
+    model = _first_compiled(tree, robots, assets)
     addresses = _normal(find_addresses(model, robots, gravity, stages, names, faces))
     for element in elements:
         section(tree, "custom").remove(element)
     add_numbers(tree, "escort_addresses", addresses)
     more = [add_start(tree, model, robots, gravity), _add_memory(tree, model), len(addresses) != len(room)]
     if any(more):
-        return _compiled(tree)
+        return _compiled(tree, assets)
     model.numeric_data[-len(addresses) :] = addresses
     return model
 
 
-def _compiled(tree: Element) -> mujoco.MjModel:
+def _compiled(tree: Element, assets: dict[str, bytes]) -> mujoco.MjModel:
     """The model of a tree, without its textures: to make them takes longer than all the rest.
 
     Raises:
         ScenarioError: If MuJoCo refuses it, as numbers that its reader does not take.
     """
-    assets = section(tree, "asset")
-    place = list(tree).index(assets)
+    named = section(tree, "asset")
+    place = list(tree).index(named)
     bare = Element("asset")
-    for element in assets:
-        if element.get("texture"):
+    for element in named:
+        if element.get("texture") or len(element):
             element = Element(
                 element.tag, {key: element.attrib[key] for key in element.keys() if key != "texture"}
             )
@@ -81,22 +83,22 @@ def _compiled(tree: Element) -> mujoco.MjModel:
             bare.append(element)
     tree[place] = bare
     try:
-        return mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"))
+        return mujoco.MjModel.from_xml_string(ElementTree.tostring(tree, "unicode"), assets)
     except ValueError as error:
         words = " ".join(str(error).split())
         raise ScenarioError([Fault(f"MuJoCo refuses the world: {words}")]) from None
     finally:
-        tree[place] = assets
+        tree[place] = named
 
 
-def _first_compiled(tree: Element, robots: Placement) -> mujoco.MjModel:
+def _first_compiled(tree: Element, robots: Placement, assets: dict[str, bytes]) -> mujoco.MjModel:
     """The same, the first time.
 
     Raises:
         PluginError: If MuJoCo refuses a body that a plugin brings.
     """
     try:
-        return _compiled(tree)
+        return _compiled(tree, assets)
     except ScenarioError as error:
         own = next((kind.kind for kind in robots.kind if kind.mjcf), None)
         if own is None:

@@ -15,13 +15,16 @@ from escort_mj.control.custom.place import place_of
 from escort_mj.errors import PluginError
 from escort_mj.mjcf import child_named, copied, section, set_attributes
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
+from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.signals import axis_names
 from escort_mj.world.model.parts import part_of
+from escort_mj.world.model.robot.placing import add_model, start_model
 from escort_mj.world.stages import IN_SPACE, THIN, Stage, robot_steps
 
 Array = NDArray[np.float64]
 
+HULL_OPACITY = 0.12  # of the sphere around robots that show themselves
 RAIL = [0.72, 0.74, 0.77, 1.0]
 JOINTS = ("joint", "freejoint")
 COORDINATES = {"freejoint": FREE_COORDINATES, "free": FREE_COORDINATES, "ball": 4}  # of others 1
@@ -60,7 +63,12 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: 
         Whether there is one.
     """
     speeds, activations = np.zeros(model.nv), np.zeros(model.na)
+    pose, controls = model.qpos0.copy(), np.zeros(model.nu)
     for i, (kind, velocity) in enumerate(zip(robots.kind, robots.velocity, strict=True)):
+        if isinstance(kind, ModeledKind):
+            own = kind.robot(float(robots.mass[i]), float(robots.radius[i]))
+            start_model(model, own, f"robot_{i + 1}", velocity, pose, speeds, controls)
+            continue
         dof = model.jnt_dofadr[model.body(f"robot_{i + 1}").jntadr[0]]
         speeds[dof : dof + len(velocity)] = velocity
         if kind.rolls:
@@ -69,10 +77,12 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: 
             for motor in _free_motors(robots, i, gravity):
                 if motor.limits is not None:
                     activations[model.actuator(f"robot_{i + 1}_{motor.name}").actadr[0]] = motor.start
-    moving = bool(speeds.any() or activations.any())
+    moving = bool(speeds.any() or activations.any() or controls.any() or (pose != model.qpos0).any())
     if moving:
         key = SubElement(section(tree, "keyframe"), "key", name="start")
-        set_attributes(key, qpos=model.qpos0, qvel=speeds, act=activations)
+        set_attributes(key, qpos=pose, qvel=speeds, act=activations)
+        if controls.any():
+            set_attributes(key, ctrl=controls)
     return moving
 
 
@@ -82,6 +92,10 @@ def _add_body(
     """One body of a robot with its motors; every body has all of the robot's mass."""
     kind, radius = robots.kind[i], float(robots.radius[i])
     name = f"robot_{i + 1}{stage.suffix}"
+    if isinstance(kind, ModeledKind):
+        hull = [*palette.robot_color(i, len(robots.mass)), HULL_OPACITY]
+        add_model(tree, kind.robot(float(robots.mass[i]), radius), name, place, radius, hull)
+        return
     unused = tuple(set("xyz") - set(stage.directions))
     body = copied(child_named(part_of(kind), "body", "robot"), name, skip=unused)
     section(tree, "worldbody").append(body)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -116,8 +116,14 @@ def set_floor(tree: Element, environment: Environment) -> None:
         set_attributes(geom, condim=6)
 
 
-def set_medium(tree: Element, environment: Environment) -> None:
-    """The medium, whose drag acts on every geom as on the ellipsoid that is as large."""
+def set_medium(tree: Element, environment: Environment, own: Collection[Element] = ()) -> None:
+    """The medium, whose drag acts on every geom as on the ellipsoid that is as large.
+
+    Args:
+        tree: MJCF tree.
+        environment: Says what it is.
+        own: Geoms of robots that are models: drag acts on the boxes that are as heavy as their bodies.
+    """
     medium = environment.medium
     if medium.density == 0.0 and medium.viscosity == 0.0:
         return
@@ -126,4 +132,5 @@ def set_medium(tree: Element, environment: Environment) -> None:
     set_attributes(section(tree, "option"), density=medium.density, viscosity=medium.viscosity, wind=wind)
     for body in tree.iter("body"):
         for geom in body.findall("geom"):
-            geom.set("fluidshape", "ellipsoid")
+            if geom not in own:
+                geom.set("fluidshape", "ellipsoid")

@@ -1,0 +1,210 @@
+"""Robots whose body and actuators are a whole MJCF model: what is read of one, and the base of such kinds."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any, ClassVar, Literal, NamedTuple, cast
+from xml.etree.ElementTree import Element
+
+from pydantic import Field, PositiveFloat
+
+from escort_mj.components.parameters import Parameters
+from escort_mj.robots.attitude import Craft
+from escort_mj.robots.drive import THRUST, DriveModel
+from escort_mj.robots.kind import RobotKind
+
+READER = "escort_mj.world.model.robot.reading"
+"""Module that reads models. Kinds know no simulator: it is found when a model is first asked for."""
+HOVER = 0.5  # m, height above the floor of planar missions, below its hull
+
+
+class DriveKeys(Parameters):
+    """How a robot is driven, where it differs from what is found in the model."""
+
+    kind: Literal["force", "thrust", "steer", "wheels", "omni", "velocity"] | None = None
+    """Kind of drive; null: found from the effect of each actuator."""
+    point: PositiveFloat | None = None
+    """`wheels` and `steer`: distance of the point that the law controls ahead of the axle or the center of
+    mass [m]; null: half the track, or the radius of gyration."""
+    tilt_limit: float | None = Field(default=None, gt=0, le=1.4)
+    """`thrust`: largest commanded tilt [rad]; null: what can be reached in half a second, at most 0.7."""
+    attitude_frequency: float | None = Field(default=None, gt=0, le=1e3)
+    """Natural frequency of the attitude loop [rad/s]; null: found from torques and moments of inertia."""
+
+
+class Source(NamedTuple):
+    """An MJCF model before it is read.
+
+    Attributes:
+        text: The MJCF, if it is not in a file.
+        file: Where it is, else empty.
+        folder: What it and all that it names is inside of; empty where `sha256` vouches for them.
+        sha256: Digest that the content must have; empty for any.
+        body: Name of the base; empty to find it.
+        drive: As JSON, see `DriveKeys`.
+        name: What messages call it.
+    """
+
+    text: str = ""
+    file: str = ""
+    folder: str = ""
+    sha256: str = ""
+    body: str = ""
+    drive: str = "{}"
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class RobotModel:
+    """A robot read from MJCF, as one copy of it stands in its file.
+
+    Attributes:
+        root: The body that everything of the robot hangs on, names as in the file, defaults written out.
+        sections: Its assets, actuators, sensors, tendons, equalities and contacts, likewise, by section.
+        assets: Content of the files that assets name.
+        text: MJCF that can be read again, with the assets beside it.
+        digest: SHA-256 of all of it.
+        coordinates: Number of generalized positions.
+        freedoms: Number of generalized velocities.
+        actuators: Number of actuators.
+        mass: Of all of it [kg].
+        inertia: About the center of mass, along the base's axes, shape (3,) [kg m^2].
+        radius: Of the least sphere about the controlled point that contains what can touch [m].
+        start: Controlled point in the file's start pose, shape (3,) [m].
+        stands: Whether it rests on the floor.
+        lifted: How far it is put up so that it does [m].
+        place: Of the outermost body there: position and orientation, shape (7,).
+        qpos: The start pose of its joints.
+        way: Generalized velocities for a velocity of 1 of the controlled point, shape (freedoms, 3).
+        ctrl: Controls there.
+        drive: What drives it.
+        medium: Density and viscosity that the file asks for [kg/m^3, Pa s].
+        left: What is not taken from the file, in words.
+    """
+
+    root: Element = field(repr=False)
+    sections: Mapping[str, Sequence[Element]] = field(repr=False)
+    assets: Mapping[str, bytes] = field(repr=False)
+    text: str = field(repr=False)
+    digest: str
+    coordinates: int
+    freedoms: int
+    actuators: int
+    mass: float
+    inertia: tuple[float, ...]
+    radius: float
+    start: tuple[float, ...]
+    stands: bool
+    lifted: float
+    place: tuple[float, ...]
+    qpos: tuple[float, ...]
+    way: tuple[tuple[float, ...], ...]
+    ctrl: tuple[float, ...]
+    drive: DriveModel
+    medium: tuple[float, float] = (0.0, 0.0)
+    left: tuple[str, ...] = ()
+
+    @property
+    def force_limit(self) -> float | None:
+        """Largest force along any axis that is always to be had [N]; None where servos decide on it."""
+        least = min(self.drive.limits)
+        return least if self.drive.pushes and math.isfinite(least) else None
+
+
+class ModeledKind(RobotKind):
+    """A robot that is a whole MJCF model with actuators of its own.
+
+    A subclass says where the model is, as a file or as text made of its parameters: one body with all that
+    hangs on it, actuators, and a keyframe where it does not start in its default pose.
+    """
+
+    needs_gravity: ClassVar[bool] = True
+    driven: ClassVar[bool] = True
+
+    @abstractmethod
+    def source(self, mass: float, radius: float) -> Source:
+        """Return the model before it is read.
+
+        Args:
+            mass: Of the robot, for kinds that are made to measure [kg].
+            radius: Of its hull, likewise [m].
+
+        Raises:
+            ScenarioError: If there is none.
+        """
+
+    def robot(self, mass: float, radius: float) -> RobotModel:
+        """Return the model, read once in a process; arguments as of `source`.
+
+        Raises:
+            RobotError: If it cannot be read, or cannot be driven.
+        """
+        return known(self.source(mass, radius))
+
+    @property
+    def flies(self) -> bool:  # type: ignore[override]
+        """Whether thrust holds its weight."""
+        return self.robot(1.0, 0.2).drive.mode == THRUST
+
+    @property
+    def most_axes(self) -> int:  # type: ignore[override]
+        """Three for what rises by itself, else two."""
+        return 3 if self.robot(1.0, 0.2).drive.lifts else 2
+
+    def coordinates(self, axes: int) -> int:
+        """Return its number of generalized positions."""
+        return self.robot(1.0, 0.2).coordinates
+
+    def motors(self, axes: int) -> int:
+        """Return 0: its actuators have their gains from the model."""
+        return 0
+
+    def actuators(self, axes: int) -> int:
+        """Return the number of its actuators, those included that hold still."""
+        return self.robot(1.0, 0.2).actuators
+
+    def height(self, radius: float) -> float:
+        """Return the height of its hull's center above the floor of a planar mission [m]."""
+        model = self.robot(1.0, radius)
+        return radius if model.stands else radius + HOVER
+
+    def lift(self, mass: float, gravity: Sequence[float]) -> tuple[float, ...]:
+        """Return the force against its weight, world frame, shape (3,) [N]; 0 where something bears it."""
+        model = self.robot(mass, 0.2)
+        if not model.drive.lifts:
+            return (0.0, 0.0, 0.0)
+        return tuple(-model.mass * pull for pull in gravity)
+
+    def craft(self, mass: float, radius: float, gravity: Sequence[float], height: float) -> Craft | None:
+        """Return what attitude loop and height control know of it; None where it has neither."""
+        craft = self.drive_model(mass, radius).craft
+        return None if craft is None else craft._replace(height=height)
+
+    def drive_model(self, mass: float, radius: float) -> DriveModel:
+        """Return its drive."""
+        return self.robot(mass, radius).drive
+
+
+_known: dict[Source, RobotModel] = {}
+
+
+def known(source: Source, model: RobotModel | None = None) -> RobotModel:
+    """Return a model, which is read once in a process.
+
+    Args:
+        source: Where it is.
+        model: What was read already, under another name.
+
+    Raises:
+        RobotError: If it cannot be read, or cannot be driven.
+    """
+    if model is not None:
+        _known[source] = model
+    elif source not in _known:
+        reading: Any = import_module(READER)
+        _known[source] = cast(RobotModel, reading.read(source))
+    return _known[source]

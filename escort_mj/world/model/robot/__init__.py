@@ -1,0 +1,1 @@
+"""Robots from MJCF of others: their files, their bodies in a flat tree, and what their actuators do."""

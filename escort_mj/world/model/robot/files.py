@@ -1,0 +1,148 @@
+"""The files of a robot's model: MJCF with all that it includes, and the assets that it names."""
+
+from __future__ import annotations
+
+import hashlib
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import NamedTuple
+from xml.etree.ElementTree import Element
+
+from escort_mj.errors import RobotError
+from escort_mj.robots.modeled import Source
+from escort_mj.scenario.findings import did_you_mean, shortened
+
+MOST_TEXT, MOST_ASSET = 5_000_000, 50_000_000  # bytes of MJCF, and of one asset
+MOST_DEPTH = 20  # of includes
+FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
+FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
+REFUSED = ("plugin", "flexcomp", "flex", "skin", "hfield", "extension", "deformable")
+PLACE = "assets"
+"""Folder of the assets beside a model that is written."""
+
+
+class Files(NamedTuple):
+    """A robot's model with everything that it needs.
+
+    Attributes:
+        root: MJCF without includes; assets name files in `PLACE`.
+        assets: Their content, by these names.
+        digest: SHA-256 of all of it.
+    """
+
+    root: Element
+    assets: dict[str, bytes]
+    digest: str
+
+
+def read_files(source: Source) -> Files:
+    """Return a model's files.
+
+    Raises:
+        RobotError: If one is missing, too large, not what it should be, or outside of the folder.
+    """
+    name = source.name or source.file
+    if source.file:
+        file = Path(source.file)
+        root = _parsed(file, _content(file, source, MOST_TEXT, file.name), name)
+        _include(root, file.parent, source, (file.resolve(),))
+    else:
+        file = Path()
+        root = _parsed(file, source.text.encode(), name)
+    if found := next((each for each in root.iter() if each.tag in REFUSED), None):
+        raise RobotError(f"{name}: found <{found.tag}>; a robot has bodies, geoms, joints and actuators")
+    assets = _assets(root, file.parent, source)
+    digest = hashlib.sha256(ElementTree.tostring(root))
+    for each in sorted(assets):
+        digest.update(each.encode())
+    return Files(root, assets, digest.hexdigest())
+
+
+def _content(file: Path, source: Source, most: int, written: str) -> bytes:
+    """Content of a file of the model."""
+    where = source.name or source.file
+    if source.folder and not file.resolve().is_relative_to(Path(source.folder).resolve()):
+        raise RobotError(f"{where}: {shortened(written)} leads out of the scenario's folder")
+    try:
+        if file.stat().st_size > most:
+            size = f"{file.stat().st_size / 1e6:.0f} MB"
+            raise RobotError(f"{where}: {shortened(written)} has {size}; allowed are {most / 1e6:.0f} MB")
+        return file.read_bytes()
+    except FileNotFoundError:
+        beside = [each.name for each in file.parent.glob(f"*{file.suffix}")] if file.parent.is_dir() else []
+        guess = did_you_mean(file.name, beside)
+        raise RobotError(f"{where}: {shortened(written)}: there is no such file{guess}") from None
+    except (OSError, ValueError) as error:
+        words = getattr(error, "strerror", None) or error
+        raise RobotError(f"{where}: {shortened(written)}: cannot be read: {words}") from None
+
+
+def _parsed(file: Path, content: bytes, name: str) -> Element:
+    """The root of an MJCF file; entities of its own are refused."""
+    where = f"{name} ({file.name})" if file.name and not name.endswith(file.name) else name
+    if b"<!ENTITY" in content or b"<!DOCTYPE" in content:
+        raise RobotError(f"{where}: found a document type; MJCF has none")
+    try:
+        root = ElementTree.fromstring(content)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise RobotError(f"{where}: this is not XML: {error}") from None
+    if root.tag not in ("mujoco", "mujocoinclude"):
+        hint = "; URDF is converted by MuJoCo's compiler" if root.tag == "robot" else ""
+        raise RobotError(f"{where}: found <{root.tag}>; a robot is MJCF, <mujoco>{hint}")
+    return root
+
+
+def _include(parent: Element, folder: Path, source: Source, files: tuple[Path, ...]) -> None:
+    """Put what is included in the place of each include; a file's own paths begin at the main file."""
+    for place, child in reversed(list(enumerate(parent))):
+        if child.tag != "include":
+            _include(child, folder, source, files)
+            continue
+        name = source.name or source.file
+        written = child.get("file", "")
+        file = _beside(folder, written, source)
+        if file.resolve() in files or len(files) > MOST_DEPTH:
+            raise RobotError(f"{name}: {shortened(written)} includes itself")
+        included = _parsed(file, _content(file, source, MOST_TEXT, written), name)
+        _include(included, folder, source, (*files, file.resolve()))
+        parent[place : place + 1] = list(included)
+
+
+def _beside(folder: Path, written: str, source: Source) -> Path:
+    """A file that the model names by a relative path."""
+    name = source.name or source.file
+    if not source.file:
+        raise RobotError(f"{name}: names the file {shortened(written)}; this kind of robot has none")
+    if Path(written).is_absolute() or "://" in written:
+        raise RobotError(f"{name}: {shortened(written)}: expected a path relative to the file")
+    return folder / written
+
+
+def _assets(root: Element, folder: Path, source: Source) -> dict[str, bytes]:
+    """Read all assets; each gets a name of its own and a file name that tells its content."""
+    folders: dict[str, str] = {}
+    for compiler in root.iter("compiler"):
+        for key in ("assetdir", "meshdir", "texturedir"):
+            if compiler.get(key) is not None:
+                folders[key] = compiler.attrib.pop(key)
+        if compiler.attrib.pop("strippath", "false") == "true":
+            folders["strippath"] = "true"
+    found: dict[str, bytes] = {}
+    for section in root.iter("asset"):
+        for asset in section:
+            for key in FILES:
+                if (written := asset.get(key)) is None:
+                    continue
+                if "strippath" in folders:
+                    written = Path(written.replace("\\", "/")).name
+                inside = folders.get(FOLDERS.get(asset.tag, ""), folders.get("assetdir", ""))
+                content = _content(
+                    _beside(folder, str(Path(inside) / written), source), source, MOST_ASSET, written
+                )
+                name, mark = Path(written).name, f"{hashlib.sha256(content).hexdigest()[:12]}_"
+                name = name if name.startswith(mark) else mark + name  # a copy is as what it was copied from
+                found[f"{PLACE}/{name}"] = content
+                asset.set(key, f"{PLACE}/{name}")
+                if asset.get("name") is None and key == "file":
+                    asset.set("name", Path(written).stem)
+    return found

@@ -1,0 +1,121 @@
+"""Puts robots that are whole MJCF models into a world: their copies, and their poses at the start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.mjcf import section, set_attributes
+from escort_mj.robots.modeled import ModeledKind, RobotModel
+from escort_mj.scenario.geometry.placement import Placement
+from escort_mj.scenario.schema.environment import Environment
+from escort_mj.world.model.robot.flat import asset_copy, named_copy
+
+Array = NDArray[np.float64]
+
+DIGITS = 8  # of a model's digest before the names of its assets
+
+
+def models_of(robots: Placement) -> list[RobotModel]:
+    """The models of a team, each once."""
+    found = {}
+    for kind, mass, radius in zip(robots.kind, robots.mass, robots.radius, strict=True):
+        if isinstance(kind, ModeledKind):
+            model = kind.robot(float(mass), float(radius))
+            found[model.digest] = model
+    return list(found.values())
+
+
+def add_assets(tree: Element, models: Iterable[RobotModel]) -> None:
+    """Add meshes, materials and textures of models to a tree, under names of their own."""
+    for model in models:
+        section(tree, "asset").extend(
+            asset_copy(each, model.digest[:DIGITS]) for each in model.sections["asset"]
+        )
+
+
+def add_model(
+    tree: Element, model: RobotModel, name: str, place: Array, radius: float, color: Sequence[float]
+) -> None:
+    """Add one robot with all that belongs to it.
+
+    Args:
+        tree: MJCF tree that receives it.
+        model: What to copy.
+        name: Of the robot: its outermost body is called so, and all else begins with it.
+        place: Of the controlled point, shape (3,) [m]; the height of robots on the floor is their own.
+        radius: Of the hull [m].
+        color: Of the hull.
+    """
+    assets, root = model.digest[:DIGITS], str(model.root.get("name"))
+    body = named_copy(model.root, name, assets, root)
+    section(tree, "worldbody").append(body)
+    moved = place - np.array(model.start)
+    if not model.drive.lifts:
+        moved[2] = model.lifted
+    set_attributes(body, pos=np.array(model.place[:3]) + moved, quat=model.place[3:])
+    base = body
+    if model.drive.base:
+        base = next(each for each in body.iter("body") if each.get("name") == f"{name}/{model.drive.base}")
+    hull = SubElement(
+        base, "geom", name=f"{name}_body", type="sphere", contype="0", conaffinity="0", mass="0"
+    )
+    set_attributes(hull, size=radius, pos=model.drive.point, rgba=color)
+    for tag, elements in model.sections.items():
+        if tag != "asset":
+            section(tree, tag).extend(named_copy(each, name, assets, root) for each in elements)
+
+
+def own_geoms(tree: Element, robots: Placement) -> set[Element]:
+    """The geoms of robots that are models: contact and drag are as their files say."""
+    names = {f"robot_{i}" for i, kind in enumerate(robots.kind, 1) if isinstance(kind, ModeledKind)}
+    bodies = [body for body in section(tree, "worldbody") if body.get("name") in names]
+    return {geom for body in bodies for geom in body.iter("geom")}
+
+
+def add_media(tree: Element, models: Sequence[RobotModel], environment: Environment) -> None:
+    """Add the medium that models ask for, unless the scenario says which there is."""
+    if environment.medium.density > 0.0 or environment.medium.viscosity > 0.0 or not models:
+        return
+    density, viscosity = np.max([model.medium for model in models], axis=0)
+    if density > 0.0 or viscosity > 0.0:
+        set_attributes(section(tree, "option"), density=density, viscosity=viscosity)
+
+
+def start_model(
+    model: mujoco.MjModel,
+    robot: RobotModel,
+    name: str,
+    velocity: Array,
+    pose: Array,
+    speeds: Array,
+    controls: Array,
+) -> None:
+    """Write a robot's start pose, motion and controls into those of the world.
+
+    Args:
+        model: The compiled world.
+        robot: What the robot is.
+        name: Of its outermost body.
+        velocity: Of its controlled point, shape (p,) [m/s].
+        pose: Result: generalized positions, shape (nq,).
+        speeds: Result: generalized velocities, shape (nv,).
+        controls: Result: shape (nu,).
+    """
+    root = model.body(name).id
+    joints = np.flatnonzero(model.body_rootid[model.jnt_bodyid] == root)
+    place, dof = int(model.jnt_qposadr[joints[0]]), int(model.jnt_dofadr[joints[0]])
+    free = model.jnt_type[joints[0]] == mujoco.mjtJoint.mjJNT_FREE and model.jnt_bodyid[joints[0]] == root
+    own = 7 if free else 0  # of a free joint: where its body stands
+    pose[place + own : place + len(robot.qpos)] = robot.qpos[own:]
+    moving = np.array([*velocity, 0.0])[:3]
+    speeds[dof : dof + robot.freedoms] = np.array(robot.way) @ moving
+    first = next(
+        (number for number in range(model.nu) if model.actuator(number).name.startswith(f"{name}/")), None
+    )
+    if first is not None:
+        controls[first : first + robot.actuators] = robot.ctrl
