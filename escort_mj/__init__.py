@@ -11,7 +11,7 @@ from __future__ import annotations
 TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to import than this package
 
 if TYPE_CHECKING:
-    from escort_mj.api import load_scenario, open_run, run, run_many, start
+    from escort_mj.api import judge, load_scenario, open_run, run, run_many, start
     from escort_mj.api.live import LiveMission
     from escort_mj.api.runs import Run, table
     from escort_mj.api.studies import compare, falsify, reproduce, sweep, tune
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     __version__: str
 
 _HOMES = {
+    "judge": "api",
     "load_scenario": "api",
     "run": "api",
     "run_many": "api",
@@ -50,6 +51,7 @@ __all__ = [
     "ScenarioError",
     "compare",
     "falsify",
+    "judge",
     "load_scenario",
     "open_run",
     "reproduce",

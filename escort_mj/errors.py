@@ -94,8 +94,29 @@ class UsageError(EscortError, ValueError):
     exit_code = 2
 
 
+<<<<<<< HEAD
 class RobotError(UsageError):
     """A robot's model that does not exist, cannot be read, or cannot be driven."""
+=======
+class LogError(UsageError):
+    """A log of real robots that cannot be judged, with all its faults.
+
+    Attributes:
+        faults: All faults, one sentence each.
+    """
+
+    def __init__(self, log: str | os.PathLike[str], faults: Sequence[str]) -> None:
+        self.faults = tuple(faults)
+        place = f"{os.fspath(log)}: "
+        super().__init__("\n".join(one_line(place + fault) for fault in self.faults))
+
+
+class NotLoggedError(EscortError, LookupError):
+    """A signal that a log of real robots does not contain."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"the log does not contain {name}")
+>>>>>>> 1c59406 (escort-mj judge: logs of real robots get a scenario's verdicts, metrics, figures and report)
 
 
 class PluginError(UsageError):

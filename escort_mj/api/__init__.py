@@ -28,7 +28,7 @@ from escort_mj.study.engine.parallel import cores
 if TYPE_CHECKING:
     from escort_mj.api.live import LiveMission
 
-__all__ = ["cases", "fly", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
+__all__ = ["cases", "fly", "judge", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
 
 
 def shipped_scenarios() -> list[str]:
@@ -233,6 +233,58 @@ def open_run(path: str | os.PathLike[str]) -> Run:
         RunFolderError: If the path is not a run folder, or if the run has recorded nothing.
     """
     return Run(read_run(path))
+
+
+def judge(
+    log: str | os.PathLike[str],
+    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+    out: str | os.PathLike[str] | None = None,
+    *,
+    names: Mapping[str, str] | None = None,
+    start: float | None = None,
+    overwrite: bool = False,
+    figures: bool = True,
+    report: bool = False,
+    progress: Progress | None = None,
+) -> Run:
+    """Judge a log of real robots by a scenario.
+
+    Args:
+        log: A CSV, Parquet or MCAP file, or a ROS bag.
+        scenario: What the log is judged by: a scenario, or any source that `load_scenario` accepts.
+        out: Run folder; None keeps the run in memory.
+        names: What bodies (`robot_1` ..., `target`) are called in the log: in columns, or their topics.
+        start: Time stamp of the mission's start [s]; None for the first at which all bodies are logged.
+        overwrite: Whether to replace an existing run in the folder.
+        figures: Whether to write the figures to the run folder.
+        report: Whether to write `report.html` to the run folder.
+        progress: Called periodically with the time that is judged and the duration [s].
+
+    Returns:
+        The run. Verdicts about what the log does not contain have `skip`, the reason.
+
+    Raises:
+        LogError: With all faults of the log.
+        UsageError: If there is no such log, if it cannot be read, or if the folder contains a run that must
+            not be replaced.
+    """
+    from escort_mj.judging.judge import judge_log
+
+    if not isinstance(scenario, Scenario):
+        scenario = load_scenario(scenario)
+    judged = Run(judge_log(Path(log), scenario, names, start, progress))
+    if out is None:
+        return judged
+    judged = judged.save(out, overwrite)
+    if figures:
+        from escort_mj.report.figures.figures import draw_figures
+
+        draw_figures(out)
+    if report:
+        from escort_mj.report.pages.run_page import write_run_page
+
+        write_run_page(out)
+    return judged
 
 
 def run_many(

@@ -14,7 +14,7 @@ from escort_mj.api.shown import ShownPage, ShownVideo
 from escort_mj.errors import UsageError
 from escort_mj.expect.verdicts import Verdict
 from escort_mj.measuring import metric_value
-from escort_mj.mission import Flight, begin_folder
+from escort_mj.mission import NOT_KEPT, Flight, save
 from escort_mj.record.folder import VIDEO, RunFolder, StoredRun
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
@@ -274,16 +274,13 @@ class Run:
         Raises:
             UsageError: If the run has no trace, or if the folder contains another run or other files.
         """
-        from escort_mj.world.model.build import build
-
         source = self._source
         if isinstance(source, StoredRun):
             raise UsageError(f"{source.path}: holds this run already; copy the folder")
         if source.recording is None:
-            raise UsageError("this run's trace was not kept: ask for traces")
+            raise UsageError(NOT_KEPT)
         with RunFolder.create(Path(path), overwrite=overwrite) as folder:
-            begin_folder(folder, source.scenario, build(source.scenario))
-            folder.finish(source.outcome, source.message, source.recording, source.metrics, source.verdicts)
+            save(folder, source)
         return Run(source, folder.path)
 
     def _on_disk(self) -> Path:

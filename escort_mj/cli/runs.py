@@ -88,7 +88,7 @@ def run_command(
     if not as_json:
         (_report_failures if OUTPUT.quiet else _report)(result)
     with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
-        written = _draw(folder.path, figures, video, report)
+        written = draw(folder.path, figures, video, report)
     finish(
         "run",
         as_json,
@@ -222,7 +222,7 @@ def schema_command(
     typer.echo(handbook(kind) if markdown else json.dumps(json_schema(kind), indent=2))
 
 
-def _draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
+def draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
     """Draw the requested files, and return the contents of the folder."""
     written = ["scenario.yaml", "resolved.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
     with drawing_video(folder) if video else nullcontext(lambda: False) as rendered:

@@ -8,8 +8,8 @@ import numpy as np
 
 from escort_mj.environments.simulation import Simulation
 from escort_mj.errors import UsageError
-from escort_mj.mission import labels_of
 from escort_mj.report.video.live import TRAIL, Painter, Picture, Subject
+from escort_mj.world.labels import labels_of
 
 SIZE = 640, 360  # width and height [pixel]
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.control.custom.place import place_of
-from escort_mj.expectations.expectation import Expectation, Judgment
+from escort_mj.errors import NotLoggedError
+from escort_mj.expectations.expectation import Expectation, Judgment, not_judged
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.metrics.metric import in_words
 from escort_mj.numerics.steps import first_step, last_step
@@ -99,7 +100,8 @@ def judge_one(
         demanded, found, broken = _demanded(expectation), Judgment(True, f"not judged: {skip}"), False
     else:
         demanded, found, broken = _judged(expectation, trace, outcome)
-        found = _unless_unseen(expectation, found, trace, outcome)
+        skip = found.skip
+        found = found if skip else _unless_unseen(expectation, found, trace, outcome)
     known = "" if skip else expectation.xfail or ""
     message = f"{expectation.subject} {demanded}: {found.words}"
     if known:
@@ -144,6 +146,8 @@ def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tupl
         found = expectation.judge_run(trace, outcome)
         if not isinstance(found, Judgment):
             raise TypeError(f"judge returned {type(found).__name__}; expected a Judgment")
+    except NotLoggedError as error:
+        return demanded, not_judged(str(error)), False
     except Exception as error:
         kind = type(expectation)
         function = kind.judge_run if kind.judge is Expectation.judge else kind.judge

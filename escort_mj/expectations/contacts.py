@@ -10,12 +10,13 @@ import numpy as np
 from pydantic import NonNegativeFloat, NonNegativeInt
 
 from escort_mj.expectations.bound import NEAR, Limits, circumstances, order_faults, text_of
-from escort_mj.expectations.expectation import Fault, Judgment, Sides, Windowed
+from escort_mj.expectations.expectation import Fault, Judgment, Sides, Windowed, not_judged
 from escort_mj.expectations.sides import sides
 from escort_mj.expectations.touches import least_clearance, touches, unseen_by_mujoco
 from escort_mj.metrics.contacts import FORCELESS, contacts_untold
 from escort_mj.metrics.metric import Measure
 from escort_mj.record.episodes import by_geometry, pair
+from escort_mj.record.recording import is_log
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
@@ -58,7 +59,10 @@ class ContactExpectation(Windowed):
         """Whether the touches of the window are within all bounds; the one with the least room counts."""
         part, named = window(trace, *self.window), self.named_sides
         met = touches(trace, named, *self.window)
-        worst = min((_touch(key, bound, met) for key, bound in self._bounds()), key=_room)
+        each = [_touch(key, bound, met) for key, bound in self._bounds()]
+        worst = min((found for found in each if not found.skip), key=_room, default=each[0])
+        if worst.held and (unknown := next((found for found in each if found.skip), None)):
+            return unknown
         if not worst.held or not part.sizes["time"]:
             return worst
         if untold := contacts_untold(part).value:
@@ -130,7 +134,7 @@ def _touch(key: str, bound: Limits, met: Recorded) -> Judgment:
         margin = bound.margin(0.0)
         return Judgment(margin >= 0.0, "none", 0.0, unit, margin=margin)
     if unit in ("N", "N s") and by_geometry(met).any():
-        return Judgment(False, FORCELESS, unit=unit)
+        return not_judged(FORCELESS) if is_log(met) else Judgment(False, FORCELESS, unit=unit)
     worst = int(np.argmax(met[name].values)) if name else 0
     value = float(met[name].values[worst]) if name else float(count)
     at = "episode_peak_time" if key in ("peak_force", "penetration") else "episode_start"

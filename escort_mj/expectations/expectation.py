@@ -33,6 +33,7 @@ class Judgment(NamedTuple):
         bodies: Names of the bodies that had it, such as `robot_1`.
         margin: Distance from the bound, negative beyond it.
         near_miss: It held, but barely.
+        skip: Why it cannot be judged; empty where it was.
     """
 
     held: bool
@@ -43,6 +44,12 @@ class Judgment(NamedTuple):
     bodies: tuple[str, ...] = ()
     margin: float | None = None
     near_miss: bool = False
+    skip: str = ""
+
+
+def not_judged(why: str) -> Judgment:
+    """A finding that is none: neither passed nor failed."""
+    return Judgment(True, f"not judged: {why}", skip=why)
 
 
 class Expectation(Parameters):

@@ -7,9 +7,10 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Literal
 
 from escort_mj.expectations.bound import Limits, held_against, order_faults
-from escort_mj.expectations.expectation import Fault, Judgment, Windowed
+from escort_mj.expectations.expectation import Fault, Judgment, Windowed, not_judged
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric
+from escort_mj.record.recording import is_log
 
 OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")
 
@@ -32,7 +33,10 @@ class MetricExpectation(Windowed):
 
     def judge(self, trace: Any) -> Judgment:
         """Whether the metric is within its bounds."""
-        return held_against(self.definition.of(trace), self.in_unit, self._bounds())
+        found = self.definition.of(trace)
+        if found.value is None and not found.broken and is_log(trace):
+            return not_judged(found.reason)
+        return held_against(found, self.in_unit, self._bounds())
 
     @property
     def subject(self) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from escort_mj.expectations.expectation import Expectation, Judgment
+from escort_mj.expectations.expectation import Expectation, Judgment, not_judged
+from escort_mj.record.recording import is_log
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
@@ -22,6 +23,8 @@ class OutcomeExpectation(Expectation):
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the run ended so."""
+        if is_log(trace) and self.outcome != "completed":
+            return not_judged("only a simulation can end so")
         words = outcome.value if outcome.good else f"{outcome.value}, {outcome.meaning}"
         time = float(trace["time"][-1]) if trace.sizes["time"] and not outcome.good else None
         return Judgment(outcome.value == self.outcome, words, time=time)

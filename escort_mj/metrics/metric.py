@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from escort_mj.control.custom.place import place_of
+from escort_mj.errors import NotLoggedError
 from escort_mj.record.recording import sealed
 
 if TYPE_CHECKING:
@@ -93,6 +94,8 @@ class Metric(NamedTuple):
             if found is None:
                 return Measure(None, reason=f"{self.name} says nothing of this run")
             return Measure(float(found))
+        except NotLoggedError as error:
+            return Measure(None, reason=str(error))
         except Exception as error:
             return Measure(None, reason=place_of(error, self.function), broken=True)
 

@@ -2,45 +2,46 @@
 
 from __future__ import annotations
 
-import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, cached_property
-from importlib.metadata import version
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import stopping
-from escort_mj.behaviors import AvoidObstacles
 from escort_mj.errors import EscortError, UsageError
 from escort_mj.expect.verdicts import Verdict, judge
 from escort_mj.measuring import measures_of, summarize
 from escort_mj.metrics.metric import Measure
 from escort_mj.monitor.signals import START
 from escort_mj.native.on_demand import waited
-from escort_mj.native.shipped import numba_version
 from escort_mj.record.episodes import NONE
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable, record
+<<<<<<< HEAD
 from escort_mj.record.revision import git_revision
 from escort_mj.record.stored import ASSETS
+=======
+>>>>>>> 1c59406 (escort-mj judge: logs of real robots get a scenario's verdicts, metrics, figures and report)
 from escort_mj.scenario import dump_scenario
-from escort_mj.scenario.geometry.bodies import obstacle_names
-from escort_mj.scenario.geometry.crowd import contact_physics
-from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.dump import short_dump
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
+<<<<<<< HEAD
 from escort_mj.world.model.build import World, build
 from escort_mj.world.model.robot.placing import models_of
 from escort_mj.world.plant import Mark, Plant, mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
+=======
+from escort_mj.world.labels import labels_of
+from escort_mj.world.model.build import Seen, World, build
+from escort_mj.world.plant import Mark, Plant
+>>>>>>> 1c59406 (escort-mj judge: logs of real robots get a scenario's verdicts, metrics, figures and report)
 
 if TYPE_CHECKING:
     import xarray
@@ -68,8 +69,7 @@ class Room:
 
 BLOCK = 256  # samples between two looks at the state's health
 LARGEST = 1e10  # control that MuJoCo takes (mjMAXVAL) [N]
-FORCES = "MuJoCo's, and 0 where geometry alone finds a touch: of a led target with what stands"
-NO_FORCES = "none: beyond three axes bodies go through one another, and forces of episodes are 0"
+NOT_KEPT = "this run's trace was not kept: ask for traces"
 DIVERGED_BEYOND = 10.0  # times the mission's radius or the farthest start, whichever is larger
 
 
@@ -85,6 +85,7 @@ class Flight:
         measures: The value of every metric, as it was found.
         metrics: The same as metrics.json has them, with units.
         verdicts: What was expected, and whether it held.
+        seen: What was seen of real robots; None for a simulation.
     """
 
     scenario: Scenario
@@ -94,6 +95,7 @@ class Flight:
     measures: dict[str, Measure] = field(repr=False)
     metrics: dict[str, Any] = field(repr=False)
     verdicts: list[Verdict]
+    seen: Seen | None = None
 
     @cached_property
     def trace(self) -> xarray.Dataset:
@@ -103,7 +105,7 @@ class Flight:
             UsageError: If it was not kept.
         """
         if self.recording is None:
-            raise UsageError("this run's trace was not kept: ask for traces")
+            raise UsageError(NOT_KEPT)
         return self.recording.to_dataset()
 
     @property
@@ -178,7 +180,36 @@ def conclude(
     world = plant.world
     recording = record(samples, world.sizes, labels_of(scenario, world), episodes)
     recording.attrs["mujoco_warnings"] = sum(plant.warnings().values())
-    steps = round(float(samples[-1, TIME]) / scenario.physics.timestep) + 1 if len(samples) else 0
+    run = sum_up(scenario, recording, outcome, message, wall)
+    if folder is not None:
+        folder.finish(outcome, message, recording, run.metrics, run.verdicts)
+    return run
+
+
+def save(folder: RunFolder, run: Flight) -> None:
+    """Write a run in memory into a folder.
+
+    Raises:
+        UsageError: If its trace was not kept.
+    """
+    if run.recording is None:
+        raise UsageError(NOT_KEPT)
+    begin_folder(folder, run.scenario, build(run.scenario, seen=run.seen))
+    folder.finish(run.outcome, run.message, run.recording, run.metrics, run.verdicts)
+
+
+def sum_up(scenario: Scenario, recording: Recording, outcome: Outcome, message: str, wall: float) -> Flight:
+    """Find metrics and verdicts of a recording.
+
+    Args:
+        scenario: What was run.
+        recording: Every recorded signal.
+        outcome: How it ended.
+        message: The same in words.
+        wall: Time that it took [s].
+    """
+    times = recording["time"].values
+    steps = round(float(times[-1]) / scenario.physics.timestep) + 1 if len(times) else 0
     known = catalog_of(scenario).metrics
     wanted = {one.subject for one in scenario.expect}
     measures = measures_of(recording, known, wanted)
@@ -189,10 +220,7 @@ def conclude(
         outcome, message = Outcome.FAILED, f"a plugin raised an error after the run: {errors[0]}"
         verdicts = judge(scenario.expect, recording, outcome)
     metrics = summarize(measures, recording, outcome, steps=steps, wall_time=wall, metrics=known)
-    run = Flight(scenario, outcome, message, recording, measures, metrics, verdicts)
-    if folder is not None:
-        folder.finish(outcome, message, recording, metrics, verdicts)
-    return run
+    return Flight(scenario, outcome, message, recording, measures, metrics, verdicts)
 
 
 def failed(scenario: Scenario, error: Exception) -> Flight:
@@ -334,67 +362,3 @@ def _excess(block: Array, plant: Plant) -> str:
     row, robot = rows[0], robots[0]
     law, force = plant.world.setup.law.law, demanded[row, robot]
     return f"; the law {law} demanded {force:.3g} N of robot {robot + 1} at {block[row, TIME]:.2f} s"
-
-
-def _outlines(scenario: Scenario) -> list[list[list[float]]]:
-    """Points around each obstacle, relative to its center, for pictures; none where all are spheres."""
-    bodies = obstacles_of(scenario)
-    if all(body.is_sphere for body in bodies):
-        return []
-    return [outline(body.solid, scenario.axes).tolist() for body in bodies]
-
-
-def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
-    """What the trace says of the mission beside its signals."""
-    setup = world.setup
-    neighbors, spacing = setup.edges
-    avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
-    return {
-        "bodies": world.bodies.names,
-        "body_groups": world.bodies.groups,
-        "body_motions": world.bodies.motions,
-        "body_thickness": world.thickness.tolist(),
-        "groups": world.bodies.watched,
-        "obstacles": obstacle_names(scenario),
-        "behaviors": setup.kinds,
-        "robot_mass": world.team.mass.tolist(),
-        "robot_radius": setup.robot_radius.tolist(),
-        "obstacle_radius": setup.obstacle_radius.tolist(),
-        "obstacle_outline": _outlines(scenario),
-        "force_limit": setup.force_limit.tolist(),
-        "neighbors": (neighbors + 1).tolist(),
-        "spacing": spacing.tolist(),
-        "attributes": {
-            "title": scenario.name,
-            "description": scenario.description,
-            "law": scenario.controller.law,
-            "seed": scenario.seed,
-            "timestep": scenario.physics.timestep,
-            "contact_physics": str(contact_physics(scenario)),
-            "contact_forces": FORCES if scenario.axes <= IN_SPACE else NO_FORCES,
-            **surroundings(world),
-            "mission_radius": scenario.mission.radius,
-            "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
-            "safe_distance": avoid.safe_distance if avoid else 0.0,
-            "safe_distance_measure": avoid.measure if avoid else "none",
-            "height": world.team.height if scenario.axes == 2 else 0.0,
-            "target_radius": scenario.target.radius,
-            "least_energy": setup.least_energies or None,
-            **_versions(),
-            **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},
-            "version_git_revision": git_revision(),
-        },
-    }
-
-
-@cache
-def _versions() -> dict[str, str]:
-    """What took part in a run, asked of the installation once for a process."""
-    return {
-        "version_escort_mj": version("escort-mj"),
-        "version_mujoco": mujoco_version(),
-        "version_numpy": np.__version__,
-        "version_numba": numba_version(),
-        "version_python": platform.python_version(),
-        "version_platform": platform.platform(),
-    }

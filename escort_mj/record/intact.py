@@ -12,6 +12,7 @@ import numpy as np
 
 from escort_mj.errors import RunFolderError
 from escort_mj.monitor.signals import CAUSES, GROUPS
+from escort_mj.record.recording import not_logged
 from escort_mj.signals import EPISODE, LYAPUNOV, SIGNALS, TRUTH
 
 if TYPE_CHECKING:
@@ -150,8 +151,9 @@ def _value_faults(trace: xarray.Dataset) -> Iterator[str]:
     lost = int((trace["lost"].values > 0).sum(axis=1).max(initial=0))
     if len(least) and (least.dtype.kind not in "fiu" or len(least) <= lost):
         yield f"the attribute least_energy is {trace.attrs['least_energy']!r} with {lost} robots lost"
+    missing = not_logged(trace)
     for signal in (*(one for one in SIGNALS[1:] if not one.channel), *EPISODE):
-        if signal.name in trace and np.isnan(trace[signal.name].values).any():
+        if signal.name in trace and signal.name not in missing and np.isnan(trace[signal.name].values).any():
             yield f"{signal.name} has values that are not numbers"
     for name in ("q", "v", "q_d", "target_position", "force", "tau", "qpos", "robot_radius", "robot_mass"):
         if np.abs(trace[name].values).max(initial=0.0) > LARGEST:

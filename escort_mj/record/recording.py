@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.errors import NotLoggedError
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.episodes import NONE, episode_variables
 from escort_mj.signals import SIGNALS, TRUTH, axis_names, record_size
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+LOG, NOT_LOGGED = "log", "not_logged"
+"""Attributes of a log of real robots: its file, and the names of the signals that it does not contain."""
 CONVENTIONS = "CF-1.11"  # for names of attributes and units; names of signals are the project's own
 
 
@@ -83,6 +86,8 @@ class Recording:
     data_vars: Mapping[Hashable, Variable] = field(repr=False)
 
     def __getitem__(self, name: str) -> Variable:
+        if name not in self and name in not_logged(self):
+            raise NotLoggedError(name)
         return self.data_vars[name] if name in self.data_vars else self.coords[name]
 
     def __contains__(self, name: object) -> bool:
@@ -135,13 +140,29 @@ def _stretch(places: NDArray[Any]) -> Any:
     return slice(first, last + 1) if last - first + 1 == len(inside) else places
 
 
+def is_log(trace: Recorded) -> bool:
+    """Whether a trace is a log of real robots."""
+    return LOG in trace.attrs
+
+
+def not_logged(trace: Recorded) -> frozenset[str]:
+    """Names of the signals that a log of real robots does not contain; its trace has NaN or 0 there."""
+    return frozenset(str(trace.attrs.get(NOT_LOGGED, "")).split())
+
+
 def sealed(trace: Recorded) -> Recording:
-    """Return the same trace as plain arrays, no part of which can be changed: what metrics are shown."""
+    """Return the same trace as plain arrays, no part of which can be changed: what metrics are shown.
+
+    Signals that a log of real robots does not contain are left out: reading them raises `NotLoggedError`.
+    """
     if not isinstance(trace, Recording):
         attributes = {str(key): value for key, value in trace.attrs.items()}
         trace = Recording(attributes, _plain(trace.coords), _plain(trace.data_vars))
     if isinstance(trace.data_vars, MappingProxyType):
         return trace
+    if missing := not_logged(trace):
+        known = {name: one for name, one in trace.data_vars.items() if name not in missing}
+        trace = replace(trace, data_vars=known)
     attrs: Any = MappingProxyType(trace.attrs)
     return replace(
         trace,

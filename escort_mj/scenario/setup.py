@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from escort_mj.behaviors import Behavior, Chords, Vertices
-from escort_mj.control.setup import Mover, Setup
+from escort_mj.control.setup import FunctionOfTime, Mover, Setup
 from escort_mj.control.supervisor import Phase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
@@ -21,15 +21,18 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import sensors
 
 
-def controller_setup(scenario: Scenario, robots: Placement | None = None) -> Setup:
+def controller_setup(
+    scenario: Scenario, robots: Placement | None = None, target: FunctionOfTime | None = None
+) -> Setup:
     """What the controller is told about a mission.
 
     Args:
         scenario: A checked scenario.
         robots: Its team; drawn from the scenario where None.
+        target: Where its target is; the scenario's where None.
     """
     robots = team(scenario) if robots is None else robots
-    target = target_trajectory(scenario)
+    target = target_trajectory(scenario) if target is None else target
     obstacles = obstacles_of(scenario)
     return Setup(
         timestep=scenario.physics.timestep,

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
 from escort_mj.expect.verdicts import Verdict
-from escort_mj.mission import labels_of
 from escort_mj.mission.stepped import SteppedMission
 from escort_mj.record.episodes import during
 from escort_mj.record.folder import MODEL, StoredRun, read_run
@@ -24,6 +23,7 @@ from escort_mj.report.video.solids import load_model
 from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME
+from escort_mj.world.labels import labels_of
 from escort_mj.world.stages import IN_SPACE
 
 if TYPE_CHECKING:

@@ -40,8 +40,9 @@ def write_mcap(run: StoredRun, path: Path) -> None:
     """Write a run as MCAP; times are those of the simulation.
 
     Topics: `/scene` (foxglove.SceneUpdate), `/tf` (foxglove.FrameTransforms), `/robots/K` (position,
-    velocity, reference velocity, force, tracking error, clearance, whether it avoids; SI units), `/log`
-    (foxglove.Log: contacts and verdicts). The scenario and the model are attached.
+    velocity, reference velocity, force, tracking error, clearance, whether it avoids; SI units), `/target`
+    (position, velocity), `/log` (foxglove.Log: contacts and verdicts). The scenario and the model are
+    attached.
 
     Args:
         run: A run folder with at least one sample.
@@ -98,12 +99,18 @@ def _messages(run: StoredRun) -> Iterator[tuple[str, tuple[str, Message], float,
         (time, "/log", LOG, message) for time, message in _log(run)
     ]
     told += [(float(replay.time[row]), "/tf", TRANSFORMS, row) for row in rows]
+    samples = [(row, float(time)) for row, time in enumerate(replay.time)]
+    told += [(time, "/target", TARGET, row) for row, time in samples]
     if replay.count <= palette.MOST_LINES:
-        told += [(float(time), "/robots", ROBOT, row) for row, time in enumerate(replay.time)]
+        told += [(time, "/robots", ROBOT, row) for row, time in samples]
     robots = _robots(run, replay)
     for time, topic, schema, content in sorted(told, key=lambda one: one[0]):
         if topic == "/tf":
             yield topic, schema, time, _transforms(solids, moving, time, *now(content))
+        elif topic == "/target":
+            vectors = {name: run.trace[f"target_{name}"].values[content] for name in ("position", "velocity")}
+            axes = run.trace["axis"].values.tolist()
+            yield topic, schema, time, {name: _vector(axes, each) for name, each in vectors.items()}
         elif topic == "/robots":
             for robot in range(replay.count):
                 yield f"{topic}/{robot + 1}", schema, time, robots(content, robot)
@@ -213,23 +220,29 @@ def _robots(run: StoredRun, replay: Replay) -> Callable[[int, int], Message]:
             ("force", "force"),
         )
     }
+    vectors = {name: values for name, values in vectors.items() if not np.isnan(values).all()}  # not logged
     error = np.linalg.norm(trace["e"].values, axis=2)
     clearance = trace["clearance"].values.min(axis=2, initial=np.inf)
 
     def told(row: int, robot: int) -> Message:
-        message: Message = {
-            name: dict(zip(axes, map(float, values[row, robot]), strict=True))
-            for name, values in vectors.items()
-        }
-        near = float(clearance[row, robot])
+        message: Message = {name: _vector(axes, values[row, robot]) for name, values in vectors.items()}
         return message | {
-            "tracking_error": float(error[row, robot]),
-            "clearance": near if np.isfinite(near) else None,
+            "tracking_error": _finite(error[row, robot]),
+            "clearance": _finite(clearance[row, robot]),
             "avoiding": bool(replay.avoiding[row, robot]),
             "lost": bool(replay.lost[row, robot]),
         }
 
     return told
+
+
+def _vector(axes: list[str], values: Array) -> Message:
+    return dict(zip(axes, map(float, values), strict=True))
+
+
+def _finite(value: float) -> float | None:
+    """A number as JSON can hold it."""
+    return float(value) if np.isfinite(value) else None
 
 
 def _log(run: StoredRun) -> Iterator[tuple[float, Message]]:
@@ -331,11 +344,12 @@ LOG = (
     "foxglove.Log",
     _object(timestamp=_MOMENT, level=_WHOLE, message=_TEXT, name=_TEXT, file=_TEXT, line=_WHOLE),
 )
+TARGET = ("escort_mj.Target", _object(position=_VECTOR, velocity=_VECTOR))
 ROBOT = (
     "escort_mj.Robot",
     _object(
         **{name: _VECTOR for name in ("position", "velocity", "reference_velocity", "force")},
-        tracking_error=_NUMBER,
+        tracking_error={"type": ["number", "null"]},
         clearance={"type": ["number", "null"]},
         avoiding=_FLAG,
         lost=_FLAG,

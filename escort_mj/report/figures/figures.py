@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
+from escort_mj.record.recording import LOG, is_log, not_logged
 from escort_mj.report.figures import nearness, paths, tasks, timelines, truth
 from escort_mj.report.figures.look import USUAL, Look, check_formats
 from escort_mj.report.figures.style import canvas_of, figure, png_of
@@ -74,7 +75,13 @@ PLOTS: tuple[Plot, ...] = (
         truth.truth,
         lambda trace: "mass_matrix" in trace,
     ),
-    Plot("forces", "forces of the motors", timelines.forces_height, timelines.forces),
+    Plot(
+        "forces",
+        "forces of the motors",
+        timelines.forces_height,
+        timelines.forces,
+        lambda trace: "force" not in not_logged(trace),
+    ),
 )
 
 
@@ -148,7 +155,8 @@ def thumbnail_of(trace: xarray.Dataset) -> bytes:
 
 
 def _title(trace: xarray.Dataset, plot: Plot) -> str:
-    return f"{trace.attrs['title']}: {plot.title}"
+    log = f", log {trace.attrs[LOG]}" if is_log(trace) else ""
+    return f"{trace.attrs['title']}{log}: {plot.title}"
 
 
 def _note(run: StoredRun) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.energy_ratio import energy_ratios
 from escort_mj.metrics.reading import lost
+from escort_mj.record.recording import not_logged
 from escort_mj.report.figures.curves import (
     BOUND,
     TWIN,
@@ -75,10 +76,14 @@ def panels(figure: Figure, trace: xarray.Dataset) -> None:
         (grid[2, 0], "e", "(c) Position tracking error |e|", "m"),
         (grid[2, 1], "e_dot", "(d) Velocity tracking error |ė|", "m/s"),
     ):
+        axes.set_title(title)
+        if name in not_logged(trace):
+            axes.text(0.5, 0.5, "not in the log", transform=axes.transAxes, ha="center", va="center")
+            axes.set_yticks([])
+            continue
         error = np.linalg.norm(trace[name].values, axis=2)
         error[1:][gone[:-1]] = np.nan  # a lost robot is not asked to follow
         draw_curves(axes, time, error, colors, running_rms, lost=gone)
-        axes.set_title(title)
         axes.set_ylabel(f"error [{unit}]")
         log_scale(axes)
     for axes in grid[2] if not narrow(figure) else grid[2, 1:]:

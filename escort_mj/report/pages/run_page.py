@@ -15,6 +15,7 @@ from escort_mj.metrics import METRICS
 from escort_mj.record.episodes import pair
 from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, read_run
+from escort_mj.record.recording import LOG, NOT_LOGGED
 from escort_mj.report.figures.figures import PLOTS, draw_figures
 from escort_mj.report.figures.scales import readable
 from escort_mj.report.pages.html import Table, Text, page
@@ -180,6 +181,8 @@ def _facts(run: StoredRun) -> Table:
     outcome = run.outcome
     versions = {"platform": outcome.get("platform", ""), **outcome.get("versions", {})}
     facts = {
+        "log of real robots": str(run.trace.attrs.get(LOG, "")),
+        "not in the log": str(run.trace.attrs.get(NOT_LOGGED, "")).replace(" ", ", "),
         "law": str(run.trace.attrs["law"]) if "law" in run.trace.attrs else "",
         "seed": str(run.trace.attrs.get("seed", "")),
         "timestep": f"{float(run.trace.attrs['timestep']):g} s",

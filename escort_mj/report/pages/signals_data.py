@@ -80,12 +80,13 @@ def signals_data(trace: xarray.Dataset) -> dict[str, Any]:
     for curve in CURVES:
         values = np.where(lost(trace), np.nan, curve.values(trace))
         values[~np.isfinite(values)] = np.nan
+        if np.isnan(values).all():
+            continue
         if crowd:
             values = np.stack([np.nanmin(values, 1), np.nanmedian(values, 1), np.nanmax(values, 1)], axis=1)
         worst = (np.fmin if curve.lowest else np.fmax).reduceat(values, starts, axis=0)
-        if not np.isnan(worst).all():
-            curves = [packed(column, "<f4") for column in worst.T]
-            signals.append({"name": curve.name, "unit": curve.unit, "curves": curves})
+        curves = [packed(column, "<f4") for column in worst.T]
+        signals.append({"name": curve.name, "unit": curve.unit, "curves": curves})
     return {
         "time": packed(time[starts], "<f4"),
         "names": list(names),

@@ -16,6 +16,7 @@ from escort_mj.measuring import measures_of
 from escort_mj.mission import Flight, Progress, fly
 from escort_mj.record.folder import RunFolder, StoredRun, read_run
 from escort_mj.record.outcome import FINAL, Outcome
+from escort_mj.record.recording import is_log
 from escort_mj.record.stored import PLUGINS
 from escort_mj.scenario.reader.document import read_document
 from escort_mj.scenario.reader.load import stored_scenario
@@ -95,6 +96,8 @@ def rerun_folder(
     stored = read_run(path)
     if not stored.scenario_yaml or not stored.trace.sizes["time"]:
         raise UsageError(f"{path}: the run recorded nothing, so there is nothing to repeat")
+    if is_log(stored.trace):
+        raise UsageError(f"{path}: is a log of real robots, which cannot be repeated")
     scenario = stored_scenario(stored.scenario_yaml, path)
     if out is None:
         run = fly(scenario, None, progress)

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.setup import Setup
+from escort_mj.control.setup import FunctionOfTime, Setup
 from escort_mj.memory.layout import state_size
 from escort_mj.memory.packing import pack
 from escort_mj.mjcf import child_named, section, set_attributes
@@ -26,6 +26,7 @@ from escort_mj.scenario.geometry.shapes import extent
 from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
+from escort_mj.sensing.sensors import Sensors
 from escort_mj.signals import drive_sizes, record_size, truth_sizes
 from escort_mj.world.loop.addresses import faces_of, thickness
 from escort_mj.world.model.cameras import add_cameras
@@ -83,6 +84,18 @@ class World:
         return ElementTree.tostring(self.tree, "unicode")
 
 
+class Seen(NamedTuple):
+    """What was seen of real robots, whose motion is known instead of simulated.
+
+    Attributes:
+        position: Where they start, shape (n, p) [m].
+        target: Where the target was; None for where the scenario has it.
+    """
+
+    position: Array
+    target: FunctionOfTime | None = None
+
+
 class Draft(NamedTuple):
     """What a scenario says of its world, before anything of it is built.
 
@@ -107,14 +120,17 @@ class Draft(NamedTuple):
     sizes: dict[str, int]
 
 
-def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = None) -> World:
+def build(
+    scenario: Scenario, outside: Literal["velocity", "force"] | None = None, seen: Seen | None = None
+) -> World:
     """Build and compile the world of a scenario.
 
     Args:
         scenario: A checked scenario.
         outside: What is written from outside instead of computed, see `Setup`.
+        seen: What was seen of real robots; None for a simulation.
     """
-    draft = _draft(scenario, outside)
+    draft = _draft(scenario, outside, seen)
     tree = new_root("arena", "mission")
     _set_physics(tree, scenario)
     _add_bodies(tree, draft)
@@ -136,10 +152,14 @@ def build(scenario: Scenario, outside: Literal["velocity", "force"] | None = Non
     )
 
 
-def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None) -> Draft:
+def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None, seen: Seen | None) -> Draft:
     """Work out all that a scenario says; arguments as of `build`."""
     robots = team(scenario)
-    setup = replace(controller_setup(scenario, robots), outside=outside)
+    if seen is not None:
+        robots = robots._replace(position=seen.position)
+    setup = replace(controller_setup(scenario, robots, seen and seen.target), outside=outside)
+    if seen is not None:  # what was logged has been measured, and pushed, by reality
+        setup = replace(setup, sensing=Sensors(), disturbance=None, trigger=None)
     obstacles = obstacles_of(scenario)
     stages = _stages(scenario, setup, robots, obstacles)
     bodies = bodies_of(scenario)
@@ -263,4 +283,4 @@ def _stages(scenario: Scenario, setup: Setup, robots: Placement, bodies: Sequenc
     return stages_of(low, high, height, scenario.mission.radius, robots.radius.max(), len(robots.mass))
 
 
-__all__ = ["World", "build"]
+__all__ = ["Seen", "World", "build"]

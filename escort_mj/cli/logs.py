@@ -1,0 +1,130 @@
+"""The command for logs of real robots: judge."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from escort_mj.cli.app import (
+    GOOD,
+    VERDICT_FAILED,
+    JsonOption,
+    PluginOption,
+    SetOption,
+    app,
+    complete,
+    finish,
+    progress_bar,
+    shown_path,
+)
+from escort_mj.cli.runs import draw
+from escort_mj.errors import UsageError
+
+
+@app.command("judge")
+def judge_command(
+    log: Annotated[
+        Path,
+        typer.Argument(help="Log of real robots: FILE.csv, FILE.parquet, FILE.mcap, or a ROS bag."),
+    ],
+    scenario: Annotated[
+        str,
+        typer.Option(
+            help="Scenario file, or name of a shipped scenario: what the log is judged by.",
+            autocompletion=complete.scenarios,
+        ),
+    ],
+    names: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--map",
+            metavar="BODY=NAME",
+            help="What a body is called in the log, such as robot_1=/uav3/odom or robot_1=uav3; repeatable.",
+        ),
+    ] = None,
+    start: Annotated[
+        float | None,
+        typer.Option(
+            help="Time stamp at which the mission starts [s] [default: the first with all bodies].",
+        ),
+    ] = None,
+    overrides: SetOption = None,
+    plugins: PluginOption = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder [default: renders/LOG].")] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace an earlier run in the folder.")
+    ] = False,
+    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to render a video.")] = False,
+    figures: Annotated[
+        bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
+    ] = True,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="Whether to write report.html with a replay.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Judge a log of real robots by a scenario, and write it as a run folder.
+
+    Verdicts about what the log does not contain are neither passed nor failed.
+
+    Example: escort-mj judge flight.csv --scenario mission.yaml
+
+    Example: escort-mj judge bag_folder --scenario mission.yaml --map robot_1=/uav3/odom --report
+    """
+    from escort_mj import api
+    from escort_mj.expect.verdicts import verdict_lines
+    from escort_mj.judging.judge import judge_log
+    from escort_mj.mission import save
+    from escort_mj.record.folder import RunFolder
+
+    mission = api.load_scenario(scenario, overrides or (), plugins or ())
+    with progress_bar("judging", " s") as progress:
+        result = judge_log(log, mission, _names(names or ()), start, progress)
+    if out is None and not overwrite:
+        created = RunFolder.create_beside(Path("renders") / log.stem)
+    else:
+        created = RunFolder.create(
+            out if out is not None else Path("renders") / log.stem, overwrite=overwrite
+        )
+    with created as folder:
+        save(folder, result)
+    written = draw(folder.path, figures, video, report)
+    judged = [verdict for verdict in result.verdicts if not verdict.skip]
+    missing = len(result.verdicts) - len(judged)
+    held = sum(verdict.passed for verdict in judged)
+    words = f"; {missing} not judged" if missing else ""
+    lines = [
+        f"{result.scenario.name}: {result.message}",
+        *verdict_lines(result.verdicts),
+        f"{held} of {len(judged)} verdicts passed{words}",
+        f"wrote {shown_path(folder.path)}: {' '.join(written)}",
+    ]
+    finish(
+        "judge",
+        as_json,
+        lines,
+        GOOD if held == len(judged) else VERDICT_FAILED,
+        scenario=result.scenario.name,
+        message=result.message,
+        verdicts=[asdict(verdict) for verdict in result.verdicts],
+        not_judged=missing,
+        metrics=result.metrics,
+        folder=shown_path(folder.path),
+        written=[name.split(" ")[0] for name in written],
+    )
+
+
+def _names(pairs: list[str] | tuple[str, ...]) -> dict[str, str]:
+    """What `--map` says."""
+    found: dict[str, str] = {}
+    for pair in pairs:
+        body, equals, name = pair.partition("=")
+        if not (body and equals and name):
+            raise UsageError(f"--map {pair}: expected BODY=NAME, such as robot_1=/uav3/odom")
+        if body in found:
+            raise UsageError(f"--map: {body} is named twice, {found[body]} and {name}")
+        found[body] = name
+    return found

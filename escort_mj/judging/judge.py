@@ -1,0 +1,248 @@
+"""Judges a log of real robots as a run is judged: the scenario says what the log does not.
+
+The logged motion is played through the scenario's world, one physics step after another: MuJoCo's geometry
+gives clearances and touches, the scenario's outer loop the reference velocities that it demands where the
+robots are. Nothing is integrated, so no force is found: neither of motors, unless logged, nor of contacts.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.errors import LogError, UsageError
+from escort_mj.judging.log import FORCE, POSITION, REFERENCE, Log, Track, Wanted
+from escort_mj.judging.messages import BAG, DATABASE, MCAP, is_messages, read_messages
+from escort_mj.judging.resampling import at, before, motion_of, totals_of, velocity_of
+from escort_mj.judging.tables import CSV, PARQUET, read_table
+from escort_mj.mission import Flight, Progress, sum_up
+from escort_mj.numerics.steps import SLACK, last_step
+from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import LOG, NOT_LOGGED, record
+from escort_mj.scenario import Scenario
+from escort_mj.scenario.findings import did_you_mean, listed, shortened
+from escort_mj.scenario.geometry.bodies import obstacle_names
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.signals import SIGNALS, axis_names, columns
+from escort_mj.world.labels import labels_of
+from escort_mj.world.model.build import Seen, World, build
+from escort_mj.world.playback import play
+
+Array = NDArray[np.float64]
+
+UNKNOWN = (
+    *("force", "disturbance", "outer_updates", "q_d", "e", "s", "tau", "rho_hat"),
+    *("saturated_time", "effort", "work", "force_variation"),
+)
+"""Signals that are unknown unless the log contains them."""
+NO_FORCES = "none: touches are found by geometry, and a log tells no force of theirs"
+FAR_OFF = 30.0  # times what a quantity should be: its unit is wrong
+MOMENTS = 100  # at which the size of the team is looked at
+
+
+def judge_log(
+    path: Path,
+    scenario: Scenario,
+    names: Mapping[str, str] | None = None,
+    start: float | None = None,
+    progress: Progress | None = None,
+) -> Flight:
+    """Judge a log of real robots.
+
+    Args:
+        path: A CSV, Parquet or MCAP file, or a ROS bag.
+        scenario: Says what the log does not: radii, obstacles, formation, expectations.
+        names: What bodies (`robot_1` ..., `target`) are called in the log: in columns, or their topics.
+        start: Time stamp of the mission's start [s]; None for the first at which all bodies are logged.
+        progress: Called now and then.
+
+    Raises:
+        LogError: With all faults of the log.
+        UsageError: If there is no such log, or it cannot be read.
+    """
+    clock = time.perf_counter()
+    scenario = scenario.replace({"recording.truth": False}) if scenario.recording.truth else scenario
+    wanted = wanted_of(scenario, names or {})
+    log = read_log(path, wanted)
+    begun, length = _span(log, scenario, start)
+    if faults := [
+        *log.faults,
+        *_track_faults(log),
+        *_time_faults(log, scenario, start),
+        *_scale_faults(log, scenario, start),
+    ]:
+        raise LogError(path, faults)
+    if length < scenario.duration:
+        scenario = scenario.replace(duration=length)
+    timestep = scenario.physics.timestep
+    motion = motion_of(log, wanted.robots, begun, timestep * np.arange(last_step(length, timestep) + 1.0))
+    seen = Seen(motion.position[0], motion.others.get("target"))
+    world = build(scenario, seen=seen)
+    samples, episodes = play(world, motion.position, motion.velocity, motion.others, progress)
+    unknown = _fill(samples, world, log, wanted, begun)
+    labels = labels_of(scenario, world)
+    labels["attributes"] |= {
+        "contact_forces": NO_FORCES,
+        "contact_physics": "none: a log of real robots",
+        LOG: path.name,
+        "log_start": begun,
+        NOT_LOGGED: " ".join(unknown),
+    }
+    recording = record(samples, world.sizes, labels, episodes)
+    words = f"log of real robots: {float(samples[-1, 0]):g} s of {path.name}"
+    flight = sum_up(scenario, recording, Outcome.COMPLETED, words, time.perf_counter() - clock)
+    flight.seen = seen
+    return flight
+
+
+def wanted_of(scenario: Scenario, names: Mapping[str, str]) -> Wanted:
+    """What a scenario has to find in a log.
+
+    Raises:
+        UsageError: If a name is given to a body that the scenario does not have.
+    """
+    robots = tuple(f"robot_{k + 1}" for k in range(robot_count(scenario)))
+    bodies = zip(obstacle_names(scenario), obstacles_of(scenario), strict=True)
+    moving = tuple(name for name, body in bodies if body.motion is not None and body.drive is not None)
+    wanted = Wanted(robots, tuple(axis_names(scenario.axes)), moving, names)
+    for name in names:
+        if name not in wanted.bodies:
+            hint = did_you_mean(name, wanted.bodies) or f"; allowed are {listed(wanted.bodies)}"
+            raise UsageError(f"--map {shortened(name)}={names[name]}: the scenario has no such body{hint}")
+    return wanted
+
+
+def read_log(path: Path, wanted: Wanted) -> Log:
+    """Read a log; its suffix says how.
+
+    Raises:
+        UsageError: If there is none, or it cannot be read.
+        LogError: If its columns make no sense.
+    """
+    if not path.exists():
+        raise UsageError(f"{path}: there is no such file or folder")
+    if path.suffix in (CSV, PARQUET):
+        return read_table(path, wanted)
+    if is_messages(path):
+        return read_messages(path, wanted)
+    kinds = listed([CSV, PARQUET, MCAP, DATABASE, BAG, "the folder of a rosbag2"])
+    raise UsageError(f"{path}: is no log; allowed are {kinds}")
+
+
+def _track_faults(log: Log) -> Iterator[str]:
+    """What is wrong with single bodies; where all share the same time stamps, that of these once."""
+    told = set()
+    for track in log.tracks.values():
+        for fault in track.faults():
+            words = fault.partition(": ")[2]
+            if not words.startswith("time is not ascending") or words not in told:
+                yield fault
+            told.add(words)
+
+
+def _span(log: Log, scenario: Scenario, start: float | None) -> tuple[float, float]:
+    """Time stamp of the start, and how long all bodies are logged from there on, at most to the end [s]."""
+    times = [track.time for track in log.tracks.values() if len(track.time)]
+    if not times:
+        return 0.0, 0.0
+    begun = max(float(time[0]) for time in times) if start is None else start
+    end = min(float(time[-1]) for time in times)
+    timestep = scenario.physics.timestep
+    whole = last_step(end - begun, timestep) * timestep if end > begun else 0.0
+    return begun, min(scenario.duration, whole)
+
+
+def _time_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator[str]:
+    """Logs that do not cover what is to be judged."""
+    tracks = [track for track in log.tracks.values() if len(track.time)]
+    if not tracks:
+        return
+    begun, length = _span(log, scenario, start)
+    first = max(tracks, key=lambda track: float(track.time[0]))
+    last = min(tracks, key=lambda track: float(track.time[-1]))
+    span = float(last.time[-1] - first.time[0])
+    if span > FAR_OFF * scenario.duration:
+        words = f"time goes from {first.time[0]:.10g} to {last.time[-1]:.10g}, the mission lasts"
+        yield f"{words} {scenario.duration:g} s: time must be in seconds"
+        return
+    if begun < float(first.time[0]) - SLACK * scenario.physics.timestep:
+        yield f"--start {begun:.10g}: {first.name} is logged from {first.time[0]:.10g} s on"
+    if length < scenario.physics.timestep:
+        words = (
+            f"{first.name} is logged from {first.time[0]:.10g} s on, {last.name} up to {last.time[-1]:.10g} s"
+        )
+        yield f"no time at which all bodies are logged: {words}"
+        return
+    reached = length + SLACK * scenario.physics.timestep
+    for expectation in scenario.expect:
+        after, until = expectation.window
+        needed = max(after, until or 0.0)
+        if needed > reached and not expectation.skip:
+            what = f"{expectation.subject} {expectation.demanded}{expectation.when}"
+            yield f"too short: {what} needs {needed:g} s; all bodies are logged for {length:.6g} s"
+
+
+def _scale_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator[str]:
+    """Positions of another unit than meters: the team is far larger or smaller than its formation."""
+    begun, length = _span(log, scenario, start)
+    tracks = [track for track in log.tracks.values() if len(track.time) > 1]
+    if len(tracks) < 2 or length <= 0.0:
+        return
+    times = np.linspace(begun, begun + length, MOMENTS)
+    team = np.stack([at(times, track.time, track.values[POSITION]) for track in tracks])
+    away = np.linalg.norm(team - team.mean(axis=0), axis=2)
+    size, radius = float(np.median(away)), scenario.mission.radius
+    if not radius / FAR_OFF < size < radius * FAR_OFF:
+        words = (
+            f"its bodies are a median of {size:.3g} from their center, the mission's radius is {radius:g} m"
+        )
+        yield f"{words}: positions must be in meters"
+
+
+def _fill(samples: Array, world: World, log: Log, wanted: Wanted, start: float) -> list[str]:
+    """Write what else the log tells into samples; what it does not becomes NaN, or 0 where that is none.
+
+    Returns:
+        Names of the signals that are unknown.
+    """
+    times = samples[:, 0] + start
+    known = _logged(log, wanted, world, times, start)
+    moving = len(wanted.robots) + len(world.setup.movers)
+    more = world.model.nv > moving * world.setup.axes  # turning, rolling, swinging loads: nobody logged these
+    missing = [name for name in (*UNKNOWN, *("kinetic_energy",) * more) if name not in known]
+    kinds = {signal.name: signal for signal in SIGNALS}
+    for name in (*known, *missing):
+        signal = kinds[name]
+        nothing = np.nan if np.dtype(signal.dtype).kind == "f" else 0.0
+        place = columns(name, world.sizes)
+        samples[:, place] = known[name].reshape(len(samples), -1) if name in known else nothing
+    return missing
+
+
+def _logged(log: Log, wanted: Wanted, world: World, times: Array, start: float) -> dict[str, Array]:
+    """Signals that the log contains, at times, each of shape (times, ...)."""
+    tracks: list[Track] = [log.tracks[name] for name in wanted.robots]
+    found: dict[str, Array] = {}
+    if all(FORCE in track.values for track in tracks):
+        found["force"] = np.stack([at(times, track.time, track.values[FORCE]) for track in tracks], axis=1)
+        totals = [
+            (track, totals_of(track, float(limit), start))
+            for track, limit in zip(tracks, world.setup.force_limit, strict=True)
+        ]
+        for name in totals[0][1]:
+            each = [at(times, track.time, one[name]) for track, one in totals]
+            found[name] = np.stack(each, axis=1)
+    if all(REFERENCE in track.values for track in tracks):
+        found["v_d"] = np.stack([at(times, track.time, track.values[REFERENCE]) for track in tracks], axis=1)
+    kinds = {signal.name: np.dtype(signal.dtype).kind for signal in SIGNALS}
+    for name, (stamps, values) in log.signals.items():
+        found[name] = (at if kinds[name] == "f" else before)(times, stamps, values)
+    if "v_d" in found and "e_dot" not in found:
+        speed = [at(times, track.time, velocity_of(track)) for track in tracks]
+        found["e_dot"] = found["v_d"] - np.stack(speed, axis=1)
+    return found

@@ -1,0 +1,90 @@
+"""What a trace says of its mission beside its signals: names, masses, radii, formation, versions."""
+
+from __future__ import annotations
+
+import platform
+from functools import cache
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from escort_mj.behaviors import AvoidObstacles
+from escort_mj.native.shipped import numba_version
+from escort_mj.record.revision import git_revision
+from escort_mj.scenario.geometry.bodies import obstacle_names
+from escort_mj.scenario.geometry.crowd import contact_physics
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.shapes import outline
+from escort_mj.scenario.reader.catalog import catalog_of
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.world.model.build import World
+from escort_mj.world.plant import mujoco_version, surroundings
+from escort_mj.world.stages import IN_SPACE
+
+FORCES = "MuJoCo's, and 0 where geometry alone finds a touch: of a led target with what stands"
+NO_FORCES = "none: beyond three axes bodies go through one another, and forces of episodes are 0"
+
+
+def _outlines(scenario: Scenario) -> list[list[list[float]]]:
+    """Points around each obstacle, relative to its center, for pictures; none where all are spheres."""
+    bodies = obstacles_of(scenario)
+    if all(body.is_sphere for body in bodies):
+        return []
+    return [outline(body.solid, scenario.axes).tolist() for body in bodies]
+
+
+def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
+    """What the trace says of the mission beside its signals."""
+    setup = world.setup
+    neighbors, spacing = setup.edges
+    avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
+    return {
+        "bodies": world.bodies.names,
+        "body_groups": world.bodies.groups,
+        "body_motions": world.bodies.motions,
+        "body_thickness": world.thickness.tolist(),
+        "groups": world.bodies.watched,
+        "obstacles": obstacle_names(scenario),
+        "behaviors": setup.kinds,
+        "robot_mass": world.team.mass.tolist(),
+        "robot_radius": setup.robot_radius.tolist(),
+        "obstacle_radius": setup.obstacle_radius.tolist(),
+        "obstacle_outline": _outlines(scenario),
+        "force_limit": setup.force_limit.tolist(),
+        "neighbors": (neighbors + 1).tolist(),
+        "spacing": spacing.tolist(),
+        "attributes": {
+            "title": scenario.name,
+            "description": scenario.description,
+            "law": scenario.controller.law,
+            "seed": scenario.seed,
+            "timestep": scenario.physics.timestep,
+            "contact_physics": str(contact_physics(scenario)),
+            "contact_forces": FORCES if scenario.axes <= IN_SPACE else NO_FORCES,
+            **surroundings(world),
+            "mission_radius": scenario.mission.radius,
+            "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
+            "safe_distance": avoid.safe_distance if avoid else 0.0,
+            "safe_distance_measure": avoid.measure if avoid else "none",
+            "height": world.team.height if scenario.axes == 2 else 0.0,
+            "target_radius": scenario.target.radius,
+            "least_energy": setup.least_energies or None,
+            **_versions(),
+            **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},
+            "version_git_revision": git_revision(),
+        },
+    }
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """What took part in a run, asked of the installation once for a process."""
+    return {
+        "version_escort_mj": version("escort-mj"),
+        "version_mujoco": mujoco_version(),
+        "version_numpy": np.__version__,
+        "version_numba": numba_version(),
+        "version_python": platform.python_version(),
+        "version_platform": platform.platform(),
+    }

@@ -1,0 +1,35 @@
+import json
+
+import pandas
+
+from tests.test_cli import call
+
+SCENARIO = """\
+name: still
+duration: 1
+robots: {positions: [[3, 0], [-3, 0]]}
+mission: {radius: 3}
+expect: [{metric: radius_error_max, at_most: 0.1}, {metric: force_rms, at_most: 1}]
+"""
+
+
+def test_exit_codes_and_counts(monkeypatch, capfd, tmp_path, compiled):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "still.yaml").write_text(SCENARIO)
+    times = [k / 20 for k in range(21)]
+    table = pandas.DataFrame({"time": times, "a.x": 3.0, "a.y": 0.0, "robot_2.x": -3.0, "robot_2.y": 0.0})
+    table.to_csv("good.csv", index=False)
+    table.assign(**{"robot_2.x": -3.5}).to_csv("bad.csv", index=False)
+    usual = ("--scenario", "still.yaml", "--map", "robot_1=a", "--no-figures")
+    code, out, _ = call(monkeypatch, capfd, "judge", "good.csv", *usual)
+    assert code == 0 and "2 of 2 verdicts passed; 1 not judged" in out
+    assert "skip  force_rms" in out and "not judged: the log does not contain effort" in out
+    assert (tmp_path / "renders" / "good" / "trace.nc").is_file()
+    code, out, _ = call(monkeypatch, capfd, "judge", "bad.csv", *usual, "--json")
+    told = json.loads(out)
+    assert code == told["exit_code"] == 1 and told["not_judged"] == 1 and told["folder"] == "renders/bad"
+    assert [one["passed"] for one in told["verdicts"]] == [True, False, True]
+    code, _, err = call(monkeypatch, capfd, "judge", "good.csv", "--scenario", "still.yaml")
+    assert code == 2 and "column a.x: a is not a robot" in err and "robot_1: no columns" in err
+    code, _, err = call(monkeypatch, capfd, "judge", "good.csv", *usual, "--map", "robot_1=b")
+    assert code == 2 and "robot_1 is named twice, a and b" in err

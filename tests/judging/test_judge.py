@@ -1,0 +1,271 @@
+"""Logs judged as runs are: what a run exports comes back as the same metrics and verdicts."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas
+import pytest
+
+import escort_mj
+from escort_mj.api.runs import Run
+from escort_mj.errors import LogError, UsageError
+from escort_mj.mission import fly
+from escort_mj.scenario import Scenario, parse_scenario
+
+FINE = 1e-9
+BETWEEN = {"obstacle_clearance_min": 1e-3, "robot_clearance_min": 1e-3, "tunneling": 0.02}
+BETWEEN["kinetic_energy_max"] = 0.04
+"""Watched at every physics step of the run, of which its export has samples only: relative differences."""
+MISSION = """\
+name: judged
+duration: 3
+recording: {rate: 50}
+robots: {positions: [[3, 0], [-1.5, 2.6], [-1.5, -2.6]]}
+target: {position: ["0.2*t", "0.1*sin(t)"]}
+obstacles: [{position: [4.2, 0.5], radius: 0.3, name: rock}]
+mission: {radius: 3, behaviors: [avoid_obstacles, vertices, surface]}
+expect:
+  - {contacts: none}
+  - {clearance: [robots, rock], at_least: 0.05}
+  - {settled: 0.9, by: 2}
+  - {metric: tracking_error_rms, at_most: 0.5}
+  - {metric: force_rms, at_most: 100}
+  - {sanity: all}
+  - {metric: radius_error_max, at_most: 1.0e-9, xfail: cannot be}
+"""
+SMASH = """\
+name: smash
+duration: 2
+robots: {positions: [[-1, 0], [1, 0]], velocities: [[1, 0], [-1, 0]], force_limit: 1.0e-9}
+target: {position: [0, 9]}
+mission: {radius: 1, behaviors: [surface]}
+expect:
+  - {contacts: any, at_most: 3, peak_force: 1, touch_time: 1}
+  - {contacts: any, at_most: 0, peak_force: 1}
+  - {metric: contact_force_max, at_most: 1}
+"""
+
+
+@pytest.fixture(scope="module")
+def run(compiled: None) -> Run:
+    return Run(fly(parse_scenario(MISSION)))
+
+
+@pytest.fixture(scope="module")
+def exported(run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("exported")
+    for suffix in ("csv", "parquet", "mcap"):
+        pytest.importorskip({"csv": "csv", "parquet": "pyarrow", "mcap": "mcap"}[suffix])
+        run.export(folder / f"run.{suffix}")
+    return folder
+
+
+def positions(run: Run, **changes: np.ndarray) -> pandas.DataFrame:
+    """What robots would log of a run: positions alone."""
+    table = {"time": run.trace["time"].values.round(9)}
+    for k, robot in enumerate(run.trace["robot"].values):
+        for axis in "xy":
+            table[f"robot_{robot}.{axis}"] = run.trace["q"].sel(axis=axis).values[:, k]
+    for axis in "xy":
+        table[f"target.{axis}"] = run.trace["target_position"].sel(axis=axis).values
+    return pandas.DataFrame(table | changes)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet", "mcap"])
+def test_an_exported_run_is_judged_alike(run: Run, exported: Path, suffix: str) -> None:
+    judged = escort_mj.judge(exported / f"run.{suffix}", run.scenario)
+    law = {"tracking_error_rms", "outer_update_rate"} if suffix == "mcap" else set()
+    sums = {"force_rms", "chattering", "energy", "saturated_share"} if suffix == "mcap" else set()
+    for name, value in run.values.items():
+        found = judged.values[name]
+        if name in law:
+            assert math.isnan(found) and "does not contain" in judged.metrics[name]["reason"]
+        elif name in BETWEEN:
+            assert found == pytest.approx(value, rel=BETWEEN[name]), name
+        elif name not in sums:
+            assert found == pytest.approx(value, rel=FINE, abs=FINE, nan_ok=True), name
+    for then, now in zip(run.verdicts, judged.verdicts, strict=True):
+        missing = then.metric == "sanity" or then.metric in law
+        assert bool(now.skip) == missing and now.passed == then.passed, now.message
+    assert judged.verdicts[1].message.endswith("none, by geometry")
+
+
+def test_forces_sum_up_as_in_the_loop(compiled: None, tmp_path: Path) -> None:
+    scenario = parse_scenario(MISSION).replace({"recording.rate": 500, "duration": 0.4, "expect": []})
+    run = Run(fly(scenario))
+    table = positions(run)
+    for signal, letter in (("v", "v"), ("force", "f")):
+        for k in range(3):
+            for axis in "xy":
+                values = run.trace[signal].sel(axis=axis).values[:, k]
+                table[f"robot_{k + 1}.{letter}{axis}"] = values
+    table.to_csv(tmp_path / "log.csv", index=False)
+    judged = escort_mj.judge(tmp_path / "log.csv", scenario)
+    for name in ("force_rms", "chattering", "energy", "saturated_share"):
+        assert judged.values[name] == pytest.approx(run.values[name], rel=0.02, abs=1e-6), name
+
+
+def test_positions_alone_tell_where_bodies_were(run: Run, tmp_path: Path) -> None:
+    wide = positions(run)
+    wide["time"] += 1.7e9
+    wide.to_csv(tmp_path / "wide.csv", index=False)
+    rows = [
+        pandas.DataFrame(
+            {"time": wide["time"], "name": called, "x": wide[f"{name}.x"], "y": wide[f"{name}.y"]}
+        )
+        for name, called in (("robot_1", "a"), ("robot_2", "b"), ("robot_3", "robot_3"), ("target", "target"))
+    ]
+    pandas.concat(rows).sort_values("time").to_csv(tmp_path / "long.csv", index=False)
+    first = escort_mj.judge(tmp_path / "wide.csv", run.scenario)
+    second = escort_mj.judge(tmp_path / "long.csv", run.scenario, names={"robot_1": "a", "robot_2": "b"})
+    assert first.values == pytest.approx(second.values, nan_ok=True)
+    for name in ("radius_error_max", "spacing_error_max", "energy_ratio", "hull_margin"):
+        assert first.values[name] == pytest.approx(run.values[name], rel=1e-5), name
+    speeds = first.trace["v"].values - run.trace["v"].values
+    assert np.median(np.abs(speeds)) < 2e-3  # central differences of positions
+    unknown = first.trace.attrs["not_logged"].split()
+    assert {"e", "s", "tau", "rho_hat", "force"} <= set(unknown) and "v_d" not in unknown
+    assert [bool(one.skip) for one in first.verdicts] == [False, False, False, False, True, True, True, False]
+
+
+def test_bodies_log_at_their_own_times(run: Run, tmp_path: Path) -> None:
+    table = positions(run)
+    table.loc[::2, ["robot_1.x", "robot_1.y"]] = np.nan  # as tables that were joined have it
+    table.to_csv(tmp_path / "log.csv", index=False)
+    judged = escort_mj.judge(tmp_path / "log.csv", run.scenario)
+    assert judged.trace.attrs["log_start"] == pytest.approx(0.02)
+    off = judged.trace["q"].values - run.trace["q"].values[1:-1]
+    assert np.abs(off[:, 1:]).max() < 1e-9 and np.abs(off[::2]).max() < 1e-9
+    assert 1e-7 < np.abs(off[1::2, 0]).max() < 5e-3  # between two of its stamps
+
+
+def test_forces_of_touches_are_not_judged(compiled: None, tmp_path: Path) -> None:
+    run = Run(fly(parse_scenario(SMASH)))
+    positions(run).to_csv(tmp_path / "log.csv", index=False)
+    outcome, bounds, none, force = escort_mj.judge(tmp_path / "log.csv", run.scenario).verdicts
+    assert run.values["contacts"] == 1.0
+    assert outcome.passed and not outcome.skip
+    assert bounds.skip and force.skip and "knows no force" in force.message
+    assert not none.skip and not none.passed  # there was a touch, whatever its force
+
+
+def test_a_log_in_a_folder_is_a_run(run: Run, exported: Path, tmp_path: Path) -> None:
+    positions(run).to_csv(tmp_path / "log.csv", index=False)
+    folder = tmp_path / "folder"
+    escort_mj.judge(tmp_path / "log.csv", run.scenario, folder, report=True)
+    stored = escort_mj.open_run(folder)
+    assert stored.message == "log of real robots: 3 s of log.csv" and stored.passed
+    assert "forces" not in stored.figures and (folder / "figures" / "panels.png").is_file()
+    page = (folder / "report.html").read_text()
+    assert "log of real robots" in page and "tracking error |e|" not in page
+    assert escort_mj.open_run(folder).values == pytest.approx(stored.values, nan_ok=True)
+    from escort_mj.study.sweeps.rerun import rerun_folder
+
+    with pytest.raises(UsageError, match="cannot be repeated"):
+        rerun_folder(folder)
+    stored.export(tmp_path / "again.mcap")
+    again = escort_mj.judge(tmp_path / "again.mcap", run.scenario)
+    assert again.values["radius_error_max"] == pytest.approx(stored.values["radius_error_max"], rel=FINE)
+
+
+def scaled(table: pandas.DataFrame, factor: float) -> pandas.DataFrame:
+    return pandas.concat([table[["time"]], factor * table.drop(columns="time")], axis=1)
+
+
+FAULTS = {
+    "a missing robot": (
+        lambda t: t.drop(columns=["robot_2.x", "robot_2.y"]),
+        "robot_2: no columns robot_2.x",
+    ),
+    "a wrong name": (
+        lambda t: t.rename(columns={"robot_2.x": "robto_2.x", "robot_2.y": "robto_2.y"}),
+        'robto_2 is not a robot of the scenario.*did you mean "robot_2"',
+    ),
+    "half a position": (
+        lambda t: t.drop(columns="robot_2.y"),
+        r"robot_2: no column robot_2\.y, though there is",
+    ),
+    "half a row": (
+        lambda t: t.assign(**{"robot_2.y": t["robot_2.y"].where(t.time != 1.0)}),
+        "not a finite number at 1 s",
+    ),
+    "a gap": (
+        lambda t: t.assign(
+            **{f"robot_2.{a}": t[f"robot_2.{a}"].where((t.time < 1) | (t.time > 2)) for a in "xy"}
+        ),
+        "robot_2: a gap from 0.98 s to 2.02 s without a position",
+    ),
+    "time back": (
+        lambda t: t.assign(time=t.time.where(t.time != 1.0, 0.5)),
+        "time is not ascending: 0.5 s follows 0.98",
+    ),
+    "kilometers": (lambda t: scaled(t, 1e-3), "positions must be in meters"),
+    "millimeters": (lambda t: scaled(t, 1e3), "positions must be in meters"),
+    "milliseconds": (lambda t: t.assign(time=1e3 * t.time), "time must be in seconds"),
+    "km/h": (lambda t: t.assign(**{"robot_1.vx": 100.0, "robot_1.vy": 0.0}), "velocities in m/s"),
+    "too short": (lambda t: t[t.time < 1.5], "too short: settled within 0.9 m by 2 s needs 2 s; .* 1.48 s"),
+    "no time": (lambda t: t.rename(columns={"time": "stamp"}), "there is no column time"),
+    "nothing": (lambda t: t[:0], "robot_1: 0 complete rows"),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_wrong_log(run: Run, tmp_path: Path, fault: str) -> None:
+    change, words = FAULTS[fault]
+    change(positions(run)).to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(LogError, match=words):
+        escort_mj.judge(tmp_path / "log.csv", run.scenario)
+
+
+def test_all_faults_at_once(run: Run, tmp_path: Path) -> None:
+    table = positions(run)[lambda t: t.time < 1.5]
+    table = table.rename(columns={"robot_1.x": "robot_9.x"}).drop(columns=["robot_3.x", "robot_3.y"])
+    table.to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(LogError) as error:
+        escort_mj.judge(tmp_path / "log.csv", run.scenario)
+    assert len(error.value.faults) == 4, error.value.faults  # robot_9, robot_1 without x, robot_3, too short
+
+
+def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "log.txt").write_text("time")
+    (tmp_path / "log.csv").write_bytes(b"\x00\xff")
+    (tmp_path / "log.mcap").write_bytes(b"no mcap")
+    for name, words in (
+        ("none.csv", "no such file"),
+        ("log.txt", "is no log"),
+        ("log.mcap", "cannot be read"),
+    ):
+        with pytest.raises(UsageError, match=words):
+            escort_mj.judge(tmp_path / name, run.scenario)
+    with pytest.raises(UsageError, match="log.csv: "):
+        escort_mj.judge(tmp_path / "log.csv", run.scenario)
+    with pytest.raises(UsageError, match='no such body; did you mean "robot_1"'):
+        escort_mj.judge(tmp_path / "log.csv", run.scenario, names={"robot1": "a"})
+
+
+def test_obstacles_that_move_may_be_logged(compiled: None, tmp_path: Path) -> None:
+    scenario = parse_scenario(
+        "name: walker\nduration: 1\nrobots: {positions: [[3, 0], [-3, 0]]}\nmission: {radius: 3}\n"
+        'obstacles: [{motion: {position: ["6 - t", 0]}, radius: 0.5, name: walker, body: {mass: 5}}]\n'
+    )
+    run = Run(fly(scenario))
+    table = positions(run)
+    here = escort_mj.judge(_written(table, tmp_path), scenario)
+    table["walker.x"], table["walker.y"] = 9.0, 0.0
+    there = escort_mj.judge(_written(table, tmp_path), scenario)
+    assert here.values["obstacle_clearance_min"] == pytest.approx(
+        run.values["obstacle_clearance_min"], abs=0.02
+    )
+    assert there.values["obstacle_clearance_min"] > 5.0
+
+
+def _written(table: pandas.DataFrame, folder: Path) -> Path:
+    table.to_csv(folder / "log.csv", index=False)
+    return folder / "log.csv"
+
+
+def test_the_example(compiled: None) -> None:
+    judged = escort_mj.judge(Path(__file__).parents[2] / "examples" / "logs" / "main.csv", "main")
+    assert judged.passed and len(judged.verdicts) == 5 and not any(one.skip for one in judged.verdicts)
+    assert isinstance(judged.scenario, Scenario)

@@ -1,0 +1,118 @@
+"""Messages of robots: which topic is whose, and what is read from each kind of message."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import escort_mj
+from escort_mj.errors import LogError, UsageError
+from escort_mj.judging.log import Wanted
+from escort_mj.judging.messages import choose_topics, reading_of
+from escort_mj.scenario import parse_scenario
+
+SCENARIO = parse_scenario(
+    "name: circling\nduration: 2\nrobots: {positions: [[3, 0], [-3, 0]]}\nmission: {radius: 3}\n"
+    "expect: [{metric: radius_error_max, at_most: 1.0e-3}]\n"
+)
+TIMES = np.arange(0.0, 2.001, 0.05)
+START = 1_700_000_000
+WANTED = Wanted(("robot_1", "robot_2"), ("x", "y"))
+
+
+def circle(robot: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Positions, velocities and headings of a robot that circles the target once in 10 s."""
+    angle = 0.2 * np.pi * TIMES + np.pi * robot
+    position = 3.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+    velocity = 0.6 * np.pi * np.column_stack([-np.sin(angle), np.cos(angle)])
+    return position, velocity, angle + 0.5 * np.pi
+
+
+def test_topics_are_found_by_name() -> None:
+    odometry, pose = "nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped"
+    topics = {"/robot_1/odom": odometry, "/robot_1/pose": pose, "/r2/pose": pose, "/target/pose": pose}
+    assert choose_topics({**topics, "/robot_12/odom": odometry}, WANTED) == (
+        {"robot_1": "/robot_1/odom", "robot_2": "/r2/pose", "target": "/target/pose"},
+        [],
+    )
+    _, faults = choose_topics({"/robot_1/a": pose, "/robot_1/b": pose}, WANTED)
+    assert len(faults) == 2 and "choose one with --map robot_1=TOPIC" in faults[0]
+    _, faults = choose_topics(topics, Wanted(("robot_1",), ("x", "y"), names={"robot_1": "/robot_1/odim"}))
+    assert 'there is no such topic; did you mean "/robot_1/odom"' in faults[0]
+
+
+def test_a_velocity_of_odometry_is_turned_into_the_world() -> None:
+    message = {
+        "pose": {
+            "pose": {
+                "position": {"x": 1, "y": 2, "z": 0},
+                "orientation": {"x": 0, "y": 0, "z": 2**-0.5, "w": 2**-0.5},
+            }
+        },
+        "twist": {"twist": {"linear": {"x": 3, "y": 0, "z": 0}}},
+    }
+    found = reading_of(message, 2)
+    assert found["position"].tolist() == [1, 2] and found["velocity"] == pytest.approx([0, 3])
+    assert reading_of({"pose": {"position": {"x": 1, "y": 2}}}, 2)["position"].tolist() == [1, 2]
+    assert reading_of({"battery": 3}, 2) == {} and reading_of({"position": [1, 2]}, 2) == {}
+
+
+def test_a_ros_bag(compiled: None, tmp_path: Path) -> None:
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.LATEST)
+    types = store.types
+    kind = "nav_msgs/msg/Odometry"
+    vector, point = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Point"]
+    with rosbag2.Writer(tmp_path / "bag", version=9) as bag:
+        for robot in range(2):
+            channel = bag.add_connection(f"/robot_{robot + 1}/odom", kind, typestore=store)
+            for time, place, speed, heading in zip(TIMES, *circle(robot), strict=True):
+                stamp = types["builtin_interfaces/msg/Time"](START + int(time), round(1e9 * (time % 1.0)))
+                forward = float(np.hypot(*speed))  # as it is in the frame of a robot that looks ahead
+                turn = types["geometry_msgs/msg/Quaternion"](
+                    0.0, 0.0, float(np.sin(heading / 2)), float(np.cos(heading / 2))
+                )
+                message = types[kind](
+                    types["std_msgs/msg/Header"](stamp, "world"),
+                    f"robot_{robot + 1}",
+                    types["geometry_msgs/msg/PoseWithCovariance"](
+                        types["geometry_msgs/msg/Pose"](point(*map(float, place), 0.0), turn), np.zeros(36)
+                    ),
+                    types["geometry_msgs/msg/TwistWithCovariance"](
+                        types["geometry_msgs/msg/Twist"](vector(forward, 0.0, 0.0), vector(0.0, 0.0, 0.0)),
+                        np.zeros(36),
+                    ),
+                )
+                bag.write(channel, round(1e9 * (time + 5)), store.serialize_cdr(message, kind))
+    judged = escort_mj.judge(tmp_path / "bag", SCENARIO)
+    assert judged.passed and judged.trace.attrs["log_start"] == START
+    exact = circle(1)[1]
+    assert np.abs(judged.trace["v"].values[::5, 1] - exact[np.arange(0, 41, 2)]).max() < 1e-6
+    with pytest.raises(LogError, match="robot_2: both|--map robot_2=/rover: there is no such topic"):
+        escort_mj.judge(tmp_path / "bag", SCENARIO, names={"robot_2": "/rover"})
+
+
+def test_json_of_others_in_mcap(compiled: None, tmp_path: Path) -> None:
+    writing = pytest.importorskip("mcap.writer")
+    with (tmp_path / "log.mcap").open("wb") as file:
+        writer = writing.Writer(file)
+        writer.start(profile="", library="")
+        schema = writer.register_schema("foxglove.PoseInFrame", "jsonschema", b"{}")
+        for robot, topic in enumerate(("/a", "/b")):
+            channel = writer.register_channel(topic, "json", schema)
+            for time, place in zip(TIMES, circle(robot)[0], strict=True):
+                pose = {"pose": {"position": dict(zip("xy", place, strict=True))}}
+                moment = round(1e9 * time)
+                writer.add_message(channel, moment, json.dumps(pose).encode(), moment)
+        writer.finish()
+    names = {"robot_1": "/a", "robot_2": "/b"}
+    assert escort_mj.judge(tmp_path / "log.mcap", SCENARIO, names=names).passed
+    with pytest.raises(LogError, match="robot_1: no topic of its name; topics are /a or /b"):
+        escort_mj.judge(tmp_path / "log.mcap", SCENARIO)
+
+
+def test_an_empty_folder_is_no_log(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="is no log; allowed are .csv"):
+        escort_mj.judge(tmp_path, SCENARIO)
