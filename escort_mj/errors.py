@@ -94,10 +94,10 @@ class UsageError(EscortError, ValueError):
     exit_code = 2
 
 
-<<<<<<< HEAD
 class RobotError(UsageError):
     """A robot's model that does not exist, cannot be read, or cannot be driven."""
-=======
+
+
 class LogError(UsageError):
     """A log of real robots that cannot be judged, with all its faults.
 
@@ -116,7 +116,6 @@ class NotLoggedError(EscortError, LookupError):
 
     def __init__(self, name: str) -> None:
         super().__init__(f"the log does not contain {name}")
->>>>>>> 1c59406 (escort-mj judge: logs of real robots get a scenario's verdicts, metrics, figures and report)
 
 
 class PluginError(UsageError):

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 UNKNOWN = (
     *("force", "disturbance", "outer_updates", "q_d", "e", "s", "tau", "rho_hat"),
-    *("saturated_time", "effort", "work", "force_variation"),
+    *("saturated_time", "effort", "work", "force_variation", "drive_force"),
 )
 """Signals that are unknown unless the log contains them."""
 NO_FORCES = "none: touches are found by geometry, and a log tells no force of theirs"
@@ -215,7 +215,8 @@ def _fill(samples: Array, world: World, log: Log, wanted: Wanted, start: float) 
     moving = len(wanted.robots) + len(world.setup.movers)
     more = world.model.nv > moving * world.setup.axes  # turning, rolling, swinging loads: nobody logged these
     missing = [name for name in (*UNKNOWN, *("kinetic_energy",) * more) if name not in known]
-    kinds = {signal.name: signal for signal in SIGNALS}
+    kinds = {signal.name: signal for signal in SIGNALS if signal.recorded(world.sizes)}
+    missing = [name for name in missing if name in kinds]
     for name in (*known, *missing):
         signal = kinds[name]
         nothing = np.nan if np.dtype(signal.dtype).kind == "f" else 0.0

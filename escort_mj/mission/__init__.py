@@ -21,27 +21,17 @@ from escort_mj.native.on_demand import waited
 from escort_mj.record.episodes import NONE
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording, Variable, record
-<<<<<<< HEAD
-from escort_mj.record.revision import git_revision
 from escort_mj.record.stored import ASSETS
-=======
->>>>>>> 1c59406 (escort-mj judge: logs of real robots get a scenario's verdicts, metrics, figures and report)
 from escort_mj.scenario import dump_scenario
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.dump import short_dump
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import TIME, columns
 from escort_mj.world.callback import callbacks, native_loop
-<<<<<<< HEAD
-from escort_mj.world.model.build import World, build
-from escort_mj.world.model.robot.placing import models_of
-from escort_mj.world.plant import Mark, Plant, mujoco_version, surroundings
-from escort_mj.world.stages import IN_SPACE
-=======
 from escort_mj.world.labels import labels_of
 from escort_mj.world.model.build import Seen, World, build
+from escort_mj.world.model.robot.placing import models_of
 from escort_mj.world.plant import Mark, Plant
->>>>>>> 1c59406 (escort-mj judge: logs of real robots get a scenario's verdicts, metrics, figures and report)
 
 if TYPE_CHECKING:
     import xarray
