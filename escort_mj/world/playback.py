@@ -68,12 +68,13 @@ def play(
     moved = [(path.position(times), path.velocity(times)) for path in paths]
     rows, taken, ended = np.empty((schedule.count, world.record_size)), 0, []
     with native_loop(world):
+        position = position - _ahead(plant, places, position[0])
         for step, time in enumerate(times):
             data.time = time
             data.qpos[places], data.qvel[speeds] = position[step], velocity[step]
             for mover, (where, speed) in enumerate(moved):
                 data.qpos[mover_places[mover]], data.qvel[mover_speeds[mover]] = where[step], speed[step]
-            plant.state.q_d[:], plant.state.q_d_rate[:] = position[step], 0.0  # the law's own is unknown
+            plant.state.q_d[:], plant.state.q_d_rate[:] = plant.state.q, 0.0  # the law's own is unknown
             mujoco.mj_forward(model, data)
             if step == schedule.step(taken):
                 rows[taken] = plant.record
@@ -86,6 +87,18 @@ def play(
                 if progress is not None:
                     progress(time, times[-1])
     return rows, _without_forces(np.vstack([*ended, plant.under_way()]))
+
+
+def _ahead(plant: Plant, places: NDArray[np.int64], position: Array) -> Array:
+    """How far the points that the law controls are from robots' own places, shape (n, p) [m].
+
+    Nobody logged where robots look: they do so as at the start.
+    """
+    plant.data.qpos[places] = position
+    mujoco.mj_forward(plant.world.model, plant.data)
+    ahead = np.asarray(plant.state.q - position)
+    plant.reset()
+    return ahead
 
 
 def _without_forces(episodes: Array) -> Array:
