@@ -12,7 +12,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help run test machine-code kernels slow bench docs reference wheel lint style types format lock clean
+.PHONY: help run test machine-code slow bench docs reference wheel lint style types format lock clean
 
 help: ## show these targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile | expand -t 16
@@ -21,7 +21,7 @@ run: .venv/.bytecode .venv/.gl machine-code ## run the main scenario
 	@$(BIN)/escort-mj run scenarios/main.yaml $(ARGS)
 
 test: .venv/.run ## lint, types, import contracts, then the fast tests
-	@$(MAKE) --no-print-directory -j4 kernels lint .venv/.gl .venv/.bytecode
+	@$(MAKE) --no-print-directory -j4 machine-code lint .venv/.gl .venv/.bytecode
 	$(BIN)/pytest -n logical --maxprocesses 8 --dist worksteal $(ARGS)
 
 machine-code: .venv/.run ## compile all kernels for this machine's level of processors
@@ -30,9 +30,6 @@ machine-code: .venv/.run ## compile all kernels for this machine's level of proc
 wheel: .venv/.run ## the wheel, with machine code for every level of x86-64 processors
 	$(BIN)/python -m escort_mj.native.compiler.ship --every-level
 	$(BIN)/python -m hatchling build -t wheel
-
-kernels: .venv/.run ## compile the machine code that ships and what tests need beside it
-	$(BIN)/python -m tests.kernels
 
 slow: .venv/.test .venv/.gl ## the tests too slow for every change
 	$(BIN)/pytest -m slow $(ARGS) || [ $$? -eq 5 ]  # 5: there are none

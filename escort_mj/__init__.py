@@ -11,19 +11,22 @@ from __future__ import annotations
 TYPE_CHECKING = False  # type checkers take it for true; typing takes longer to import than this package
 
 if TYPE_CHECKING:
-    from escort_mj.api import judge, load_scenario, open_run, run, run_many, start
+    from escort_mj.api import judge, open_run, run, run_many, start
     from escort_mj.api.live import LiveMission
     from escort_mj.api.runs import Run, table
     from escort_mj.api.studies import compare, falsify, reproduce, sweep, tune
     from escort_mj.errors import EscortError, ScenarioError
     from escort_mj.record.outcome import Outcome
+    from escort_mj.scenario.reader.shipped import load_scenario
     from escort_mj.scenario.schema.scenario import Scenario
+    from escort_mj.standalone.controller import Controller
 
     __version__: str
 
 _HOMES = {
+    "Controller": "standalone.controller",
     "judge": "api",
-    "load_scenario": "api",
+    "load_scenario": "scenario.reader.shipped",
     "run": "api",
     "run_many": "api",
     "open_run": "api",
@@ -43,6 +46,7 @@ _HOMES = {
 }
 
 __all__ = [
+    "Controller",
     "EscortError",
     "LiveMission",
     "Outcome",

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
 import math
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +14,11 @@ from escort_mj.api.runs import Run
 from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, fly
-from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, scenarios_in, study_names
+from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
-from escort_mj.scenario import Scenario, load_file
+from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks.whole import trace_note
-from escort_mj.scenario.findings import shortened
-from escort_mj.scenario.reader.load import scenario_of
-from escort_mj.scenario.reader.overrides import Overrides
+from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
 from escort_mj.study.checked import Case
 from escort_mj.study.engine.parallel import cores
 
@@ -29,65 +26,6 @@ if TYPE_CHECKING:
     from escort_mj.api.live import LiveMission
 
 __all__ = ["cases", "fly", "judge", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
-
-
-def shipped_scenarios() -> list[str]:
-    """Names of the scenarios that come with the package."""
-    return scenario_names(scenarios_folder())
-
-
-def load_scenario(
-    source: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), plugins: Sequence[str] = ()
-) -> Scenario:
-    """Load and validate a scenario.
-
-    If an override shortens the run, expectations whose windows it does not reach are not judged.
-
-    Args:
-        source: A YAML file, the name of a shipped scenario such as `main` or `paper/case1_2d`, or a mapping
-            with keys and values as in a file.
-        overrides: A mapping of key paths to values, or texts `key.path=value`, to set there.
-        plugins: Additional plugins: Python files or names of installed plugins.
-
-    Raises:
-        ScenarioError: With all faults of the file.
-        UsageError: If there is no such file or shipped scenario.
-    """
-    if isinstance(source, Mapping):
-        return scenario_of(source, overrides, plugins)
-    return load_file(scenario_path(source), overrides, plugins)
-
-
-def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
-    """The file of a scenario: as given, or the shipped one of that name.
-
-    Raises:
-        UsageError: If there is no such file or shipped scenario.
-    """
-    return _shipped(path, "scenario", shipped_scenarios)
-
-
-def study_path(path: str | os.PathLike[str]) -> Path:
-    """The file of a study: as given, or the shipped one of that name, such as `studies/minute`.
-
-    Raises:
-        UsageError: If there is neither such a file nor such a shipped study.
-    """
-    return Path(_shipped(path, "study", lambda: study_names(scenarios_folder())))
-
-
-def _shipped(
-    path: str | os.PathLike[str], what: str, shipped: Callable[[], list[str]]
-) -> str | os.PathLike[str]:
-    """A file as it was given, or the shipped one of that name."""
-    name = os.fspath(path)
-    if os.path.exists(name) or name.endswith(SUFFIXES):
-        return path
-    if name not in (names := shipped()):
-        close = difflib.get_close_matches(name, names, 1)
-        hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(names)}"
-        raise UsageError(f"{shortened(name)}: there is no such file or shipped {what}; {hint}")
-    return scenarios_folder() / f"{name}.yaml"
 
 
 def cases(paths: Sequence[str | os.PathLike[str]]) -> list[Case]:

@@ -27,7 +27,10 @@ FOLDER = "ESCORT_MJ_CACHE_DIR"
 PACKAGE = Path(__file__).parents[1]
 MOST_KEYS = 8  # folders of kernels that are kept, the latest used: versions, environments, checkouts
 AGAIN = "what is missing there is compiled again in each run"
-ROOMS = ("native/compiler", "behaviors", "laws", "control", "control/outer_loops", "monitor", "world/loop")
+ROOMS = (
+    *("native/compiler", "behaviors", "laws", "control", "control/outer_loops", "monitor"),
+    *("memory", "world/loop"),
+)
 NO_CONSTANTS = {  # modules from which no kernel takes anything
     *("__init__.py", "errors.py", "stopping.py"),
     *(f"native/{name}.py" for name in ("artifacts", "cache", "levels", "shipped")),

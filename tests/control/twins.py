@@ -1,27 +1,21 @@
 """The compiled controller and its NumPy twin side by side, on random missions: what tests of both share."""
 
-import ctypes
 import math
-from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Repulsion, Surface, Vertices
-from escort_mj.control.controller import evaluate
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
-from escort_mj.memory.layout import State, axes_of, state_size, unpack_plan, unpack_state
+from escort_mj.memory.evaluation import evaluation_of
+from escort_mj.memory.layout import State, state_size, unpack_state
 from escort_mj.memory.packing import pack
-from escort_mj.native import artifacts
-from escort_mj.native.artifacts import Piece
 from escort_mj.numerics.formation import arrange, chords_exist
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.thomson import even_figure
 from escort_mj.sensing.sensors import Channel, Sensors
-from escort_mj.world.loop.step import MANY
 
 TOLERANCE = 1e-10
 
@@ -77,29 +71,6 @@ class Wave:
         return np.array(code, dtype=float), spans, np.zeros((0, 5))
 
 
-def evaluation(axes: int | None) -> Callable[..., None]:
-    """What evaluates the law on packed memory, with literal axes where the physics callbacks have them."""
-    if axes is None:
-
-        def of_many(plan: "int", state: "int") -> "None":
-            axes = axes_of(plan)
-            evaluate(unpack_plan(plan, axes), unpack_state(plan, state, axes))
-
-        return of_many
-
-    def of_few(plan: "int", state: "int") -> "None":
-        evaluate(unpack_plan(plan, axes), unpack_state(plan, state, axes))
-
-    return of_few
-
-
-@cache
-def step(axes: int | None) -> Callable[[int, int], None]:
-    """Machine code of the above, from the cache that missions have: compiled once for all workers."""
-    address = artifacts.address(Piece(__name__, "evaluation", axes))
-    return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(address)
-
-
 class Kernel:
     """The compiled controller with its own memory, evaluated like `ReferenceController`."""
 
@@ -121,7 +92,7 @@ class Kernel:
         if len(self.state.model_bias):  # as the physics callback does
             self.state.model_mass[:] = np.eye(self.axes).ravel() if mass is None else mass.reshape(len(q), -1)
             self.state.model_bias[:] = 0.0 if bias is None else bias
-        step(self.axes if self.axes < MANY else None)(self.packed.ctypes.data, self.memory.ctypes.data)
+        evaluation_of(self.axes)(self.packed.ctypes.data, self.memory.ctypes.data)
         limit = self.limit[:, None]
         self.state.force_before[:] = np.clip(self.state.command, -limit, limit)  # as the watcher does
         return self.state

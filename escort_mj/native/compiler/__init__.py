@@ -4,6 +4,8 @@
 `machine` say by which instructions; `pieces` compiles what is kept on disk.
 """
 
-EVERY_KERNEL = "escort_mj.world.loop.step"  # a module that brings all kernels and views
+EVERY_KERNEL = ("escort_mj.world.loop.step", "escort_mj.memory.evaluation")
+"""Modules that bring all kernels and views."""
 
-EVERY_KERNEL = "escort_mj.world.loop.step"  # a module that brings all kernels and views
+EVERY_KERNEL = ("escort_mj.world.loop.step", "escort_mj.memory.evaluation")
+"""Modules that bring all kernels and views."""

@@ -30,7 +30,8 @@ def compile_piece(piece: Piece) -> bytes:
     Raises:
         RuntimeError: If it needs what only a process with numba has.
     """
-    import_module(EVERY_KERNEL)
+    for module in EVERY_KERNEL:
+        import_module(module)
     function = getattr(import_module(piece.module), piece.function)
     if function not in on_demand.declared:
         function = function(piece.axes)  # it makes a callback

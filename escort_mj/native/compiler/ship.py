@@ -22,18 +22,16 @@ from escort_mj.native.levels import Level
 
 def every_piece() -> list[Piece]:
     """Return all that ships, what takes longest first."""
-    import_module(EVERY_KERNEL)
+    for module in EVERY_KERNEL:
+        import_module(module)
     return [*on_demand.callbacks, *(entry.piece for entry in on_demand.entries.values())]
 
 
-def ship(level: Level, beside: Iterable[Piece] = ()) -> dict[Piece, bytes]:
-    """Compile for a level what ships, unless it is there, and pieces beside it: these are returned."""
+def ship(level: Level) -> None:
+    """Compile for a level what ships, unless it is there."""
     folder = shipped.FOLDER / level.name
-    pieces = [] if shipped.is_current(folder) else every_piece()
-    codes = _compiled([*beside, *pieces], level)
-    if pieces:
-        shipped.write(folder, {piece.file: codes.pop(piece) for piece in pieces})
-    return codes
+    if not shipped.is_current(folder):
+        shipped.write(folder, {piece.file: code for piece, code in _compiled(every_piece(), level).items()})
 
 
 def _compiled(pieces: Iterable[Piece], level: Level) -> dict[Piece, bytes]:

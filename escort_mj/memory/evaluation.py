@@ -1,0 +1,43 @@
+"""The controller on packed memory, without a simulator: what a process calls whose robots are elsewhere."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import cache
+
+from escort_mj.control.conflicts import weigh_tasks
+from escort_mj.control.controller import evaluate, follow_time
+from escort_mj.control.inner import DEFAULT_FORCE
+from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
+from escort_mj.native import artifacts
+from escort_mj.native.artifacts import Piece
+from escort_mj.native.on_demand import CLASSES, callback
+from escort_mj.sensing.measure import measure
+
+
+@callback(*CLASSES)
+def evaluation(axes: int | None) -> Callable[..., None]:
+    """Evaluate the law once, as the physics callback does, for the plan and the state at two addresses."""
+    if axes is None:
+
+        def of_many(plan: int, state: int) -> None:
+            axes = axes_of(plan)
+            evaluate(unpack_plan(plan, axes), unpack_state(plan, state, axes))
+
+        return of_many
+
+    def of_few(plan: int, state: int) -> None:
+        evaluate(unpack_plan(plan, axes), unpack_state(plan, state, axes))
+
+    return of_few
+
+
+@cache
+def evaluation_of(axes: int) -> Callable[[int, int], None]:
+    """Return the machine code of `evaluation` for so many axes, compiled, shipped or read from the cache."""
+    known = axes if axes in CLASSES else None
+    functions = (evaluation, measure, weigh_tasks, follow_time, DEFAULT_FORCE)
+    pieces = [Piece(each.__module__, each.__name__, known) for each in functions]
+    artifacts.have(pieces)
+    return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(artifacts.address(pieces[0]))

@@ -1,0 +1,160 @@
+"""What evaluates the law: the machine code of missions on memory of its own, or the law in plain NumPy."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.components.mission import MissionSignals
+from escort_mj.components.obstacles import ObstacleSignals
+from escort_mj.control import signals as control
+from escort_mj.control.custom import native
+from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.setup import Setup
+from escort_mj.errors import EscortError, UsageError
+from escort_mj.memory.evaluation import evaluation_of
+from escort_mj.memory.layout import Plan, State, state_size, unpack_plan, unpack_state
+from escort_mj.memory.packing import pack
+from escort_mj.native.fields import declared
+from escort_mj.sensing.sensors import SensorSignals
+from escort_mj.signals import SIGNALS, Signal
+from escort_mj.standalone.knowledge import Knowledge
+
+Array = NDArray[np.float64]
+
+_KINDS = (
+    *(MissionSignals, ObstacleSignals, SensorSignals, control.SupervisorSignals, control.FailureSignals),
+    *(control.OuterLoopSignals, control.TaskSignals, control.InnerLoopSignals),
+)
+_NAMES = {name for kind in _KINDS for name in declared(kind)} - {"qpos"}
+CONTROL_SIGNALS: dict[str, Signal] = {signal.name: signal for signal in SIGNALS if signal.name in _NAMES}
+"""What can be read after each call: everything that a trace has of the controller."""
+
+
+class Backend(Protocol):
+    """Evaluates the law, and keeps its state."""
+
+    def evaluate(self, now: Knowledge) -> None:
+        """Evaluate the law; its state moves on by a timestep if the time is later than at the last call."""
+        ...
+
+    def value(self, name: str) -> Any:
+        """Return a signal of the last evaluation; not a copy."""
+        ...
+
+    def save(self) -> dict[str, Any]:
+        """Return copies of everything that later evaluations depend on."""
+        ...
+
+    def load(self, saved: Mapping[str, Any]) -> None:
+        """Continue from what `save` returned."""
+        ...
+
+
+class NativeBackend:
+    """The machine code that missions run in every physics step."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._evaluate = evaluation_of(setup.axes)
+        self._setup = setup
+        self._packed = pack(setup, stride=1, coordinates=0)
+        self._memory = np.zeros(state_size(self._packed))
+        self._places = self._packed.ctypes.data, self._memory.ctypes.data
+        native.forget(self._places[1])
+        self._plan: Plan = unpack_plan(self._places[0], setup.axes)
+        self._state: State = unpack_state(*self._places, setup.axes)
+        self._most, self._least = setup.force_limit[:, None], -setup.force_limit[:, None]
+
+    def evaluate(self, now: Knowledge) -> None:
+        """Evaluate the law, see `Backend`."""
+        state = self._state
+        state.time[0], state.q[:], state.v[:] = now.time, now.q, now.v
+        if now.target is not None:  # in place of what was worked out for this time
+            state.next_known[0], state.next_time[0] = 1.0, now.time
+            state.next_target_position[:], state.next_target_velocity[:] = now.target
+            if self._setup.disturbance is not None:
+                state.next_disturbance[:] = self._setup.disturbance.position(now.time)
+        if now.obstacles is not None:
+            self._plan.obstacle_position[:] = state.obstacle_position[:] = now.obstacles
+        if now.points is not None:
+            state.obstacle_point[:] = now.points.reshape(state.obstacle_point.shape)
+        if now.mass is not None:
+            state.model_mass[:] = now.mass.reshape(state.model_mass.shape)
+            state.model_bias[:] = now.bias
+        self._evaluate(*self._places)
+        if failure := native.failure(self._places[1]):
+            raise EscortError(f"a plugin raised an error at {failure.time:g} s: {failure.message}")
+        np.minimum(state.command, self._most, out=state.force)
+        np.maximum(state.force, self._least, out=state.force)
+        state.force_before[:] = state.force
+
+    def value(self, name: str) -> Any:
+        """Return a signal, see `Backend`."""
+        return getattr(self._state, name)
+
+    def save(self) -> dict[str, Any]:
+        """Return every field of the state, see `Backend`."""
+        return {name: getattr(self._state, name).copy() for name in declared(State)}
+
+    def load(self, saved: Mapping[str, Any]) -> None:
+        """Continue from a saved state, see `Backend`."""
+        fields = {name: getattr(self._state, name) for name in declared(State)}
+        if wrong := [name for name, field in fields.items() if np.shape(saved.get(name)) != field.shape]:
+            raise UsageError(f"state: {wrong[0]} is missing or of another shape: not of this mission")
+        for name, field in fields.items():
+            field[:] = saved[name]
+        native.forget(self._places[1])
+
+
+class NumpyBackend:
+    """The law in plain NumPy, written as the paper writes it: for reading, and for a debugger."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self._law = ReferenceController(setup, stride=1)
+        self._now: Knowledge | None = None
+        self._last: ReferenceSignals | None = None
+
+    def evaluate(self, now: Knowledge) -> None:
+        """Evaluate the law, see `Backend`."""
+        if self._now is None:
+            self._law.reset(now.q)
+        points = now.points
+        if points is None and now.obstacles is not None:
+            points = np.broadcast_to(now.obstacles, (self._setup.count + 1, *now.obstacles.shape))
+        target = None if now.target is None else (now.target[0], now.target[1])
+        self._last = self._law.evaluate(now.time, now.q, now.v, now.mass, now.bias, points, target)
+        self._now = now
+
+    def value(self, name: str) -> Any:
+        """Return a signal, see `Backend`."""
+        now, last, limit = self._now, self._last, self._setup.force_limit[:, None]
+        if now is None or last is None:  # as the memory of the machine code begins
+            m, p = self._setup.obstacle_position.shape
+            sizes = {"robot": self._setup.count, "axis": p, "obstacle": m, "behavior": len(self._setup.kinds)}
+            return np.zeros([sizes[dim] for dim in CONTROL_SIGNALS[name].dims])
+        if name == "force":
+            return np.clip(last.command, -limit, limit)
+        if name == "obstacle_position":
+            return self._setup.obstacle_position if now.obstacles is None else now.obstacles
+        return getattr(now if name in ("time", "q", "v") else last, name)
+
+    def save(self) -> dict[str, Any]:
+        """Return a copy of the law's objects, see `Backend`."""
+        return {"numpy": copy.deepcopy((self._law, self._now, self._last))}
+
+    def load(self, saved: Mapping[str, Any]) -> None:
+        """Continue from a saved state, see `Backend`."""
+        if "numpy" not in saved:
+            raise UsageError("state: this is not a state of the backend numpy")
+        self._law, self._now, self._last = copy.deepcopy(saved["numpy"])
+
+
+BACKENDS: dict[str, type[NativeBackend] | type[NumpyBackend]] = {
+    "native": NativeBackend,
+    "numpy": NumpyBackend,
+}

@@ -1,0 +1,260 @@
+"""The controller without the simulator: the same law, bit for bit, and nothing wrong passes silently."""
+
+import io
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+from escort_mj import Controller
+from escort_mj.api import load_scenario
+from escort_mj.errors import EscortError, UsageError
+from escort_mj.standalone.backends import CONTROL_SIGNALS
+from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
+from escort_mj.world.plant import Plant
+from tests.world.test_twin_loop import SEEING, SPATIAL
+
+BLOCKED = {
+    "robots": {"positions": [[4, 1], [1, 4], [-3, 2], [-3, -2]], "force_limit": 20},
+    "obstacles": [
+        {"shape": "box", "size": [0.5, 0.3], "position": [3, 0.2], "orientation": 0.4},
+        {"motion": {"position": ["-0.5*t", 4]}, "body": {"mass": 2}},
+    ],
+    "mission": {"radius": 2.5, "max_speed": 2.0},
+    "controller": {"law": "computed_torque"},
+}
+FAILING = {
+    "robots": {"count": 6, "failures": [{"robot": 2, "at": 1}, {"robot": 4, "at": 0.5, "kind": "stuck"}]}
+}
+
+
+def drive(controller: Controller, steps: int, **given: Any) -> list[dict[str, np.ndarray]]:
+    """Point masses of its own, integrated as MuJoCo does; the signals of every call."""
+    q, v, time, found = controller.start.copy(), np.zeros_like(controller.start), 0.0, []
+    for _ in range(steps):
+        force = controller(time, q, v, **given)
+        signals = controller.signals
+        found.append(signals)
+        assert (signals["force"] == force).all()
+        v = v + controller.timestep * (force + signals["disturbance"]) / controller.mass[:, None]
+        q, time = q + controller.timestep * v, time + controller.timestep
+    return found
+
+
+@pytest.mark.parametrize(
+    ("keys", "seconds"),
+    [("main", 5.0), (SPATIAL, 0.5), (SEEING, 0.5), (FAILING, 1.6)],
+    ids=["main", "spatial", "sensors", "failures"],
+)
+def test_on_a_plant_of_its_own_it_is_the_mission(keys: Any, seconds: float, compiled: None) -> None:
+    """Measured: no difference at all."""
+    world, steps = build(load_scenario(keys)), round(seconds / 0.002)
+    controller = Controller(keys, simulate=True)
+    found = drive(controller, steps)
+    with native_loop(world):
+        plant = Plant(world)
+        for signals in found:
+            plant.step(1)
+            for name in ("q", "v", "q_measured", "v_d", "tau", "force", "rho_hat", "target_position"):
+                difference = np.abs(signals[name] - getattr(plant.state, name)).max()
+                assert difference <= 1e-9, (name, difference)
+    assert steps * 0.002 == pytest.approx(found[-1]["time"] + 0.002)
+
+
+@pytest.mark.parametrize("keys", ["main", SPATIAL, SEEING, BLOCKED, FAILING])
+def test_both_backends_agree(keys: Any) -> None:
+    native, numpy = (Controller(keys, backend=name, simulate=True) for name in ("native", "numpy"))
+    random = np.random.default_rng(1)
+    for step in range(30):
+        q = native.start + random.normal(scale=0.1, size=native.start.shape)
+        v = random.normal(size=q.shape)
+        target = (random.normal(size=native.axes), random.normal(size=native.axes)) if step % 3 else None
+        given: dict[str, Any] = {"target": target}
+        if keys is BLOCKED:
+            seen = random.normal(scale=3.0, size=(4, 2, 2))
+            given |= {
+                "obstacles": [[0.0, 4.0]] if step % 2 else None,
+                "points": seen if step % 5 == 4 else None,
+            }
+            given |= {"mass": np.full(4, 1.5) if step % 2 else None, "bias": np.full((4, 2), 0.1)}
+        time = 0.002 * (step + step // 10)  # with gaps
+        forces = native(time, q, v, **given), numpy(time, q, v, **given)
+        np.testing.assert_allclose(*forces, rtol=0.0, atol=1e-10)
+        one, other = native.signals, numpy.signals
+        assert one.keys() == other.keys() == CONTROL_SIGNALS.keys() == native.units.keys()
+        for name in one:
+            np.testing.assert_allclose(one[name], other[name], rtol=0.0, atol=1e-10, err_msg=name)
+            assert one[name].dtype == other[name].dtype
+    assert (native.velocity == one["v_d"]).all()
+
+
+def test_obstacles_are_seen_as_in_the_mission(compiled: None) -> None:
+    """A box and a sphere that moves: the nearest points are found here, in the mission by MuJoCo."""
+    world = build(load_scenario(BLOCKED))
+    controller = Controller(BLOCKED)
+    closest = np.inf
+    with native_loop(world):
+        plant = Plant(world)
+        for _ in range(1200):
+            plant.step(1)
+            state = plant.state
+            tau = controller(state.time[0], state.q, state.v, obstacles=state.mover_position)
+            np.testing.assert_allclose(tau, np.clip(state.command, -20.0, 20.0), rtol=0.0, atol=1e-6)
+            closest = min(closest, state.obstacle_gap[:8:2].min())
+    assert closest < 0.9, "avoidance has something to do"
+
+
+def test_inside_a_shape_a_robot_is_pushed_out() -> None:
+    controller = Controller(BLOCKED, {"obstacles.0.orientation": 0, "obstacles.0.position": [3, 0]})
+    q = np.array([[3.45, 0.05], [1, 4], [-3, 2], [-3, -2]])
+    controller(0.0, q, np.zeros((4, 2)))
+    assert controller.velocity[0, 0] > 0.5 and controller.signals["avoidance_active"].tolist() == [1, 0, 0, 0]
+
+
+@pytest.mark.parametrize("backend", ["native", "numpy"])
+def test_a_saved_state_continues_bit_for_bit(backend: Any) -> None:
+    one, other = (Controller(SEEING, backend=backend, simulate=True) for _ in range(2))
+    random = np.random.default_rng(2)
+    inputs = [(0.002 * (k + k // 7), *random.normal(size=(2, 5, 2))) for k in range(20)]
+    for each in inputs[:10]:
+        one(*each)
+    saved = one.state
+    if backend == "native":
+        file = io.BytesIO()
+        np.savez(file, **saved)
+        file.seek(0)
+        saved = dict(np.load(file))
+    expected = [one(*each) for each in inputs[10:]]
+    for _ in range(2):
+        other.state = saved
+        assert (np.array([other(*each) for each in inputs[10:]]) == expected).all()
+    for wrong in ({}, {"clock": np.zeros(3)}, Controller("main_3d", backend="native").state):
+        with pytest.raises(UsageError, match="^state: "):
+            other.state = wrong
+
+
+def test_missed_timesteps_are_made_up_for() -> None:
+    """On a straight line the measurements in between are exactly the interpolated ones."""
+    every, some = Controller("main"), Controller("main")
+    q, v = every.start, np.array([0.3, -0.2])
+    for step in range(41):
+        time = step * every.timestep
+        force = every(time, q + time * v, np.broadcast_to(v, q.shape))
+        if step % 4 == 0:
+            seldom = some(time, q + time * v, np.broadcast_to(v, q.shape))
+    np.testing.assert_allclose(seldom, force, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(some.signals["q_d"], every.signals["q_d"], rtol=0.0, atol=1e-12)
+
+
+def test_jitter_does_not_add_up() -> None:
+    """As many timesteps as have passed, whenever the calls come; the same call again changes nothing."""
+    random, controller = np.random.default_rng(3), Controller("main")
+    q, v = controller.start, np.zeros_like(controller.start)
+    for time in 7.0 + np.concatenate([[0.0], np.sort(random.uniform(0.0, 0.2, 60)), [0.2]]):
+        controller(time, q, v)
+    assert controller.state["clock"].tolist() == [7.0, 7.2, 100]
+    before = controller.signals
+    assert (controller(7.2, q, v) == before["force"]).all()
+    assert all(np.array_equal(controller.signals[name], before[name]) for name in before)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        ({"time": 0.9}, "time: found 0.9 s after 1 s; time must not step back"),
+        ({"time": 1.2}, "time: found 1.2 s after 1 s; allowed are at most 0.1 s"),
+        ({"time": np.nan}, "time: found nan"),
+        ({"time": "now"}, 'time: found "now"; expected a time'),
+        ({"positions": np.zeros((4, 2))}, r"positions: found the shape \(4, 2\); .*shape \(5, 2\)"),
+        ({"positions": [[0, 1], [2]]}, "positions: found a list of 2; expected one row per robot"),
+        ({"velocities": np.full((5, 2), np.nan)}, r"velocities: found nan at \[0, 0\]; every number"),
+        ({"velocities": [[np.inf, 0]] * 5}, "velocities: found inf at"),
+        ({"target": 3}, r"target: found 3; expected a pair \(position, velocity\)"),
+        ({"target": ([1, 2, 3], [0, 0])}, r"position of the target: found the shape \(3,\)"),
+        ({"obstacles": np.zeros((3, 2))}, r"obstacles: found the shape \(3, 2\); .*shape \(4, 2\)"),
+        ({"points": np.zeros((5, 4, 2))}, "points: all obstacles are spheres"),
+        ({"mass": [1, 2]}, r"mass: found the shape \(2,\)"),
+        ({"bias": np.zeros(5)}, r"bias: found the shape \(5,\)"),
+    ],
+)
+def test_wrong_input_is_one_clear_error_and_changes_nothing(call: dict, words: str) -> None:
+    controller = Controller("main")
+    q = controller.start
+    good = {"time": 1.0, "positions": q, "velocities": np.zeros_like(q)}
+    controller(**good)
+    before = controller.state
+    with pytest.raises(UsageError, match=f"^{words}"):
+        controller(**good | {"time": 1.002} | call)
+    assert all(
+        np.array_equal(before[name], value, equal_nan=True) for name, value in controller.state.items()
+    )
+
+
+def test_wrong_options_are_refused() -> None:
+    with pytest.raises(UsageError, match='backend: found "fast"; allowed is native or numpy'):
+        Controller("main", backend="fast")  # type: ignore[arg-type]
+    with pytest.raises(UsageError, match="longest_gap: found 0; allowed is a time above 0"):
+        Controller("main", longest_gap=0)
+    with pytest.raises(UsageError, match='"taus" is not a signal of the controller; did you mean "tau"'):
+        Controller("main").signals["taus"]
+    with pytest.raises(UsageError, match="robot: found 6; allowed are 1 to 5"):
+        Controller("main").robot(6)
+    with pytest.raises(EscortError, match="no finite force for robot 1"):
+        Controller("main", {"robots.force_limit": None})(0.0, np.full((5, 2), 1e308), np.full((5, 2), -1e308))
+
+
+def test_a_team_that_starts_elsewhere_gets_a_formation_that_is_near() -> None:
+    """Turned by a half, and about a target that is far from the scenario's: the same, turned and moved."""
+    controller, away = Controller("main"), np.array([100.0, -50.0])
+    begin = controller._surroundings.setup.target.position(0.0)
+    still = np.zeros(2)
+    far = {"obstacles": np.full((4, 2), 1e4)}
+    first = controller(0.0, controller.start, np.zeros((5, 2)), (begin, still), **far)
+    q = away - (controller.start - begin)
+    controller.reset(q, away)
+    turned = controller(123.0, q, np.zeros((5, 2)), (away, still), **far)
+    np.testing.assert_allclose(turned, -first, atol=1e-9)
+
+
+@pytest.mark.parametrize("keys", ["main", SPATIAL, {"mission": {"outer": "barrier_filter"}}])
+def test_one_robot_gets_its_row(keys: Any) -> None:
+    team = Controller(keys)
+    robots = [team.robot(number + 1) for number in range(team.count)]
+    random, q = np.random.default_rng(4), team.start
+    for step in range(20):
+        v = random.normal(size=q.shape)
+        time, target = step * team.timestep, tuple(random.normal(size=(2, team.axes)))
+        forces = team(time, q, v, target)
+        for row, robot in enumerate(robots):
+            known = {other + 1: q[other] for other in range(team.count)} if row % 2 else q
+            assert (robot(time, q[row], v[row], known, target) == forces[row]).all()
+            assert (robot.velocity == team.velocity[row]).all()
+        q = q + team.timestep * v
+    saved = robots[0].state
+    heard = robots[0](time + 0.002, q[0], v[0])  # of nobody: they are where they were
+    robots[0].state = saved
+    assert (robots[0](time + 0.002, q[0], v[0], q - team.timestep * v) == heard).all()
+    with pytest.raises(UsageError, match="teammates: found robot 0; allowed are 1 to"):
+        robots[0](time, q[0], v[0], {0: q[0]})
+    with pytest.raises(
+        UsageError, match=r"position: found the shape \(3,\)" if team.axes == 2 else "position"
+    ):
+        robots[0](time, [0.0, 1.0, 2.0][: 5 - team.axes], v[0])
+
+
+def test_a_process_that_drives_robots_imports_no_simulator() -> None:
+    program = """
+import sys
+from escort_mj import Controller
+controller = Controller("patrol")
+force = controller(0.0, controller.start, 0.0 * controller.start)
+controller.robot(2)(0.0, controller.start[1], [0, 0], {1: controller.start[0]})
+controller.signals["s"], controller.velocity, controller.state
+unwanted = {"mujoco", "dm_control", "numba", "pandas", "xarray", "h5py", "matplotlib", "rich"}
+print(force.shape, sorted({name.split(".")[0] for name in sys.modules} & unwanted))
+"""
+    found = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    assert found.stdout == "(5, 2) []\n"
