@@ -8,12 +8,25 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import numpy as np
 import pytest
 
+from escort_mj import Controller
+from tests import ros_stand_in
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def example(name: str) -> Any:
+    """The module of an example."""
+    spec = importlib.util.spec_from_file_location(name, EXAMPLES / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def test_many_missions(compiled: None) -> None:
@@ -26,13 +39,80 @@ def test_many_missions(compiled: None) -> None:
 def test_train_policy(compiled: None, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("cmaes")
     pytest.importorskip("gymnasium")
-    spec = importlib.util.spec_from_file_location("train_policy", EXAMPLES / "train_policy.py")
-    assert spec is not None and spec.loader is not None
-    example = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(example)
-    curve = example.main(2, duration=0.5)
+    curve = example("train_policy").main(2, duration=0.5)
     assert len(curve) == 2 and np.isfinite(curve).all()
     assert "trained: " in capsys.readouterr().out
+
+
+def test_udp_robots(tmp_path: Path) -> None:
+    """In real time, so on a busy machine some answers may come late."""
+    found = example("udp_robots").fly(seconds=0.4, log=tmp_path / "log.csv")
+    assert found["messages"] >= 20 and found["missed"] < 20 and found["latency_median_ms"] > 0.0
+    head, *rows = (tmp_path / "log.csv").read_text().splitlines()
+    names = [f"robot_{number}" for number in (1, 2, 3, 4)]
+    assert head.split(",") == [
+        *("time", *(f"{name}.{axis}" for name in names for axis in "xy")),
+        *(f"{name}.v{axis}" for name in names for axis in "xy"),
+        *("target.x", "target.y"),
+    ]
+    times = np.array([float(row.split(",")[0]) for row in rows])
+    assert len(times) >= 5 and (np.diff(times) > 0.0).all() and times[-1] < 0.4
+    if found["steps_braking"] == 0:
+        assert (found["last_radii"] < [2.68, 2.68, 2.7, 2.7]).all(), "they have come closer"
+
+
+def test_robots_without_a_command_brake() -> None:
+    module = example("udp_robots")
+    robots = module.Robots([[0.0, 0.0]], [2.0], [4.0], 0.02)
+    robots.command(np.array([[4.0, 0.0]]))
+    speeds = [0.0]
+    for _ in range(60):
+        robots.step()
+        speeds.append(robots.v[0, 0])
+    assert np.argmax(speeds) == 6 and speeds[6] == pytest.approx(0.24), "100 ms after the last command"
+    assert robots.brakes == 54 and abs(speeds[-1]) < 0.01 * speeds[6]
+
+
+@pytest.mark.parametrize("command", ["twist", "wrench"])
+def test_ros2_node(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a stand-in for ROS 2: what the robots are sent is what the controller says, in their own axes."""
+    ros_stand_in.install(monkeypatch)
+    monkeypatch.setattr(ros_stand_in.Node, "parameters", {"command": command})
+    module = example("ros2_node")
+    node, controller = module.Escort(), Controller("fifty_hertz")
+    topic, part = ("wrench", "force") if command == "wrench" else ("cmd_vel", "linear")
+    q, v = controller.start, np.full((4, 2), 0.3)
+    target = np.array([0.2, -0.1]), np.array([0.1, 0.2])
+
+    def tell(name: str, place: np.ndarray, speed: np.ndarray, yaw: float) -> None:
+        message = ros_stand_in.Odometry()
+        at, turned = message.pose.pose.position, message.pose.pose.orientation
+        at.x, at.y = place
+        turned.w, turned.z = np.cos(yaw / 2), np.sin(yaw / 2)
+        inward = np.exp(-1j * yaw) * (speed[0] + 1j * speed[1])
+        message.twist.twist.linear.x, message.twist.twist.linear.y = inward.real, inward.imag
+        node.listens[f"/{name}/odom"](message)
+
+    node.tick()
+    assert node.warnings == ["robots stop: odometry is missing"] and node.period == 0.02
+    controller.reset(q, target[0])
+    for step in range(1, 4):
+        node.nanoseconds = step * 20_000_000
+        tell("target", *target, 0.3)
+        for row in range(4):
+            tell(f"robot_{row + 1}", q[row], v[row], 0.5 * row)
+        node.tick()
+        force = controller(0.02 * step, q, v, target)
+        expected = force if command == "wrench" else controller.velocity
+        for row in range(4):
+            sent = getattr(node.sent[f"/robot_{row + 1}/{topic}"][-1], part)
+            outward = np.exp(0.5j * row) * (sent.x + 1j * sent.y)
+            assert [outward.real, outward.imag] == pytest.approx(expected[row], abs=1e-9) and sent.z == 0.0
+    node.nanoseconds += 200_000_000
+    node.tick()
+    last = getattr(node.sent[f"/robot_1/{topic}"][-1], part)
+    assert (last.x, last.y) == pytest.approx((-3.0, -3.0) if command == "wrench" else (0.0, 0.0))
+    assert len(node.warnings) == 2
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)

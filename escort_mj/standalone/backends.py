@@ -103,7 +103,7 @@ class NativeBackend:
     def load(self, saved: Mapping[str, Any]) -> None:
         """Continue from a saved state, see `Backend`."""
         fields = {name: getattr(self._state, name) for name in declared(State)}
-        if wrong := [name for name, field in fields.items() if np.shape(saved.get(name)) != field.shape]:
+        if wrong := [name for name, field in fields.items() if np.shape(saved.get(name, 0)) != field.shape]:
             raise UsageError(f"state: {wrong[0]} is missing or of another shape: not of this mission")
         for name, field in fields.items():
             field[:] = saved[name]

@@ -22,7 +22,7 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Sensors
 from escort_mj.standalone.backends import BACKENDS, CONTROL_SIGNALS, Backend
-from escort_mj.standalone.knowledge import Knowledge, Surroundings, numbers
+from escort_mj.standalone.knowledge import Knowledge, Surroundings, is_finite, numbers
 
 if TYPE_CHECKING:
     from escort_mj.standalone.robot import RobotController
@@ -42,13 +42,13 @@ class Signals(dict[str, Any]):
 class Controller:
     """The law of a scenario without the simulator, for robots that move elsewhere.
 
-    Each call takes what is measured at one time and returns the force for every robot. MuJoCo is not imported.
-    Positions, velocities and forces are in the frame of the scenario's coordinates.
+    Each call takes what is measured at one time and returns the force for every robot. MuJoCo is not
+    imported. Positions, velocities and forces are in the frame of the scenario's coordinates.
 
-    The law counts in timesteps (`physics.timestep`): a call that is not yet half a timestep after the last one
-    evaluates the law again without advancing its state. A call that is several timesteps later makes up for the
-    missed ones, with the measurements interpolated between the two calls. A gap longer than `longest_gap` and
-    a time that steps back are errors.
+    The law counts in timesteps (`physics.timestep`): a call less than half a timestep after the last one
+    evaluates the law again without advancing its state. A call several timesteps later makes up for the
+    missed ones, with the measurements interpolated between the two calls. A gap longer than `longest_gap`
+    and a time that steps back are errors.
 
     Attributes:
         scenario: The checked scenario.
@@ -82,8 +82,8 @@ class Controller:
             plugins: Additional plugins: Python files or names of installed plugins.
             backend: `native`: the machine code that missions run. `numpy`: the same law in plain NumPy, slow,
                 for reading and for a debugger. Both agree to 1e-10.
-            simulate: Whether to add what the scenario simulates around the law: errors of sensors, failures of
-                motors and the disturbance. By default, the law is given the measurements as they are. The
+            simulate: Whether to add what the scenario simulates around the law: errors of sensors, failures
+                of motors and the disturbance. By default, the law is given the measurements as they are. The
                 ranges of `sensing.radius` always apply.
             longest_gap: Longest time between two calls that is made up for [s].
 
@@ -100,7 +100,11 @@ class Controller:
         else:
             scenario = load_scenario(scenario, overrides, plugins)
         self.scenario = scenario
-        self._options = {"backend": backend, "simulate": simulate, "longest_gap": longest_gap}
+        self._options: dict[str, Any] = {
+            "backend": backend,
+            "simulate": simulate,
+            "longest_gap": longest_gap,
+        }
         self._robots: Placement = team(scenario)
         self._bodies = obstacles_of(scenario)
         self.timestep = scenario.physics.timestep
@@ -115,8 +119,8 @@ class Controller:
         """Start the mission again; the next call is its first one, at any time.
 
         Args:
-            positions: Where the robots are, shape (n, p) [m]: each gets a place in the formation that is near.
-                None for the scenario's start.
+            positions: Where the robots are, shape (n, p) [m]: each gets a place in the formation that is
+                near. None for the scenario's start.
             target: Where the target is then, shape (p,) [m]; None for the scenario's start.
         """
         robots = self._robots
@@ -135,7 +139,7 @@ class Controller:
             setup = replace(setup, sensing=ranges, disturbance=None, failures=(), reforming=None)
         self._law = setup.law.law
         self._surroundings = Surroundings(setup, self._bodies, paths, self._robots.mass)
-        self._backend: Backend = BACKENDS[str(self._options["backend"])](setup)
+        self._backend: Backend = BACKENDS[self._options["backend"]](setup)
         self._before: Knowledge | None = None
         self._first = self._evaluated = 0.0  # times of the first call, and up to which the state has come
         self._steps = 0
@@ -160,9 +164,10 @@ class Controller:
             time: Time of the measurements [s]; any clock that does not step back.
             positions: Of the robots, shape (n, p) [m].
             velocities: Of the robots, shape (n, p) [m/s].
-            target: Position [m] and velocity [m/s] of the target, shape (p,) each; None for the scenario's own.
-            obstacles: Centers of the moving obstacles in the order of the scenario, or of all obstacles, shape
-                (k, p) [m]; None for the scenario's own.
+            target: Position [m] and velocity [m/s] of the target, shape (p,) each; None for the scenario's
+                own.
+            obstacles: Centers of the moving obstacles in the order of the scenario, or of all obstacles,
+                shape (k, p) [m]; None for the scenario's own.
             points: The point of each obstacle that is nearest to each robot, shape (n, m, p) [m], for sensors
                 that measure it; of spheres the center. None to compute it from the shapes.
             mass: Mass of each robot, shape (n,), or mass matrix, shape (n, p, p) [kg], for laws that use a
@@ -170,8 +175,8 @@ class Controller:
             bias: Bias force of each robot, likewise, shape (n, p) [N]; None for none.
 
         Raises:
-            UsageError: If an array has a wrong shape or contains a number that is not finite, if the time steps
-                back, or if the gap since the last call is too long; the state remains as it was.
+            UsageError: If an array has a wrong shape or contains a number that is not finite, if the time
+                steps back, or if the gap since the last call is too long; the state remains as it was.
             EscortError: If the law or a plugin fails.
         """
         known, before = self._surroundings, self._before
@@ -184,7 +189,7 @@ class Controller:
         seen = known.points(now, q, goal, centers, points)
         self._advance(Knowledge(now, q, v, goal, centers, seen, *known.model(mass, bias)))
         force = np.array(self._backend.value("force"))
-        if not math.isfinite(force.sum()):
+        if not is_finite(force):
             robot = int(np.argwhere(~np.isfinite(force))[0, 0]) + 1
             raise EscortError(f"the law {self._law} gives no finite force for robot {robot} at {now:g} s")
         return force
@@ -218,8 +223,8 @@ class Controller:
         longest = self._options["longest_gap"]
         if due > 1 and time - before > longest:
             raise UsageError(
-                f"time: found {time:g} s after {before:g} s; allowed are at most {longest:g} s between two calls "
-                "(longest_gap); reset starts again"
+                f"time: found {time:g} s after {before:g} s; allowed are at most {longest:g} s between two "
+                "calls (longest_gap); reset starts again"
             )
         return due
 
@@ -274,7 +279,7 @@ class Controller:
 
         if isinstance(number, bool) or number not in range(1, self.count + 1):
             raise UsageError(f"robot: found {shown(number)}; allowed are 1 to {self.count}")
-        team_controller = Controller(self.scenario, **self._options)  # type: ignore[arg-type]
+        team_controller = Controller(self.scenario, **self._options)
         return RobotController(team_controller, int(number))
 
     def __repr__(self) -> str:

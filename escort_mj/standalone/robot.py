@@ -20,8 +20,9 @@ Array = NDArray[np.float64]
 class RobotController:
     """The law as one robot computes it, with its own measurements and what it knows of its teammates.
 
-    `Controller.robot` makes it. The robot computes the law of the whole team as far as it knows it and keeps its
-    own row: given the same measurements, it gets the same force as the team's controller, bit for bit.
+    `Controller.robot` makes it. The robot computes the law of the whole team, as far as it knows the team,
+    and keeps its own row: given the same measurements, the force is that of the team's controller, bit for
+    bit.
 
     Attributes:
         number: Of the robot, from 1.
@@ -59,9 +60,9 @@ class RobotController:
             time: Time of the measurements [s].
             position: Of this robot, shape (p,) [m].
             velocity: Of this robot, shape (p,) [m/s].
-            teammates: Positions by robot number, as far as something new is known, or of the whole team, shape
-                (n, p) [m], of which the own row is not used. A teammate that is not mentioned stays where it
-                was last heard of, at first at its start.
+            teammates: Positions by robot number, as far as something new is known, or of the whole team,
+                shape (n, p) [m], of which the own row is not used. A teammate that is not mentioned stays
+                where it was last heard of, at first at its start.
             target: As for `Controller`.
             obstacles: As for `Controller`.
             points: Nearest point of each obstacle, shape (m, p) [m].
@@ -121,9 +122,9 @@ class RobotController:
 
     @state.setter
     def state(self, saved: Mapping[str, Any]) -> None:
-        if np.shape(saved.get("known")) != self._known.shape:
+        if np.shape(saved.get("known", ())) != self._known.shape:
             raise UsageError("state: this is not the state of one robot of this mission")
-        self.team.state = saved  # type: ignore[assignment]
+        self.team.state = saved
         self._known = np.array(saved["known"], dtype=float)
 
     def __repr__(self) -> str:
