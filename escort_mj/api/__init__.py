@@ -18,6 +18,7 @@ from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.checks.whole import trace_note
+from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
 from escort_mj.study.checked import Case
 from escort_mj.study.engine.parallel import cores
