@@ -26,6 +26,17 @@ def copied(source: Element, prefix: str, skip: Sequence[str] = ()) -> Element:
     return copy
 
 
+def names_in_copy(source: Element, prefix: str) -> dict[str, str]:
+    """Names below an element of a part, and what `copied` makes of them; without those that are skipped."""
+    names: dict[str, str] = {}
+    for child in source:
+        name = child.get("name")
+        if name is not None:
+            names[name] = f"{prefix}_{name}"
+        names |= names_in_copy(child, names[name] if name else prefix)
+    return names
+
+
 def set_attributes(element: Element, **attributes: Any) -> None:
     """Sets attributes of an element: words, whole numbers, and numbers that are read back to the bit."""
     for name, value in attributes.items():

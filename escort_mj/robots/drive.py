@@ -135,6 +135,12 @@ class DriveModel:
 
 
 @inlined
+def past_dead_zone(command: float, zone: float) -> float:
+    """What is left of a command behind a motor's dead zone [N]."""
+    return command - min(max(command, -zone), zone)
+
+
+@inlined
 def controls_for(demand: Array, demands: int, inputs: Array, first: int, count: int, controls: Array) -> None:
     """Controls of a robot's actuators, within their ranges.
 

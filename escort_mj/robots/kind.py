@@ -10,17 +10,18 @@ from escort_mj.components.parameters import Parameters
 from escort_mj.mjcf import set_attributes
 from escort_mj.robots.attitude import Craft
 from escort_mj.robots.drive import DriveModel
+from escort_mj.robots.hydrodynamics import Vessel
 
 FREE_COORDINATES = 7  # of a free body: a place and a quaternion
 MOST_MOTORS = 9  # of any kind
 
 
 class Motor(NamedTuple):
-    """A motor that acts on the joint `free` of a robot's body.
+    """A motor that acts on the joint or site of a robot that its part names, such as the joint `free`.
 
     Attributes:
         name: In the MJCF part.
-        gear: Force and torque on the joint for a control of 1, shape (6,); None: as the part has it.
+        gear: Force and torque there for a control of 1, shape (6,); None: as the part has it.
         limits: Least and largest force [N]; None for a motor without limit, lag and gain error.
         start: Force at the start of the mission, where motors lag [N].
     """
@@ -121,6 +122,15 @@ class RobotKind(Parameters):
         """
         return ()
 
+    def start_rates(self, velocity: Sequence[float], radius: float) -> tuple[float, ...]:
+        """Return the first rates of its coordinates behind those of the hull's place; the rest are zero.
+
+        Args:
+            velocity: Of its hull at the start, along the axes of the mission [m/s].
+            radius: Of its hull [m].
+        """
+        return ()
+
     def lift(self, mass: float, gravity: Sequence[float]) -> tuple[float, ...]:
         """Return the force that is fed forward against its weight, world frame, shape (3,) [N].
 
@@ -138,6 +148,17 @@ class RobotKind(Parameters):
             radius: Of its hull [m].
             gravity: World frame, shape (3,) [m/s^2].
             height: That planar missions hold [m].
+        """
+        return None
+
+    def vessel(self, mass: float, radius: float) -> Vessel | None:
+        """Return what the water does to it; None for what does not float.
+
+        Its first coordinates are then x, y and heading, of a tree of its own.
+
+        Args:
+            mass: Of the robot [kg].
+            radius: Of its hull [m].
         """
         return None
 

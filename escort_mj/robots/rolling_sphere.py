@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 from escort_mj.robots.kind import FREE_COORDINATES, RobotKind
@@ -20,3 +21,7 @@ class RollingSphere(RobotKind):
     def coordinates(self, axes: int) -> int:
         """Return those of a free body."""
         return FREE_COORDINATES
+
+    def start_rates(self, velocity: Sequence[float], radius: float) -> tuple[float, ...]:
+        """Return those with which it rolls."""
+        return (0.0, -velocity[1] / radius, velocity[0] / radius)

@@ -1,7 +1,7 @@
 """Small worlds, and runs of them step by step."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -19,8 +19,8 @@ NO_FORCE = 1e-12  # a force limit that leaves robots to physics alone [N]
 def make_world(compiled: None) -> Callable[..., World]:
     """Builds a world from the keys of a scenario; the cross-checks of loading are left out."""
 
-    def make(**keys: Any) -> World:
-        return build(Scenario.model_validate(keys))
+    def make(outside: Literal["force"] | None = None, **keys: Any) -> World:
+        return build(Scenario.model_validate(keys), outside)
 
     return make
 

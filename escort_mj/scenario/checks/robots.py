@@ -50,7 +50,8 @@ def check_kinds(scenario: Scenario) -> Iterator[Finding]:
             cases.append((("robots", "overrides", index, key), kind, radius))
     for path, kind, radius in cases:
         if scenario.axes > kind.most_axes:
-            why = "it rolls on a floor: axes 2" if kind.rolls else f"expected axes 2 to {kind.most_axes}"
+            most = f"expected axes 2 to {kind.most_axes}" if kind.most_axes > 2 else "expected axes 2"
+            why = "it rolls on a floor: axes 2" if kind.rolls else most
             yield Finding(path, f"found {kind.kind} in {scenario.axes} axes; {why}")
         yield from (Finding(path, words) for words in kind.misfits(radius))
 

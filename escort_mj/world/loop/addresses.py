@@ -16,6 +16,7 @@ from escort_mj.native.memory import Layout, viewer
 from escort_mj.robots.attitude import ROTORS, Craft
 from escort_mj.robots.drive import Drive as DriveRow
 from escort_mj.robots.drive import DriveModel, Input
+from escort_mj.robots.hydrodynamics import Vessel
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.scenario.geometry.shapes import hull, rotation_matrix
@@ -51,6 +52,8 @@ class Addresses(Fields):
     ]
     drives: Annotated[Array, "driven", len(DriveRow._fields), Value("1", "see `robots/drive.py`")]
     inputs: Annotated[Array, "inputs", len(Input._fields), Value("1", "likewise, of all drives")]
+    vessel_robot: Annotated[Array, "afloat", Value("1", "which robot each vessel is")]
+    vessels: Annotated[Array, "afloat", len(Vessel._fields), Value("1", "see `robots/hydrodynamics.py`")]
     geom_body: Annotated[
         Array, "geoms", Value("1", "which of the mission's bodies each geom belongs to, -1 for none")
     ]
@@ -98,6 +101,7 @@ def _sizes(
         "flying": sum(craft is not None for craft in crafts_of(team, (0.0, 0.0, -1.0))),
         "driven": len(drives),
         "inputs": sum(len(drive.inputs) for drive in drives),
+        "afloat": len(_vessels(team)),
         "geoms": geoms,
         "faces": faces,
     }
@@ -142,6 +146,13 @@ def _first_joints(model: mujoco.MjModel, robots: int) -> NDArray[np.int64]:
     return np.array([first[model.body(f"robot_{i + 1}").id] for i in range(robots)])
 
 
+def _vessels(team: Placement) -> dict[int, Vessel]:
+    """What the water does to robots that float, by their numbers from 0."""
+    robots = enumerate(zip(team.kind, team.mass, team.radius, strict=True))
+    found = {i: kind.vessel(float(mass), float(radius)) for i, (kind, mass, radius) in robots}
+    return {i: vessel for i, vessel in found.items() if vessel is not None}
+
+
 def find_addresses(
     model: mujoco.MjModel,
     team: Placement,
@@ -183,6 +194,7 @@ def find_addresses(
             crafts.append(craft)
     flying = np.flatnonzero(pilot >= 0)
     driven = _drives(model, team)
+    vessels = _vessels(team)
     motors = [kind.actuators(len(places)) for kind in team.kind]
     addresses = model.jnt_qposadr[joints], dofs, np.cumsum([0, *motors[:-1]])
     dead_zone = [actuators.dead_zone for actuators in team.actuators]
@@ -209,6 +221,8 @@ def find_addresses(
             **driven,
             "rotor_gain": _rotor_gains(team, flying),
             "rotor_state": model.actuator_actadr[addresses[2][flying]],
+            "vessel_robot": list(vessels),
+            "vessels": np.reshape(list(vessels.values()), (len(vessels), len(Vessel._fields))),
             "geom_body": geom_bodies(model, names),
             "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
             "obstacle_geom": [model.geom(f"{name}_body").id for name in obstacles],

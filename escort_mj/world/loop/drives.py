@@ -46,6 +46,7 @@ from escort_mj.robots.drive import (
     START,
     THRUST,
     controls_for,
+    past_dead_zone,
     thrust_within,
 )
 from escort_mj.world.loop.addresses import Addresses
@@ -167,6 +168,10 @@ def operate(
                 for k in range(3):
                     demand[3 + k] = torque[k]
             controls_for(demand, DEMANDS, inputs, first, count, controls)
+        for j in range(first, first + count):
+            if inputs[j, GAIN] > 0.0:
+                place, zone = int(inputs[j, INDEX]), addresses.dead_zone[i] / inputs[j, GAIN]
+                controls[place] = past_dead_zone(controls[place], zone)
     for k in range(3):
         force[k] = 0.0
         for j in range(first, first + count):

@@ -55,6 +55,7 @@ DATA_ARRAYS = (
     "xfrc_applied",
     "M",
     "qfrc_bias",
+    "qfrc_passive",
     "qacc",
 )
 MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind", "geom_aabb", "geom_size", "geom_type")

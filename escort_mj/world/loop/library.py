@@ -31,3 +31,16 @@ def geom_distance(model: int, data: int, geom1: int, geom2: int, farthest: float
     Addresses of model and data; the two geoms; the address of six numbers for the nearest points on both.
     """
     raise NotImplementedError("for kernels alone")
+
+
+@external(
+    ctypes.cast(library().mj_factorM, ctypes.c_void_p).value or 0,
+    None,
+    *[ctypes.c_void_p, ctypes.c_void_p],
+)
+def factor_mass(model: int, data: int) -> None:
+    """MuJoCo's `mj_factorM`, for kernels: factors the mass matrix as it stands.
+
+    Addresses of model and data.
+    """
+    raise NotImplementedError("for kernels alone")

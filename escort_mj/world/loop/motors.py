@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from escort_mj.control.failure import DEAD, STUCK
 from escort_mj.memory.layout import Plan, State
-from escort_mj.native.kernels import DOUBLE, inlined, vector_at
+from escort_mj.native.kernels import DOUBLE, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.robots.attitude import ROTORS
+from escort_mj.robots.drive import past_dead_zone
 from escort_mj.robots.quadrotor import pilot, push
 from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.drives import operate
@@ -18,12 +19,6 @@ Array = NDArray[np.float64]
 
 WORKING = -1.0  # beside the kinds of failures
 MOST_CONTROLS = 1000  # of one robot
-
-
-@inlined
-def past_dead_zone(command: float, zone: float) -> float:
-    """What is left of a command behind a motor's dead zone [N]."""
-    return command - min(max(command, -zone), zone)
 
 
 @on_demand

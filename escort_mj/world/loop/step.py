@@ -37,6 +37,7 @@ from escort_mj.world.loop.drives import read_forces, read_points
 from escort_mj.world.loop.layout import offset, size
 from escort_mj.world.loop.motors import command_motors
 from escort_mj.world.loop.nearest import find_nearest
+from escort_mj.world.loop.water import float_vessels
 from escort_mj.world.stages import IN_SPACE
 
 MODEL_NUMBERS = offset("mjModel", "nnumericdata")
@@ -119,6 +120,8 @@ def control(m: int, d: int, axes: int) -> None:
         speed = vector_at(pointer_at(d + DATA_QVEL()) + DOUBLE * int(addresses.mover_dof[b]), p)
         for k in range(p):
             state.mover_position[b, k], state.mover_velocity[b, k] = here[k], speed[k]
+    if addresses.vessels.shape[0] > 0:
+        float_vessels(m, d, addresses)
     if state.model_bias.shape[0] > 0:
         tell_model(m, d, addresses, state)
     if plan.shaped:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import PluginError
-from escort_mj.mjcf import child_named, copied, section, set_attributes
+from escort_mj.mjcf import child_named, copied, names_in_copy, section, set_attributes
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
 from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.geometry.placement import Placement
@@ -71,8 +71,8 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: 
             continue
         dof = model.jnt_dofadr[model.body(f"robot_{i + 1}").jntadr[0]]
         speeds[dof : dof + len(velocity)] = velocity
-        if kind.rolls:
-            speeds[dof + 3 : dof + 5] = np.array([-velocity[1], velocity[0]]) / robots.radius[i]
+        rates = kind.start_rates(velocity, float(robots.radius[i]))
+        speeds[dof + len(velocity) : dof + len(velocity) + len(rates)] = rates
         if robots.actuators[i].lag > 0.0:
             for motor in _free_motors(robots, i, gravity):
                 if motor.limits is not None:
@@ -107,26 +107,34 @@ def _add_body(
     _shape(body, name, kind, float(robots.mass[i]), radius, len(robots.position[i]))
     for geom in body.iter("geom"):
         set_attributes(geom, group=stage.number)
+    _place_slides(body, stage, robots, i)
     if motors := _free_motors(robots, i, gravity):
         _add_free_motors(tree, motors, robots, i)
     else:
         _add_motors(tree, body, stage, robots, i)
 
 
-def _add_motors(tree: Element, body: Element, stage: Stage, robots: Placement, i: int) -> None:
-    """One motor for each axis of a stage; the joints of these measure positions in the mission."""
-    part = part_of(robots.kind[i])
-    axes, position = np.arange(robots.position.shape[1])[stage.axes], robots.position[i][stage.axes]
+def _place_slides(body: Element, stage: Stage, robots: Placement, i: int) -> None:
+    """Have joints that slide along the axes of a stage measure positions in the mission."""
+    slides = {joint.get("name"): joint for joint in body if joint.tag == "joint"}
     names = axis_names(robots.position.shape[1])[stage.axes]
-    joints = {joint.get("name"): joint for joint in body if joint.tag in ("joint", "freejoint")}
-    for direction, name, axis, start in zip(stage.directions, names, axes, position, strict=True):
-        motor = child_named(part, "motor", direction)
-        joint = joints[f"{body.get('name')}_{motor.get('joint')}"]
-        if joint.tag == "joint":
+    for direction, name, start in zip(stage.directions, names, robots.position[i][stage.axes], strict=True):
+        joint = slides.get(f"{body.get('name')}_{direction}")
+        if joint is not None:
             set_attributes(joint, name=f"robot_{i + 1}_{name}", ref=start)
+
+
+def _add_motors(tree: Element, body: Element, stage: Stage, robots: Placement, i: int) -> None:
+    """One motor for each axis of a stage."""
+    part = part_of(robots.kind[i])
+    axes, names = np.arange(robots.position.shape[1])[stage.axes], axis_names(robots.position.shape[1])
+    free = child_named(part, "body", "robot").find("freejoint") is not None
+    for direction, axis in zip(stage.directions, axes, strict=True):
+        motor, name = child_named(part, "motor", direction), f"robot_{i + 1}_{names[axis]}"
         limit = float(robots.force_limit[i])
-        where = {"joint": joint.get("name"), "gear": motor.get("gear", "1")}
-        _add_motor(tree, f"robot_{i + 1}_{name}", robots, i, axis, (-limit, limit), **where)
+        joint = f"{body.get('name')}_{motor.get('joint')}" if free else name
+        where = {"joint": joint, "gear": motor.get("gear", "1")}
+        _add_motor(tree, name, robots, i, axis, (-limit, limit), **where)
 
 
 def _free_motors(robots: Placement, i: int, gravity: Sequence[float]) -> tuple[Motor, ...]:
@@ -135,11 +143,15 @@ def _free_motors(robots: Placement, i: int, gravity: Sequence[float]) -> tuple[M
 
 
 def _add_free_motors(tree: Element, motors: Sequence[Motor], robots: Placement, i: int) -> None:
-    """Motors on a robot's free joint, in their order."""
+    """Motors of a kind's own, in their order, each where its part has it."""
     part, name = part_of(robots.kind[i]), f"robot_{i + 1}"
+    names = names_in_copy(child_named(part, "body", "robot"), name)
     for number, motor in enumerate(motors):
-        gear = child_named(part, "motor", motor.name).get("gear") if motor.gear is None else motor.gear
-        where = {"joint": f"{name}_free", "gear": gear}
+        own = child_named(part, "motor", motor.name)
+        where: dict[str, Any] = {
+            key: names[own.attrib[key]] for key in ("joint", "site") if key in own.attrib
+        }
+        where["gear"] = own.get("gear", "1") if motor.gear is None else motor.gear
         if motor.limits is None:
             plain = SubElement(section(tree, "actuator"), "motor", name=f"{name}_{motor.name}")
             set_attributes(plain, **where)
@@ -174,7 +186,7 @@ def _shape(body: Element, name: str, kind: RobotKind, mass: float, radius: float
     Raises:
         PluginError: If it raises an error, or has other coordinates than it says.
     """
-    parts: dict[str, Element] = {}
+    parts = {"robot": body}
     for part in body.iter():
         parts.setdefault(part.get("name", part.tag).removeprefix(f"{name}_"), part)
     try:
