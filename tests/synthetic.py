@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from escort_mj.record.episodes import COLUMNS
-from escort_mj.record.recording import Recording, Variable
-from escort_mj.record.trace import build_trace
+from escort_mj.record.episodes import COLUMNS, NONE
+from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.signals import SIGNALS, truth_sizes
 
 
@@ -76,6 +75,13 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         (labels if key in labels else labels["attributes"])[key] = value
     labels["spacing"] = np.broadcast_to(labels["spacing"], len(labels["neighbors"])).tolist()
     return labels
+
+
+def build_trace(
+    samples: Any, sizes: Mapping[str, int], labels: Mapping[str, Any], episodes: Any = NONE
+) -> Any:
+    """The labelled trace of recorded samples; arguments are those of `recording.record`."""
+    return record(samples, sizes, labels, episodes).to_dataset()
 
 
 def make_trace(

@@ -16,7 +16,7 @@ from escort_mj.record.recording import not_logged
 from escort_mj.signals import DRIVES, EPISODE, LYAPUNOV, SIGNALS, TRUTH
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 NUMBER, TEXT = (int, float, np.integer, np.floating), (str,)
 ATTRIBUTES: dict[str, tuple[type, ...]] = {
@@ -72,7 +72,7 @@ METRIC: dict[str, Kinds] = {
 """Entries of the JSON files of a run folder, and what they are."""
 
 
-def check_trace(trace: xarray.Dataset, path: Path) -> None:
+def check_trace(trace: Recorded, path: Path) -> None:
     """Refuse a trace that no run has written.
 
     Args:
@@ -86,7 +86,7 @@ def check_trace(trace: xarray.Dataset, path: Path) -> None:
         raise RunFolderError(f"{path}: the trace is damaged: {fault}")
 
 
-def _attribute_faults(trace: xarray.Dataset) -> Iterator[str]:
+def _attribute_faults(trace: Recorded) -> Iterator[str]:
     for name, kinds in ATTRIBUTES.items():
         value = trace.attrs.get(name)
         if not isinstance(value, kinds) or (kinds is NUMBER and not math.isfinite(float(value))):  # type: ignore[arg-type]
@@ -96,7 +96,7 @@ def _attribute_faults(trace: xarray.Dataset) -> Iterator[str]:
             yield f"the attribute {name} is {trace.attrs[name]!r}"
 
 
-def _shape_faults(trace: xarray.Dataset) -> Iterator[str]:
+def _shape_faults(trace: Recorded) -> Iterator[str]:
     """Variables that are missing, or have other dimensions or types."""
     channels = {TRUTH: "mass_matrix" in trace, LYAPUNOV: "lyapunov" in trace, DRIVES: "drive_force" in trace}
     wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
@@ -110,7 +110,7 @@ def _shape_faults(trace: xarray.Dataset) -> Iterator[str]:
         wanted["obstacle_outline"] = ("obstacle", "point", "axis"), "f"
     wanted |= {name: (wanted[name][0], "iu") for name in INDICES}
     for name, (dims, kinds) in wanted.items():
-        if name not in trace.variables:
+        if name not in trace:
             yield f"it has no {name}"
         elif trace[name].dims != dims or trace[name].dtype.kind not in kinds:
             found = f"{trace[name].dtype} of {', '.join(map(str, trace[name].dims)) or 'no dimension'}"
@@ -129,12 +129,12 @@ def _shape_faults(trace: xarray.Dataset) -> Iterator[str]:
         yield f"it has no group {missing[0]}"
 
 
-def _alone(trace: xarray.Dataset, name: str) -> bool:
+def _alone(trace: Recorded, name: str) -> bool:
     """Whether a signal is left out because there is one robot."""
     return name == "robot_distance_min" and trace.sizes.get("robot") == 1
 
 
-def _value_faults(trace: xarray.Dataset) -> Iterator[str]:
+def _value_faults(trace: Recorded) -> Iterator[str]:
     """Times that do not rise, what is not a number, and places in lists that have none such."""
     time = trace["time"].values
     if not np.isfinite(time).all() or (np.diff(time) <= 0.0).any():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,8 @@ from escort_mj.record.intact import check_metrics, check_outcome, check_trace, c
 from escort_mj.record.journal import journal_of, read_journal
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import alive
-from escort_mj.record.trace import build_trace, load_trace, save_trace
+from escort_mj.record.recording import Recording, record
+from escort_mj.record.trace import load_recording, save_trace
 
 if TYPE_CHECKING:
     import xarray
@@ -52,7 +54,7 @@ class StoredRun:
     Attributes:
         path: The folder.
         outcome: Contents of outcome.json: `outcome`, `message`, `simulated_time`, when and by which versions.
-        trace: Every recorded signal.
+        recording: Every recorded signal, without labels: what is quick to load.
         metrics: Contents of metrics.json; empty where the run never came to it.
         verdicts: Contents of verdicts.json; empty likewise.
         scenario_yaml: The complete scenario with all defaults, to run it again.
@@ -60,10 +62,15 @@ class StoredRun:
 
     path: Path
     outcome: dict[str, Any]
-    trace: xarray.Dataset
+    recording: Recording
     metrics: dict[str, Any]
     verdicts: list[dict[str, Any]]
     scenario_yaml: str
+
+    @cached_property
+    def trace(self) -> xarray.Dataset:
+        """Every recorded signal, labelled."""
+        return self.recording.to_dataset()
 
 
 def is_run(folder: Path) -> bool:
@@ -105,7 +112,7 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
             raise RunFolderError(
                 f"{folder}: {outcome['outcome']}: {outcome['message']}; it left nothing to read"
             )
-        trace = load_trace(folder / TRACE)
+        trace = load_recording(folder / TRACE)
     check_trace(trace, folder / TRACE)
     metrics = read_json(folder / METRICS) if (folder / METRICS).is_file() else {}
     verdicts = read_json(folder / VERDICTS) if (folder / VERDICTS).is_file() else []
@@ -135,14 +142,14 @@ def read_outcome(folder: Path) -> dict[str, Any]:
     return {"message": "", "pid": None} | found
 
 
-def recovered(folder: Path) -> xarray.Dataset | None:
+def recovered(folder: Path) -> Recording | None:
     """The trace as far as the journal goes; None without a journal."""
     journal = journal_of(folder)
     if journal is None:
         return None
     try:
         samples, episodes, header = read_journal(journal)
-        return build_trace(samples, header["sizes"], header["labels"], episodes)
+        return record(samples, header["sizes"], header["labels"], episodes)
     except (RunFolderError, KeyError, TypeError, ValueError):
         if journal_of(folder) is None:  # it went while we read: the run has ended
             return None
@@ -163,7 +170,7 @@ def facts(trace: Recorded | None) -> dict[str, Any]:
     return {"simulated_time": reached, "platform": versions.pop("platform", ""), "versions": versions}
 
 
-def _bury(folder: Path, outcome: dict[str, Any], trace: xarray.Dataset | None) -> dict[str, Any]:
+def _bury(folder: Path, outcome: dict[str, Any], trace: Recorded | None) -> dict[str, Any]:
     """Write the trace and the outcome of a run whose process is dead; a folder of others stays as it is."""
     so_far = facts(trace)
     moment = (

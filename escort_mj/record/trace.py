@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from escort_mj.errors import RunFolderError
-from escort_mj.record.episodes import NONE
 from escort_mj.record.files import write_bytes
-from escort_mj.record.recording import record
 
 if TYPE_CHECKING:
-    import xarray
-
-    from escort_mj.record.recording import Recorded
-
-Array = NDArray[np.float64]
-
-
-def build_trace(
-    samples: Array, sizes: Mapping[str, int], labels: Mapping[str, Any], episodes: Array = NONE
-) -> xarray.Dataset:
-    """The trace of recorded samples; arguments and errors are those of `recording.record`."""
-    return record(samples, sizes, labels, episodes).to_dataset()
+    from escort_mj.record.recording import Recorded, Recording
 
 
 def save_trace(trace: Recorded, path: Path) -> None:
@@ -42,7 +25,7 @@ def save_trace(trace: Recorded, path: Path) -> None:
     write_bytes(path, to_netcdf(trace), durable=True)
 
 
-def load_trace(path: Path) -> xarray.Dataset:
+def load_recording(path: Path) -> Recording:
     """Read a trace into memory.
 
     Raises:
@@ -51,7 +34,11 @@ def load_trace(path: Path) -> xarray.Dataset:
     from escort_mj.record.netcdf import from_netcdf
 
     try:
-        return from_netcdf(path).to_dataset()
+        recording = from_netcdf(path)
+        for name, one in (*recording.coords.items(), *recording.data_vars.items()):
+            if one.values.shape != tuple(recording.sizes[dim] for dim in one.dims):
+                raise ValueError(f"{name} has other sizes than its dimensions")
+        return recording
     except FileNotFoundError:
         raise RunFolderError(f"{path}: there is no trace here; is this a run folder?") from None
     except Exception as error:  # whatever else the libraries stumble over, it is the file's fault

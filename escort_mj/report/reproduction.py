@@ -20,10 +20,10 @@ from escort_mj.study.compare.measured import QUANTITIES, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS, SHOWN, PaperFigure, PaperRun
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.figure import Figure
 
     from escort_mj.record.folder import StoredRun
+    from escort_mj.record.recording import Recorded
 
 VISIBLE = 0.03  # of what a figure spans: runs that stay closer to each other look alike
 LOUDER = 1.5  # times: tracking errors that differ by less look alike
@@ -39,8 +39,8 @@ class Kind(NamedTuple):
     """How a kind of figure is drawn: its height in inches for a trace, and the drawing itself."""
 
     words: str
-    height: Callable[[xarray.Dataset, float], float]
-    draw: Callable[[Any, xarray.Dataset], None]
+    height: Callable[[Recorded, float], float]
+    draw: Callable[[Any, Recorded], None]
 
 
 def draw_reproduction(folder: Path, runs: Sequence[Measured], shown: PaperFigure) -> Path:
@@ -65,12 +65,12 @@ def draw_reproduction(folder: Path, runs: Sequence[Measured], shown: PaperFigure
         del stored[SHOWN[1]]
     kind = _kind(shown.kind, first.trace)
     title = f"Fig. {shown.key}: {LAWS[shown.law]}, {CASES[shown.case]}: {kind.words}"
-    height = max(kind.height(run.trace, WIDTH) for run in stored.values()) + HEADROOM
+    height = max(kind.height(run.recording, WIDTH) for run in stored.values()) + HEADROOM
     with figure(path, height, title, width=WIDTH * len(stored)) as canvas:
         parts = canvas.subfigures(1, len(stored), wspace=0.03, squeeze=False)[0]
         for part, (reading, run) in zip(parts, stored.items(), strict=True):
             part.suptitle(READINGS[reading].words + _ending(run), fontsize=9.0, color=_ink(run))
-            kind.draw(part, run.trace)
+            kind.draw(part, run.recording)
             for axes in part.axes:
                 if isinstance(axes, Axes3D):  # its labels need more room in half of a figure
                     limits = np.array([axes.get_xlim(), axes.get_ylim(), axes.get_zlim()])
@@ -80,7 +80,7 @@ def draw_reproduction(folder: Path, runs: Sequence[Measured], shown: PaperFigure
     return path
 
 
-def differ(one: xarray.Dataset, other: xarray.Dataset, kind: str) -> bool:
+def differ(one: Recorded, other: Recorded, kind: str) -> bool:
     """Whether two readings of one simulation look different.
 
     Args:
@@ -171,7 +171,7 @@ def _scatter(axes: Axes, name: str, runs: Sequence[Measured]) -> None:
     log_ticks(axes, (high / low) ** 1.1)
 
 
-def _kind(name: str, trace: xarray.Dataset) -> Kind:
+def _kind(name: str, trace: Recorded) -> Kind:
     if name == "panels":
         return Kind("distances and tracking errors", timelines.panels_height, timelines.panels)
     if name == "obstacles":

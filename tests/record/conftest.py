@@ -14,9 +14,8 @@ import pytest
 from escort_mj.measuring import measures_of, summarize
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.trace import build_trace
 from escort_mj.signals import SIGNALS
-from tests.synthetic import describe, dimensions, pack
+from tests.synthetic import build_trace, describe, dimensions, pack
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 import xarray
 
 from escort_mj.record.episodes import COLUMNS, apart_from, during, pair, touched
-from escort_mj.record.trace import load_trace, save_trace
+from escort_mj.record.trace import load_recording, save_trace
 
 TIME = 0.02 * np.arange(6)  # samples; a physics step is 2 ms
 
@@ -44,7 +44,7 @@ def test_every_column_is_a_variable_in_order_of_the_first_touch(trace) -> None:
 
 def test_a_file_gives_the_episodes_back(trace, tmp_path) -> None:
     save_trace(trace, tmp_path / "trace.nc")
-    xarray.testing.assert_identical(load_trace(tmp_path / "trace.nc"), trace)
+    xarray.testing.assert_identical(load_recording(tmp_path / "trace.nc").to_dataset(), trace)
 
 
 def test_a_window_has_the_episodes_with_a_step_in_it(trace) -> None:
@@ -77,4 +77,4 @@ def test_a_run_without_contacts_has_an_empty_log(make_trace, tmp_path) -> None:
     trace = make_trace(TIME)
     assert trace.sizes["episode"] == 0 and not touched(trace).any()
     save_trace(trace, tmp_path / "trace.nc")
-    assert load_trace(tmp_path / "trace.nc").sizes["episode"] == 0
+    assert load_recording(tmp_path / "trace.nc").to_dataset().sizes["episode"] == 0

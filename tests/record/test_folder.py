@@ -12,7 +12,7 @@ from escort_mj.errors import RunFolderError
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.process import identify
-from escort_mj.record.trace import build_trace
+from tests.synthetic import build_trace
 
 SCENARIO, MODEL = "name: synthetic\n", "<mujoco/>\n"
 

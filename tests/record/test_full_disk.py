@@ -14,8 +14,9 @@ from escort_mj.errors import BrokenRunError, WriteError
 from escort_mj.record import files, journal
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.trace import build_trace, save_trace
+from escort_mj.record.trace import save_trace
 from tests.limits import files_up_to
+from tests.synthetic import build_trace
 
 ROWS, BLOCK = 400, 50
 

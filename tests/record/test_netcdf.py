@@ -9,7 +9,7 @@ import pytest
 import xarray
 
 from escort_mj.record.netcdf import from_netcdf, to_netcdf
-from escort_mj.record.trace import build_trace
+from tests.synthetic import build_trace
 
 
 @pytest.fixture(params=[(0, 1, 2, 0), (40, 3, 3, 2)], ids=["empty", "full"])

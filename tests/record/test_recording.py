@@ -12,8 +12,8 @@ from escort_mj.measuring import measures_of
 from escort_mj.metrics import METRICS
 from escort_mj.mission import Flight, fly
 from escort_mj.record.recording import record as recording_of
-from escort_mj.record.trace import build_trace
 from escort_mj.record.window import window
+from tests.synthetic import build_trace
 
 Samples = Callable[..., Any]
 MISSIONS = {

@@ -6,8 +6,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
-from escort_mj.record.trace import build_trace, load_trace, save_trace
+from escort_mj.record.trace import load_recording, save_trace
 from escort_mj.signals import SIGNALS
+from tests.synthetic import build_trace
 
 MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
 
@@ -61,7 +62,7 @@ def test_a_file_gives_back_every_bit(tmp_path, record, rows, robots, axes, obsta
     samples, sizes, labels = record(rows, robots, axes, obstacles, seed)
     trace = build_trace(samples, sizes, labels)
     save_trace(trace, tmp_path / "trace.nc")
-    back = load_trace(tmp_path / "trace.nc")
+    back = load_recording(tmp_path / "trace.nc").to_dataset()
     xarray.testing.assert_identical(back, trace)
     for name, variable in trace.variables.items():
         assert back[name].dtype == variable.dtype, name
@@ -71,7 +72,7 @@ def test_a_file_gives_back_every_bit(tmp_path, record, rows, robots, axes, obsta
 @pytest.mark.parametrize("extreme", [5e-324, -0.0, 1.7976931348623157e308, 0.1 + 0.2])
 def test_a_file_keeps_extreme_numbers(tmp_path, make_trace, extreme):
     save_trace(make_trace([0.0, 1.0], q=extreme), tmp_path / "trace.nc")
-    values = load_trace(tmp_path / "trace.nc")["q"].values
+    values = load_recording(tmp_path / "trace.nc").to_dataset()["q"].values
     assert values.tobytes() == np.full(values.shape, extreme).tobytes()
 
 
@@ -125,7 +126,7 @@ def test_no_force_limit_is_a_number_all_the_same(make_trace):
 def test_an_attribute_without_a_value_is_left_out(tmp_path, make_trace):
     trace = make_trace([0.0], about={"nothing": None, "words": "ä\n€"})
     save_trace(trace, tmp_path / "trace.nc")
-    attributes = load_trace(tmp_path / "trace.nc").attrs
+    attributes = load_recording(tmp_path / "trace.nc").to_dataset().attrs
     assert "nothing" not in attributes
     assert attributes["words"] == "ä\n€"
 
@@ -139,14 +140,14 @@ def test_samples_of_another_size_are_refused(record):
 def test_a_file_that_cannot_be_read_is_one_clear_error(tmp_path, record):
     path = tmp_path / "trace.nc"
     with pytest.raises(RunFolderError, match="no trace here"):
-        load_trace(path)
+        load_recording(path).to_dataset()
     save_trace(build_trace(*record(50)), path)
     path.write_bytes(path.read_bytes()[:3000])
     with pytest.raises(RunFolderError, match="cannot be read"):
-        load_trace(path)
+        load_recording(path).to_dataset()
     path.write_text("not a trace")
     with pytest.raises(RunFolderError, match="cannot be read"):
-        load_trace(path)
+        load_recording(path).to_dataset()
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, record):

@@ -13,8 +13,8 @@ from escort_mj import palette
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.trace import build_trace
 from escort_mj.signals import SIGNALS, record_size, truth_sizes
+from tests.synthetic import build_trace
 
 ROBOT, TARGET, SAFE, RADIUS = 0.3, 0.4, 1.0, 3.0
 RATE = 10.0  # samples per second

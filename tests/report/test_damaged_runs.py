@@ -18,7 +18,7 @@ from escort_mj.record import stored
 from escort_mj.record.export import dataframe_of
 from escort_mj.record.intact import check_trace
 from escort_mj.record.stored import StoredRun, read_run
-from escort_mj.record.trace import load_trace
+from escort_mj.record.trace import load_recording
 from escort_mj.report.pages.html import page
 from escort_mj.report.pages.run_page import _parts
 from escort_mj.report.pages.signals_data import signals_data
@@ -114,7 +114,7 @@ def damaged_json(content: bytes, draw: random.Random) -> bytes:
 
 @pytest.mark.parametrize("name", JSON)
 def test_json(whole, draws, name, monkeypatch) -> None:
-    monkeypatch.setattr(stored, "load_trace", lambda path: whole.trace)
+    monkeypatch.setattr(stored, "load_recording", lambda path: whole.recording)
     file, refused = whole.path / name, 0
     before = file.read_bytes()
     try:
@@ -182,7 +182,7 @@ def test_bytes_of_a_trace(whole, draws, tmp_path, capfd, monkeypatch) -> None:
     refused = 0
     for draw, _ in zip(draws, range(15), strict=False):
         file.write_bytes(damaged_bytes(content, draw))
-        refused += refused_or(lambda: load_trace(file))
+        refused += refused_or(lambda: load_recording(file).to_dataset())
     gc.collect()
     assert refused > 3 and not lost and capfd.readouterr() == ("", "")
 

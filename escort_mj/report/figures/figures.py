@@ -17,7 +17,7 @@ from escort_mj.report.figures.look import USUAL, Look, check_formats
 from escort_mj.report.figures.style import canvas_of, figure, png_of
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 
 NOTHING = "the trace holds no sample, so there is nothing to draw"
@@ -37,9 +37,9 @@ class Plot(NamedTuple):
 
     name: str
     title: str
-    height: Callable[[xarray.Dataset, float], float]
-    draw: Callable[[Figure, xarray.Dataset], None]
-    applies: Callable[[xarray.Dataset], bool] = lambda trace: True
+    height: Callable[[Recorded, float], float]
+    draw: Callable[[Figure, Recorded], None]
+    applies: Callable[[Recorded], bool] = lambda trace: True
 
 
 PLOTS: tuple[Plot, ...] = (
@@ -106,25 +106,25 @@ def draw_figures(
     """
     formats = check_formats(formats)
     run = read_run(folder)
-    if run.trace.sizes["time"] == 0:
+    if run.recording.sizes["time"] == 0:
         raise RenderError(f"{run.path}: {NOTHING}")
     written = []
-    for plot in plots_of(run.trace).values():
+    for plot in plots_of(run.recording).values():
         for suffix in formats:
             path = run.path / FIGURES / f"{plot.name}.{suffix}"
-            title, note = _title(run.trace, plot), _note(run)
-            with figure(path, plot.height(run.trace, look.width), title, note, look=look) as canvas:
-                plot.draw(canvas, run.trace)
+            title, note = _title(run.recording, plot), _note(run)
+            with figure(path, plot.height(run.recording, look.width), title, note, look=look) as canvas:
+                plot.draw(canvas, run.recording)
             written.append(path)
     return written
 
 
-def plots_of(trace: xarray.Dataset) -> dict[str, Plot]:
+def plots_of(trace: Recorded) -> dict[str, Plot]:
     """The figures that a trace has data for, by their names."""
     return {plot.name: plot for plot in PLOTS if plot.applies(trace)}
 
 
-def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "", look: Look = USUAL) -> Figure:
+def figure_of(trace: Recorded, name: str | None = None, note: str = "", look: Look = USUAL) -> Figure:
     """Draw one figure of a trace.
 
     Args:
@@ -145,7 +145,7 @@ def figure_of(trace: xarray.Dataset, name: str | None = None, note: str = "", lo
     return canvas
 
 
-def thumbnail_of(trace: xarray.Dataset) -> bytes:
+def thumbnail_of(trace: Recorded) -> bytes:
     """The paths of a trace as a small PNG.
 
     Raises:
@@ -154,7 +154,7 @@ def thumbnail_of(trace: xarray.Dataset) -> bytes:
     return png_of(figure_of(trace, "paths"), THUMBNAIL_DPI)
 
 
-def _title(trace: xarray.Dataset, plot: Plot) -> str:
+def _title(trace: Recorded, plot: Plot) -> str:
     log = f", log {trace.attrs[LOG]}" if is_log(trace) else ""
     return f"{trace.attrs['title']}{log}: {plot.title}"
 

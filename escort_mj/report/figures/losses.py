@@ -13,8 +13,6 @@ from escort_mj.numerics.thomson import nearest_edges
 from escort_mj.report.figures.style import Key
 
 if TYPE_CHECKING:
-    import xarray
-
     from escort_mj.record.recording import Recorded
 
 LOST = (0.55, 0.56, 0.58)  # color of a robot that the team has lost
@@ -47,7 +45,7 @@ def links_at(formations: list[tuple[int, NDArray[np.int64]]], sample: int) -> ND
     return next(pairs for start, pairs in reversed(formations) if start <= sample)
 
 
-def lost_keys(trace: xarray.Dataset) -> list[Key]:
+def lost_keys(trace: Recorded) -> list[Key]:
     """Legend entry of lost robots, where there are any."""
     if not lost(trace).any():
         return []

@@ -20,14 +20,14 @@ from escort_mj.report.figures.style import Key, name_robots
 from escort_mj.report.video.replay import safe_radius
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 
 MOST_PANELS = 4  # obstacles with a panel of their own
 
 
-def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
+def obstacle_distances(figure: Figure, trace: Recorded) -> None:
     """The paper's fig. 10: how near the robots come to each obstacle, and when avoidance ruled whom."""
     time, count = trace["time"].values, trace.sizes["robot"]
     colors = palette.robot_colors(count)
@@ -60,7 +60,7 @@ def obstacle_distances(figure: Figure, trace: xarray.Dataset) -> None:
     name_robots(figure, grid, count, [*others, *curve_keys(count, ""), *lost_keys(trace)])
 
 
-def clearances(figure: Figure, trace: xarray.Dataset) -> None:
+def clearances(figure: Figure, trace: Recorded) -> None:
     """Least free space around each robot, surface to surface, and how hard bodies touched."""
     time, count = trace["time"].values, trace.sizes["robot"]
     free, pushed = spaces(trace), _pushed(trace)
@@ -91,37 +91,38 @@ def clearances(figure: Figure, trace: xarray.Dataset) -> None:
     name_robots(figure, grid, count, [*curve_keys(count, ""), *lost_keys(trace)])
 
 
-def clearances_height(trace: xarray.Dataset, width: float) -> float:
+def clearances_height(trace: Recorded, width: float) -> float:
     """Height of `clearances` [inches]."""
     return _height(trace, len(spaces(trace)) + _pushed(trace))
 
 
-def obstacle_distances_height(trace: xarray.Dataset, width: float) -> float:
+def obstacle_distances_height(trace: Recorded, width: float) -> float:
     """Height of `obstacle_distances` [inches]."""
     return _height(trace, trace.sizes["obstacle"] if trace.sizes["obstacle"] <= MOST_PANELS else 1)
 
 
-def _height(trace: xarray.Dataset, rows: int) -> float:
+def _height(trace: Recorded, rows: int) -> float:
     """Height of so many panels above the lanes [inches]."""
     count = trace.sizes["robot"]
     return 1.4 + 1.5 * rows + (0.11 * count if count <= palette.MOST_DISTINCT else 1.0)
 
 
-def spaces(trace: xarray.Dataset) -> dict[str, Array]:
+def spaces(trace: Recorded) -> dict[str, Array]:
     """Free space around each robot, surface to surface, by what is around it, shape (T, n) each [m]."""
     names = {"other robots": "robots", "obstacles": "obstacles", "walls": "walls"}
     if any("target" in pair(trace, episode) for episode in range(trace.sizes["episode"])):
         names["the target"] = "target"
-    found = {whom: trace["clearance"].sel(group=name).values for whom, name in names.items()}
+    groups = list(trace["group"].values)
+    found = {whom: trace["clearance"].values[:, :, groups.index(name)] for whom, name in names.items()}
     return {whom: space for whom, space in found.items() if np.isfinite(space).any()}
 
 
-def _touches(trace: xarray.Dataset) -> xarray.Dataset:
+def _touches(trace: Recorded) -> Recorded:
     """Contact episodes but those with the floor."""
     return trace.isel(episode=apart_from(trace, "floor"))
 
 
-def _pushed(trace: xarray.Dataset) -> bool:
+def _pushed(trace: Recorded) -> bool:
     """Whether anything touched with a force: beyond three axes bodies go through one another."""
     return bool(_touches(trace).sizes["episode"]) and trace.sizes["axis"] <= 3
 
@@ -135,7 +136,7 @@ def _lanes_height(count: int) -> float:
     return 0.5 + 0.09 * count if count <= palette.MOST_DISTINCT else 1.0
 
 
-def _lanes(axes: Axes, trace: xarray.Dataset) -> None:
+def _lanes(axes: Axes, trace: Recorded) -> None:
     """When avoidance ruled whom: a lane per robot, or how many robots where there are too many."""
     time, active = trace["time"].values, trace["avoidance_active"].values > 0
     count = active.shape[1]

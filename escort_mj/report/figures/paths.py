@@ -27,7 +27,7 @@ from escort_mj.report.video.replay import outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Formations = list[tuple[int, NDArray[np.int64]]]
@@ -39,7 +39,7 @@ ESCORT = (0.45, 0.50, 0.56)
 RANGE = 1e7  # [m]; a run that diverged farther is cut there
 
 
-def bounds(trace: xarray.Dataset) -> tuple[Array, Array]:
+def bounds(trace: Recorded) -> tuple[Array, Array]:
     """Lower and upper corner of everything that happens, shape (axes,) each [m]."""
     target, radius = trace["target_position"].values, float(trace.attrs["mission_radius"])
     parts = [target - radius, target + radius, trace["q"].values[~lost(trace)]]
@@ -52,7 +52,7 @@ def bounds(trace: xarray.Dataset) -> tuple[Array, Array]:
     return every.min(axis=0), every.max(axis=0)
 
 
-def plan_height(trace: xarray.Dataset, width: float = WIDTH) -> float:
+def plan_height(trace: Recorded, width: float = WIDTH) -> float:
     """Height of a figure whose plan view fills its width [inches]."""
     low, high = bounds(trace)
     shape = (high[1] - low[1]) / max(high[0] - low[0], 1e-9)
@@ -60,7 +60,7 @@ def plan_height(trace: xarray.Dataset, width: float = WIDTH) -> float:
     return float(np.clip(wide * shape, 1.2, 5.0)) + 1.4
 
 
-def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
+def plan_view(figure: Figure, trace: Recorded) -> None:
     """Paths on the plane: equal axes, obstacles to scale, the formation at a few moments."""
     axes = figure.subplots()
     moments = _moments(trace)
@@ -69,18 +69,18 @@ def plan_view(figure: Figure, trace: xarray.Dataset) -> None:
     name_robots(figure, [axes], trace.sizes["robot"], _keys(trace), one_by_one=True)
 
 
-def pairs_height(trace: xarray.Dataset, width: float) -> float:
+def pairs_height(trace: Recorded, width: float) -> float:
     """Height of `pairs_view` [inches]."""
     columns = 2 if width > NARROW else 1
     return 3.5 * -(-len(_pairs(trace)) // columns) + 1.2
 
 
-def space_height(trace: xarray.Dataset, width: float) -> float:
+def space_height(trace: Recorded, width: float) -> float:
     """Height of `space_view` [inches]."""
     return 1.2 + 4.0 * min(width / WIDTH, 1.0)
 
 
-def pairs_view(figure: Figure, trace: xarray.Dataset) -> None:
+def pairs_view(figure: Figure, trace: Recorded) -> None:
     """Paths in more than three axes: the shadow that all of it casts on planes of two axes each."""
     pairs = _pairs(trace)
     columns = 1 if narrow(figure) else 2
@@ -93,13 +93,13 @@ def pairs_view(figure: Figure, trace: xarray.Dataset) -> None:
     name_robots(figure, grid, trace.sizes["robot"], _keys(trace), one_by_one=True)
 
 
-def _pairs(trace: xarray.Dataset) -> list[list[int]]:
+def _pairs(trace: Recorded) -> list[list[int]]:
     """Two axes for each panel, every axis at least once."""
     last = trace.sizes["axis"] - 1
     return [[first, first + 1] if first < last else [last - 1, last] for first in range(0, last + 1, 2)]
 
 
-def _plan(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: Formations) -> None:
+def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formations) -> None:
     """Paths along the two axes of a trace, with the formations at some samples."""
     low, high = bounds(trace)
     margin = 0.03 * float((high - low).max())
@@ -162,7 +162,7 @@ def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array
         around(end, clear, **rim, zorder=1.0)
 
 
-def space_view(figure: Figure, trace: xarray.Dataset) -> None:
+def space_view(figure: Figure, trace: Recorded) -> None:
     """Paths in space, seen from the side of the target's way, with their shadows below."""
     axes: Any = figure.add_subplot(projection="3d", computed_zorder=False)
     low, high = bounds(trace)
@@ -229,7 +229,7 @@ def _rows(samples: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, samples - 1, min(samples, POINTS)).astype(np.int64))
 
 
-def _moments(trace: xarray.Dataset) -> list[int]:
+def _moments(trace: Recorded) -> list[int]:
     """Samples at which to draw the formation: fewer where the circles would lie on each other."""
     target = trace["target_position"].values
     traveled = float(np.linalg.norm(np.diff(target, axis=0), axis=1).sum())
@@ -237,7 +237,7 @@ def _moments(trace: xarray.Dataset) -> list[int]:
     return np.linspace(0, len(target) - 1, count + 1).astype(int)[1:].tolist()
 
 
-def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int], formations: Formations) -> None:
+def _formations(axes: Axes, trace: Recorded, moments: list[int], formations: Formations) -> None:
     """Links between neighbors and the robots' places at a few moments; of a crowd also where it starts."""
     q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
     crowd = q.shape[1] > MOST_LINES
@@ -260,7 +260,7 @@ def _formations(axes: Axes, trace: xarray.Dataset, moments: list[int], formation
             axes.plot(*q[moment, index][:, None], "o", color=color, markersize=3.0, zorder=3.6)
 
 
-def _ways(axes: Axes, trace: xarray.Dataset, rows: NDArray[np.int64]) -> None:
+def _ways(axes: Axes, trace: Recorded, rows: NDArray[np.int64]) -> None:
     """Every robot's path, none of a crowd's; gray and faint from where it was lost, to the picture's rim."""
     q, gone = np.clip(trace["q"].values, -RANGE, RANGE), lost(trace)
     if q.shape[1] > MOST_LINES:
@@ -277,7 +277,7 @@ def _ways(axes: Axes, trace: xarray.Dataset, rows: NDArray[np.int64]) -> None:
             axes.plot(*seen.T, color=LOST, linewidth=0.8, zorder=3.4)
 
 
-def _ends(axes: Axes, trace: xarray.Dataset) -> None:
+def _ends(axes: Axes, trace: Recorded) -> None:
     """Start and end of every path."""
     q, target = np.clip(trace["q"].values, -RANGE, RANGE), trace["target_position"].values
     size = 6.5 if q.shape[1] <= MOST_DISTINCT else 3.5
@@ -296,7 +296,7 @@ def _ends(axes: Axes, trace: xarray.Dataset) -> None:
         mark.set_in_layout(False)
 
 
-def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
+def _words(axes: Axes, trace: Recorded, moments: list[int]) -> None:
     """The time of each formation, beside its target."""
     for moment in moments:
         place = trace["target_position"].values[moment]
@@ -314,7 +314,7 @@ def _words(axes: Axes, trace: xarray.Dataset, moments: list[int]) -> None:
         )
 
 
-def _keys(trace: xarray.Dataset) -> list[Key]:
+def _keys(trace: Recorded) -> list[Key]:
     """Legend entries of what is no robot."""
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o"}
     keys: list[Key] = [

@@ -18,7 +18,7 @@ from escort_mj.report.figures.curves import average_keys, draw_curves, log_scale
 from escort_mj.report.figures.style import Key, legend, narrow
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 
@@ -26,12 +26,12 @@ CELLS = 1200  # columns of a strip; more cannot be seen
 STILL = 1e-9  # [m/s]; of a task that wants less, no share is taken
 
 
-def tasks_height(trace: xarray.Dataset, width: float) -> float:
+def tasks_height(trace: Recorded, width: float) -> float:
     """In inches: strips grow with the team."""
     return 6.4 + _strip_height(trace) * (2.0 if _phases(trace) else 1.0)
 
 
-def tasks(figure: Figure, trace: xarray.Dataset) -> None:
+def tasks(figure: Figure, trace: Recorded) -> None:
     """Who rules whom, task errors, and the conflicts of tasks (eq. 19, remark 5)."""
     time, names = trace["time"].values, [str(name) for name in trace["behavior"].values]
     colors = [palette.BEHAVIORS.get(name, palette.LIMIT) for name in names]
@@ -93,7 +93,7 @@ def _legend(figure: Figure, names: list[str], colors: list[palette.Color], phase
     figure.legend(handles, words, loc="outside lower center", ncols=columns, columnspacing=1.3)
 
 
-def _phases(trace: xarray.Dataset) -> list[str]:
+def _phases(trace: Recorded) -> list[str]:
     """Names of the phases, the mission's own first; none where there is no other."""
     names = [name for name in str(trace.attrs.get("phases", "")).split(", ") if name]
     return names if len(names) > 1 else []
@@ -105,7 +105,7 @@ def _phase_colors(count: int) -> list[palette.Color]:
     return [own, *(others[k % len(others)] for k in range(count - 1))][:count]
 
 
-def _strip_height(trace: xarray.Dataset) -> float:
+def _strip_height(trace: Recorded) -> float:
     return float(np.clip(0.11 * trace.sizes["robot"], 0.35, 1.5))
 
 

@@ -31,7 +31,7 @@ from escort_mj.report.figures.losses import lost_keys
 from escort_mj.report.figures.style import Key, name_robots, narrow
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -40,12 +40,12 @@ MOST_LIMITS = 4  # wanted distances that have a line each
 NO_LIMIT = 1e100  # [N]; the trace writes 1e300 where a motor has no limit
 
 
-def panels_height(trace: xarray.Dataset, width: float) -> float:
+def panels_height(trace: Recorded, width: float) -> float:
     """Height of `panels` [inches]: two columns, or one where the figure is narrow."""
     return 6.4 if width > NARROW else 8.4
 
 
-def panels(figure: Figure, trace: xarray.Dataset) -> None:
+def panels(figure: Figure, trace: Recorded) -> None:
     """The paper's figs. 5, 6, 8, 12, 13, 15: distances to target and neighbors, and tracking errors."""
     count = trace.sizes["robot"]
     colors = palette.robot_colors(count)
@@ -128,7 +128,7 @@ def _above_and_below(
     log_scale(below)
 
 
-def _nearest_robot(axes: Axes, trace: xarray.Dataset, colors: Sequence[palette.Color]) -> None:
+def _nearest_robot(axes: Axes, trace: Recorded, colors: Sequence[palette.Color]) -> None:
     """What stands in for neighbors where the mission has no formation."""
     if "robot_distance_min" not in trace:
         axes.set_axis_off()
@@ -140,7 +140,7 @@ def _nearest_robot(axes: Axes, trace: xarray.Dataset, colors: Sequence[palette.C
     axes.set_ylim(0.0, 1.4 * float(distance[~gone].max()) if gone.any() else None)
 
 
-def _evenness(axes: Axes, trace: xarray.Dataset) -> None:
+def _evenness(axes: Axes, trace: Recorded) -> None:
     """How much more energy the directions of the robots that are left have than the least of that many."""
     ratios = energy_ratios(trace)
     if ratios is None:
@@ -151,19 +151,19 @@ def _evenness(axes: Axes, trace: xarray.Dataset) -> None:
     log_scale(axes)
 
 
-def forces_height(trace: xarray.Dataset, width: float) -> float:
+def forces_height(trace: Recorded, width: float) -> float:
     """Height of `forces` [inches]."""
     return 1.0 + 1.7 * trace.sizes["axis"]
 
 
-def forces(figure: Figure, trace: xarray.Dataset) -> None:
+def forces(figure: Figure, trace: Recorded) -> None:
     """Forces that the motors applied, one panel per axis as each axis has its motor, with the limit."""
     time, count = trace["time"].values, trace.sizes["robot"]
     limits = trace["force_limit"].values
     limits = np.unique(limits[limits < NO_LIMIT])
     grid = np.atleast_1d(figure.subplots(trace.sizes["axis"], 1, sharex=True, sharey=True))
-    for axes, name in zip(grid, trace["axis"].values, strict=True):
-        values = trace["force"].sel(axis=name).values
+    for place, (axes, name) in enumerate(zip(grid, trace["axis"].values, strict=True)):
+        values = trace["force"].values[:, :, place]
         draw_curves(axes, time, values, palette.robot_colors(count), running_mean, lost=lost(trace))
         for limit in limits[:3]:
             limit_line(axes, float(limit), f"{limit:.4g} N")
@@ -189,7 +189,7 @@ def _usual_peak(forces: Array) -> float:
     return min(most, 1.5 * float(np.percentile(size, 99.5))) or most
 
 
-def _neighbors(trace: xarray.Dataset) -> tuple[NDArray[np.int64], Array]:
+def _neighbors(trace: Recorded) -> tuple[NDArray[np.int64], Array]:
     """Neighbors as indices, shape (edges, 2), and their distances, shape (T, edges) [m]."""
     ends = trace["neighbors"].values.astype(np.int64) - 1
     q = trace["q"].values

@@ -23,7 +23,7 @@ from escort_mj.report.figures.curves import (
 from escort_mj.report.figures.style import Key, name_robots
 
 if TYPE_CHECKING:
-    import xarray
+    from escort_mj.record.recording import Recorded
 
 SECOND: Any = (0, (3, 1.5))  # the estimate beside the true torque, the largest eigenvalue beside the least
 PLAYS_A_PART = 1e-9  # share of the largest cause; a smaller one is rounding
@@ -35,12 +35,12 @@ REFERENCE: Any = {
 LEGEND_ROOM = 0.35  # of the panel of causes, above its curves
 
 
-def truth_height(trace: xarray.Dataset, width: float) -> float:
+def truth_height(trace: Recorded, width: float) -> float:
     """Height of the figure [inches]."""
     return 7.6 if "lyapunov" in trace else 3.4
 
 
-def truth(figure: Figure, trace: xarray.Dataset) -> None:
+def truth(figure: Figure, trace: Recorded) -> None:
     """Bounds of the mass matrix, reference torque beside its estimate, V1, and why V1 changes."""
     time, count = trace["time"].values, trace.sizes["robot"]
     colors = palette.robot_colors(count)
@@ -70,7 +70,7 @@ def truth(figure: Figure, trace: xarray.Dataset) -> None:
     name_robots(figure, panels.values(), count, keys)
 
 
-def _dashed(axes: Axes, trace: xarray.Dataset, values: np.ndarray, colors: list[palette.Color]) -> None:
+def _dashed(axes: Axes, trace: Recorded, values: np.ndarray, colors: list[palette.Color]) -> None:
     """One dashed curve per robot over those that are there; of a crowd the median."""
     if len(colors) > palette.MOST_LINES:
         values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
@@ -80,7 +80,7 @@ def _dashed(axes: Axes, trace: xarray.Dataset, values: np.ndarray, colors: list[
         )
 
 
-def _masses(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> None:
+def _masses(axes: Axes, trace: Recorded, colors: list[palette.Color]) -> None:
     """Least and largest eigenvalue of each robot's mass matrix, and what its differences say."""
     eigenvalues = np.linalg.eigvalsh(trace["mass_matrix"].values)
     draw_curves(axes, trace["time"].values, eigenvalues[..., 0], colors)
@@ -89,12 +89,12 @@ def _masses(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> N
     axes.set_ylabel("kg")
     axes.set_ylim(0.0, 1.6 * float(eigenvalues.max()))
     axes.yaxis.set_major_locator(MaxNLocator(5))
-    skew, coriolis = (float(trace[name].max()) for name in ("skew_residual", "coriolis_residual"))
+    skew, coriolis = (float(trace[name].values.max()) for name in ("skew_residual", "coriolis_residual"))
     words = f"Ṁ - 2C: symmetric part ≤ {skew:.1g} kg/s\nCv + g: off MuJoCo's bias by ≤ {coriolis:.1g} N"
     axes.text(0.03, 0.96, words, transform=axes.transAxes, va="top", fontsize="small")
 
 
-def _torques(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> None:
+def _torques(axes: Axes, trace: Recorded, colors: list[palette.Color]) -> None:
     """The true reference torque's size beside its estimate's."""
     draw_curves(
         axes,
@@ -109,9 +109,9 @@ def _torques(axes: Axes, trace: xarray.Dataset, colors: list[palette.Color]) -> 
     log_scale(axes)
 
 
-def _causes(axes: Axes, trace: xarray.Dataset) -> None:
+def _causes(axes: Axes, trace: Recorded) -> None:
     """How fast each cause changes the whole team's V1; those that play no part are left out."""
-    time, total = trace["time"].values, trace["lyapunov_change"].sum("robot").values
+    time, total = trace["time"].values, trace["lyapunov_change"].values.sum(axis=1)
     axes.set_title("(d) Rate of the team's V1 by cause (absolute; in brackets: total)")
     axes.set_ylabel("W")
     if len(time) < 2:

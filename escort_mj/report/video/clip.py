@@ -50,7 +50,7 @@ class Clip(NamedTuple):
 
 def plan_clip(run: StoredRun) -> Clip:
     """The clip of a run: of a verdict that failed and has a moment, best of a pair; else of the run's end."""
-    first, last = (float(run.trace["time"][place]) for place in (0, -1))
+    first, last = (float(run.recording["time"][place]) for place in (0, -1))
     failed = [verdict for verdict in run.verdicts if not verdict["passed"]] or run.verdicts
     worst: dict[str, Any] = max(failed, key=_telling, default={})
     moment = worst.get("time")

@@ -165,7 +165,7 @@ class Rendering:
 @contextmanager
 def _started(run: StoredRun, path: Path, options: list[str]) -> Iterator[Rendering]:
     """Let a child process draw a file, while the context lasts."""
-    if run.trace.sizes["time"] == 0:
+    if run.recording.sizes["time"] == 0:
         raise RenderError(f"{run.path}: the trace holds no sample, so there is nothing to draw")
     backend, reason = choose_backend()
     if backend is None:
@@ -298,8 +298,8 @@ def _film(run: StoredRun, video: Video, short: bool) -> tuple[Film, int]:
     if short:
         clip = plan_clip(run)
         video, words = video.model_copy(update={"speed": clip.speed, "rate": CLIP_RATE}), (clip.words, False)
-    title = str(run.trace.attrs["title"])
-    return Film(replay_of(run.trace), run.path / MODEL, video, title, words, clip), video.rate
+    title = str(run.recording.attrs["title"])
+    return Film(replay_of(run.recording), run.path / MODEL, video, title, words, clip), video.rate
 
 
 def _write(run: StoredRun, path: Path, video: Video, short: bool) -> None:
