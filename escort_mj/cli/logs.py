@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -79,6 +80,7 @@ def judge_command(
     from escort_mj.judging.judge import judge_log
     from escort_mj.mission import save
     from escort_mj.record.folder import RunFolder
+    from escort_mj.report.figures.ahead import figures_ahead
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     with progress_bar("judging", " s") as progress:
@@ -91,7 +93,8 @@ def judge_command(
         )
     with created as folder:
         save(folder, result)
-    written = draw(folder.path, figures, video, report)
+    with figures_ahead() if figures else nullcontext() as draw_figures:
+        written = draw(folder.path, draw_figures, video, report)
     judged = [verdict for verdict in result.verdicts if not verdict.skip]
     missing = len(result.verdicts) - len(judged)
     held = sum(verdict.passed for verdict in judged)

@@ -35,6 +35,7 @@ from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
     from escort_mj.mission import Flight
+    from escort_mj.report.figures.ahead import Draw
 
 
 @app.command("run")
@@ -65,6 +66,7 @@ def run_command(
     """
     from escort_mj import api
     from escort_mj.record.folder import RunFolder
+    from escort_mj.report.figures.ahead import figures_ahead
     from escort_mj.scenario.checks.whole import trace_note
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
@@ -79,16 +81,17 @@ def run_command(
     path = created.path
     if (note := trace_note(mission)) and not OUTPUT.quiet:
         say(note, err=True)
-    with (
-        stopping.keeping(lambda: _interrupted(path)),
-        created as folder,
-        progress_bar("simulating", " s") as progress,
-    ):
-        result = api.fly(mission, folder, progress)
-    if not as_json:
-        (_report_failures if OUTPUT.quiet else _report)(result)
-    with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
-        written = draw(folder.path, figures, video, report)
+    with figures_ahead() if figures else nullcontext() as draw_figures:
+        with (
+            stopping.keeping(lambda: _interrupted(path)),
+            created as folder,
+            progress_bar("simulating", " s") as progress,
+        ):
+            result = api.fly(mission, folder, progress)
+        if not as_json:
+            (_report_failures if OUTPUT.quiet else _report)(result)
+        with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):
+            written = draw(folder.path, draw_figures, video, report)
     finish(
         "run",
         as_json,
@@ -222,13 +225,11 @@ def schema_command(
     typer.echo(handbook(kind) if markdown else json.dumps(json_schema(kind), indent=2))
 
 
-def draw(folder: Path, figures: bool, video: bool, report: bool) -> list[str]:
-    """Draw the requested files, and return the contents of the folder."""
+def draw(folder: Path, draw_figures: Draw | None, video: bool, report: bool) -> list[str]:
+    """Draw the requested files, figures by a function if at all, and return the contents of the folder."""
     written = ["scenario.yaml", "resolved.yaml", "model.xml", "trace.nc", "metrics.json", "verdicts.json"]
     with drawing_video(folder) if video else nullcontext(lambda: False) as rendered:
-        if figures:
-            from escort_mj.report.figures.figures import draw_figures
-
+        if draw_figures is not None:
             with progress_bar("drawing the figures", "", announced=True):
                 written.append(f"figures/ ({len(draw_figures(folder))})")
         if rendered():

@@ -108,15 +108,29 @@ def draw_figures(
     run = read_run(folder)
     if run.recording.sizes["time"] == 0:
         raise RenderError(f"{run.path}: {NOTHING}")
-    written = []
-    for plot in plots_of(run.recording).values():
-        for suffix in formats:
-            path = run.path / FIGURES / f"{plot.name}.{suffix}"
-            title, note = _title(run.recording, plot), _note(run)
-            with figure(path, plot.height(run.recording, look.width), title, note, look=look) as canvas:
-                plot.draw(canvas, run.recording)
-            written.append(path)
-    return written
+    return [draw_plot(run, name, suffix, look) for name in plots_of(run.recording) for suffix in formats]
+
+
+def draw_plot(run: StoredRun, name: str, suffix: str = "png", look: Look = USUAL) -> Path:
+    """Draw one figure of a run that was opened, into its folder.
+
+    Args:
+        run: With a sample at least.
+        name: Which, of `plots_of`.
+        suffix: File format.
+        look: Width, letters and title.
+
+    Returns:
+        The file.
+
+    Raises:
+        WriteError: If it cannot be written.
+    """
+    trace, plot = run.recording, plots_of(run.recording)[name]
+    path = run.path / FIGURES / f"{name}.{suffix}"
+    with figure(path, plot.height(trace, look.width), _title(trace, plot), _note(run), look=look) as canvas:
+        plot.draw(canvas, trace)
+    return path
 
 
 def plots_of(trace: Recorded) -> dict[str, Plot]:

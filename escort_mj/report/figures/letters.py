@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager, get_font
 from matplotlib.text import Text
-from matplotlib.ticker import FixedFormatter, Formatter, FuncFormatter
+from matplotlib.ticker import FixedFormatter, Formatter, FuncFormatter, ScalarFormatter
 
 FONT = "DejaVu Sans"  # which matplotlib ships: a machine need not have any other
 BOX = "□"
@@ -27,9 +29,16 @@ def legible(words: str) -> str:
     return "".join(letter if letter in _letters(font_file()) else BOX for letter in words)
 
 
-def spell(figure: Figure) -> None:
-    """Give every text of a figure the fonts that its letters need, and boxes where no font has them."""
-    for text in figure.findobj(Text):
+def finish_texts(figure: Figure) -> None:
+    """Make every text of a figure appear as it was written."""
+    texts: list[Any] = figure.findobj(Text)
+    _spell(texts)
+    _take_literally(figure, texts)
+
+
+def _spell(texts: Iterable[Text]) -> None:
+    """Give texts the fonts that their letters need, and boxes where no font has them."""
+    for text in texts:
         words = text.get_text()
         lacking, families = set(words) - _letters(font_file()) - {"\n"}, list(text.get_fontfamily())
         while lacking:
@@ -47,15 +56,17 @@ def spell(figure: Figure) -> None:
             text.set_text(words)
 
 
-def take_literally(figure: Figure) -> None:
+def _take_literally(figure: Figure, texts: Iterable[Text]) -> None:
     r"""Draw `$`, `^`, `_` and `\` of every text as they stand; only numbers along an axis are mathematics."""
     numbers: set[Text] = set()
     for axes in figure.axes:
         for axis in (axes.xaxis, axes.yaxis, *([axes.zaxis] if hasattr(axes, "zaxis") else [])):
             if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
                 axis.set_major_formatter(_Literal(axis.get_major_formatter()))
+            elif type(axis.get_major_formatter()) is ScalarFormatter:
+                axis.set_major_formatter(_Numbers())
             numbers |= {axis.get_offset_text(), *axis.get_ticklabels(which="both")}
-    for text in figure.findobj(Text):
+    for text in texts:
         if text not in numbers:
             text.set_parse_math(False)
 
@@ -68,6 +79,13 @@ class _Literal(Formatter):
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         return self._words(x, pos).replace("$", r"\$")
+
+
+class _Numbers(ScalarFormatter):
+    """Numbers along an axis; only their common factor is set as mathematics, which takes long."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
 
 
 @lru_cache(maxsize=64)

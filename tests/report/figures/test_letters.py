@@ -9,7 +9,7 @@ from PIL import Image
 from escort_mj.record.folder import read_run
 from escort_mj.report.figures import letters
 from escort_mj.report.figures.figures import figure_of
-from escort_mj.report.figures.letters import BOX, FONT, font_file, legible, spell
+from escort_mj.report.figures.letters import BOX, FONT, finish_texts, font_file, legible
 from escort_mj.report.figures.style import figure
 
 NOWHERE = "\U0010fffd"  # of the private use planes: no font has it
@@ -76,7 +76,7 @@ def test_signs_of_mathematics_are_drawn_as_they_stand(tmp_path, monkeypatch):
 
 def test_plain_words_keep_the_one_font(tmp_path):
     with figure(tmp_path / "a.png", 2.0, "run") as canvas:
-        spell(canvas)
+        finish_texts(canvas)
     assert canvas.texts[0].get_fontfamily() == [FONT]
 
 
