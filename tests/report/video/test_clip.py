@@ -26,7 +26,7 @@ def verdict(passed=False, time=None, bodies=(), message="contacts none: 1"):
 
 def run(*verdicts, end=20.0, outcome="diverged: robot 1 is far away"):
     return SimpleNamespace(
-        trace={"time": np.linspace(0.0, end, 201)}, verdicts=list(verdicts), outcome={"message": outcome}
+        recording={"time": np.linspace(0.0, end, 201)}, verdicts=list(verdicts), outcome={"message": outcome}
     )
 
 
