@@ -8,7 +8,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -22,6 +22,7 @@ from escort_mj.errors import EscortError, ScenarioError
 from escort_mj.progress import terminal_bar
 
 if TYPE_CHECKING:
+    from escort_mj.report.figures.ahead import Draw
     from escort_mj.scenario.schema.scenario import Video
 
 EXIT_CODES = (
@@ -165,6 +166,13 @@ def drawing_video(
             return fault is None
 
         yield finish
+
+
+def drawing_figures() -> AbstractContextManager[Draw]:
+    """Get ready to draw figures, see `figures_ahead`."""
+    from escort_mj.report.figures.ahead import figures_ahead
+
+    return figures_ahead()
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from escort_mj.cli.app import (
     SetOption,
     app,
     complete,
+    drawing_figures,
     finish,
     progress_bar,
     shown_path,
@@ -80,7 +81,6 @@ def judge_command(
     from escort_mj.judging.judge import judge_log
     from escort_mj.mission import save
     from escort_mj.record.folder import RunFolder
-    from escort_mj.report.figures.ahead import figures_ahead
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     with progress_bar("judging", " s") as progress:
@@ -93,7 +93,7 @@ def judge_command(
         )
     with created as folder:
         save(folder, result)
-    with figures_ahead() if figures else nullcontext() as draw_figures:
+    with drawing_figures() if figures else nullcontext() as draw_figures:
         written = draw(folder.path, draw_figures, video, report)
     judged = [verdict for verdict in result.verdicts if not verdict.skip]
     missing = len(result.verdicts) - len(judged)

@@ -24,6 +24,7 @@ from escort_mj.cli.app import (
     WorkersOption,
     app,
     complete,
+    drawing_figures,
     drawing_video,
     finish,
     progress_bar,
@@ -66,7 +67,6 @@ def run_command(
     """
     from escort_mj import api
     from escort_mj.record.folder import RunFolder
-    from escort_mj.report.figures.ahead import figures_ahead
     from escort_mj.scenario.checks.whole import trace_note
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
@@ -81,7 +81,7 @@ def run_command(
     path = created.path
     if (note := trace_note(mission)) and not OUTPUT.quiet:
         say(note, err=True)
-    with figures_ahead() if figures else nullcontext() as draw_figures:
+    with drawing_figures() if figures else nullcontext() as draw_figures:
         with (
             stopping.keeping(lambda: _interrupted(path)),
             created as folder,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import zlib
 from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 COMPRESSED = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
+SAMPLE, WORTH = 512, 0.5  # values that are tried; share of their bytes that is worth compressing
 NUMBERS, TEXTS = "fi", "UO"  # kinds of types
 WITHOUT_LABELS = "This is a netCDF dimension but not a netCDF variable."  # the standard's own words
 NUMBER, DIMENSIONS = "_Netcdf4Dimid", "_Netcdf4Coordinates"  # of a dimension, and those of a variable
@@ -105,7 +107,7 @@ def _write_variable(file: h5py.File, name: str, variable: Any, growing: set[str]
     values: NDArray[Any] = variable.values
     if values.dtype.kind in NUMBERS:
         limits = _limits(variable.dims, values.shape, growing)
-        packed = COMPRESSED if values.ndim and values.size else {}
+        packed = COMPRESSED if _shrinks(values) else {}
         dataset = file.create_dataset(name, data=values, maxshape=limits, **packed)
     elif values.dtype.kind in TEXTS:
         dataset = file.create_dataset(name, data=values.astype(object), dtype=h5py.string_dtype())
@@ -113,6 +115,13 @@ def _write_variable(file: h5py.File, name: str, variable: Any, growing: set[str]
         raise TypeError(f"{name} is of the type {values.dtype}")
     _write_attributes(dataset, variable.attrs)
     return dataset
+
+
+def _shrinks(values: NDArray[Any]) -> bool:
+    """Whether compressing values is worth its time, as a sample of them tells: noise does not shrink."""
+    sample = values.reshape(-1)[values.size // 2 :][:SAMPLE]
+    shuffled = np.ascontiguousarray(sample).view(np.uint8).reshape(-1, values.itemsize).T.tobytes()
+    return values.ndim > 0 and len(zlib.compress(shuffled, 1)) < WORTH * len(shuffled)
 
 
 def _limits(dims: Sequence[Any], shape: Sequence[int], growing: set[str]) -> tuple[int | None, ...] | None:
