@@ -16,7 +16,7 @@ MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
 def test_every_signal_is_named_with_its_dimensions_unit_and_meaning(record):
     samples, sizes, labels = record(7)
     trace = build_trace(samples, sizes, labels)
-    for signal in SIGNALS:
+    for signal in (one for one in SIGNALS if one.recorded(sizes)):
         variable = trace[signal.name]
         assert variable.dims == (("time",) if signal.name == "time" else ("time", *signal.dims))
         assert variable.attrs == {"units": signal.unit, "long_name": signal.meaning}
