@@ -9,7 +9,7 @@ Both messages are little-endian numbers without padding, for n robots in p axes,
     command  uint32 number of the state that it answers, n p float64 forces
 
 The robots send their state once in a timestep. Robots that have got no command for 100 ms brake. The log is a
-CSV file that `escort-mj judge` reads.
+CSV file for `escort-mj judge`.
 """
 
 import argparse
@@ -104,14 +104,15 @@ class Log:
         if self.write:
             places = [f"{robot}.{axis}" for robot in robots for axis in axes]
             speeds = [f"{robot}.v{axis}" for robot in robots for axis in axes]
-            self.write(["time", *places, *speeds, *(f"target.{axis}" for axis in axes)])
+            forces = [f"{robot}.f{axis}" for robot in robots for axis in axes]
+            self.write(["time", *places, *speeds, *forces, *(f"target.{axis}" for axis in axes)])
 
-    def note(self, now, q, v, controller):
+    def note(self, now, q, v, force, controller):
         """Write a row if one is due."""
         if self.write and now >= self.due - 1e-9:
             self.due += self.period
             target = controller.signals["target_position"]
-            self.write([f"{x:.9g}" for x in (now, *q.ravel(), *v.ravel(), *target)])
+            self.write([f"{x:.9g}" for x in (now, *q.flat, *v.flat, *force.flat, *target)])
 
 
 def fly(scenario="fifty_hertz", seconds=10.0, log=None):
@@ -154,7 +155,7 @@ def fly(scenario="fifty_hertz", seconds=10.0, log=None):
                     controller.reset(q)
                 continue  # the robots brake
             link.sendto(ANSWER.pack(number) + force.tobytes(), robots_address)
-            rows.note(now, q, v, controller)
+            rows.note(now, q, v, force, controller)
         statistics = json.loads(robots.stdout.read())
     link.close()
     if rows.file:

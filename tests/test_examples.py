@@ -14,6 +14,7 @@ import matplotlib
 import numpy as np
 import pytest
 
+import escort_mj
 from escort_mj import Controller
 from tests import ros_stand_in
 
@@ -53,10 +54,13 @@ def test_udp_robots(tmp_path: Path) -> None:
     assert head.split(",") == [
         *("time", *(f"{name}.{axis}" for name in names for axis in "xy")),
         *(f"{name}.v{axis}" for name in names for axis in "xy"),
+        *(f"{name}.f{axis}" for name in names for axis in "xy"),
         *("target.x", "target.y"),
     ]
     times = np.array([float(row.split(",")[0]) for row in rows])
     assert len(times) >= 5 and (np.diff(times) > 0.0).all() and times[-1] < 0.4
+    run = escort_mj.judge(tmp_path / "log.csv", escort_mj.load_scenario("fifty_hertz", {"expect": []}))
+    assert run.passed and run.trace.q[0].values.tolist() == Controller("fifty_hertz").start.tolist()
     if found["steps_braking"] == 0:
         assert (found["last_radii"] < [2.68, 2.68, 2.7, 2.7]).all(), "they have come closer"
 
