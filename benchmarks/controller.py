@@ -19,7 +19,7 @@ from escort_mj import Controller
 
 PAGE = "real_robots.md"
 BATCHES, CALLS = 300, 50
-PROCESSES = 5
+PROCESSES = 9
 HUNDRED = {"robots": {"count": 100, "placement": {"within": 60}}, "mission": {"radius": 30}}
 CASES: dict[str, Any] = {
     "5 robots, plane": "main",
