@@ -40,16 +40,17 @@ class Drive(NamedTuple):
     in_world: float  # 1 where w is along the world's axes, 0 along the base's
     holds_attitude: float  # 1 where the base is kept upright; of a thrust: where it keeps its heading
     holds_height: float  # 1 where planar missions hold the height
-    follow: float  # RATE: what part of the way to the reference position is added to the velocity [1/s]
-    most_follow: float  # RATE: at most [m/s]
+    follow: float  # RATE: what part of the error of position is added to the velocity [1/s]
+    stiffen: float  # RATE: likewise of the error of velocity [1]
+    most_follow: float  # RATE: both together, at most [m/s]
     start_x: float  # POSITION: where w counts from [m]
     start_y: float
     start_z: float
 
 
 (
-    MODE, BODY, ROOT, FIRST, COUNT, POINT, _, _, IN_WORLD, HOLDS_ATTITUDE, HOLDS_HEIGHT, FOLLOW, MOST_FOLLOW,
-    START, _, _,
+    MODE, BODY, ROOT, FIRST, COUNT, POINT, _, _, IN_WORLD, HOLDS_ATTITUDE, HOLDS_HEIGHT, FOLLOW, STIFFEN,
+    MOST_FOLLOW, START, _, _,
 ) = range(len(Drive._fields))  # fmt: skip
 
 
@@ -92,6 +93,7 @@ class DriveModel:
         lifts: Whether its weight is fed forward.
         craft: Attitude loop and height control, as for a height of 0; None without.
         follow: See `Drive`.
+        stiffen: Likewise.
         most_follow: Likewise.
         limits: Largest force (where servos drive: velocity) along x, y and z that is always to be had, shape
             (3,) [N or m/s].
@@ -110,6 +112,7 @@ class DriveModel:
     lifts: bool = False
     craft: Craft | None = None
     follow: float = 0.0
+    stiffen: float = 0.0
     most_follow: float = 0.0
     limits: tuple[float, ...] = (np.inf, np.inf, np.inf)
     bandwidth: float = np.inf
@@ -125,7 +128,7 @@ class DriveModel:
             start: Where the robot starts, along the mission's axes [m].
         """
         numbers = [self.mode, body, root, first, len(self.inputs), *self.point, self.in_world]
-        numbers += [self.holds_attitude, self.holds_height, self.follow, self.most_follow]
+        numbers += [self.holds_attitude, self.holds_height, self.follow, self.stiffen, self.most_follow]
         return Drive(*map(float, [*numbers, *[*start, 0.0][:3]]))
 
     @property

@@ -44,6 +44,7 @@ from escort_mj.robots.drive import (
     RATE,
     ROOT,
     START,
+    STIFFEN,
     THRUST,
     controls_for,
     past_dead_zone,
@@ -190,8 +191,8 @@ def _want(
         wanted[k] = addresses.lift[i, k]
     if mode == RATE:
         for k in range(p):
-            way = drive[FOLLOW] * (state.q_d[i, k] - state.q[i, k])
-            wanted[k] = state.v_d[i, k] + min(max(way, -drive[MOST_FOLLOW]), drive[MOST_FOLLOW])
+            more = drive[FOLLOW] * state.e[i, k] + drive[STIFFEN] * state.e_dot[i, k]
+            wanted[k] = state.v_d[i, k] + min(max(more, -drive[MOST_FOLLOW]), drive[MOST_FOLLOW])
     elif mode == POSITION:
         for k in range(p):
             wanted[k] = state.q_d[i, k] - drive[START + k]

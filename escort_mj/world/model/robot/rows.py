@@ -27,7 +27,8 @@ SATURATING_ERROR = 0.1  # rad of tilt for which the attitude loop asks for all t
 MOST_FREQUENCY, DAMPING_RATIO = 25.0, 1.0  # of the attitude loop [rad/s]
 LEAST_LIFT = 0.2  # of the weight
 HEIGHT_FREQUENCY = 3.0  # rad/s
-FOLLOW_SHARE, MOST_FOLLOW_RATE, FOLLOW_SPEED = 0.25, 2.0, 0.25
+STIFF, MOST_STIFFENED = 50.0, 4.0  # bandwidth that servos are brought to [rad/s], by so much at most
+FOLLOW_SHARE, MOST_FOLLOW_RATE, FOLLOW_SPEED = 0.1, 4.0, 0.4  # of bandwidth, 1/s, of the largest velocity
 RANK = 1e-6
 
 
@@ -111,9 +112,10 @@ def at_rate(
 ) -> DriveModel:  # fmt: skip
     """A drive that is given velocities."""
     limits = (reach(inputs, 0), reach(inputs, 1), math.inf)
-    follow = min(MOST_FOLLOW_RATE, FOLLOW_SHARE * bandwidth)
+    stiffen = min(max(STIFF / bandwidth - 1.0, 0.0), MOST_STIFFENED)
+    follow = min(MOST_FOLLOW_RATE, FOLLOW_SHARE * bandwidth * (1.0 + stiffen))
     most = min(FOLLOW_SPEED * min(limits), 1e300)
     return DriveModel(
-        RATE, found, point, inputs, "", in_world, craft is not None, False, False, craft, follow, most,
-        limits, bandwidth, mass,
+        RATE, found, point, inputs, "", in_world, craft is not None, False, False, craft, follow, stiffen,
+        most, limits, bandwidth, mass,
     )  # fmt: skip
