@@ -128,6 +128,49 @@ def check_plugin_command(
     finish("check-plugin", as_json, [], code, checks=[found._asdict() for found in checks])
 
 
+@app.command("check-robot")
+def check_robot_command(
+    robot: Annotated[Path, typer.Argument(help="MJCF file of a robot.")],
+    body: Annotated[
+        str | None, typer.Option("--body", help="Body that the law moves; default: the only one that can.")
+    ] = None,
+    drive: Annotated[
+        str | None,
+        typer.Option("--drive", help="force, thrust, steer, wheels, omni or velocity; default: found."),
+    ] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", help="Where to draw the step response: .png, .pdf or .svg.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Show what is found in a robot's MJCF, and how it answers a step of velocity along each axis.
+
+    Exit codes: 0 if it comes within a tenth of each step, 1 if not, 2 if it cannot be read or driven.
+
+    Example: escort-mj check-robot rover.xml --figure rover.png
+    """
+    from escort_mj.conformance.robot import answers, checked_model, page
+
+    kind, model = checked_model(robot, body, drive)
+    for line in () if as_json else page(model):
+        say(line)
+    steps = []
+    for answer in answers(kind, model):
+        steps.append(answer)
+        if not as_json:  # at once: a step takes its time
+            say(f"{'ok' if answer.held else 'NO'}  {answer.words}")
+    written = []
+    if figure is not None:
+        from escort_mj.report.figures.answer import Step, draw_steps
+
+        draw_steps([Step(*answer[:4]) for answer in steps], f"{robot.name}: steps of velocity", figure)
+        written = [shown_path(figure)]
+    lines = [f"wrote {each}" for each in written]
+    code = GOOD if all(answer.held for answer in steps) else VERDICT_FAILED
+    numbers = {answer.axis: answer.numbers for answer in steps}
+    finish("check-robot", as_json, lines, code, robot=page(model), steps=numbers, written=written)
+
+
 @app.command("doctor")
 def doctor_command(
     folder: Annotated[Path, typer.Option("--out", help="Folder in which runs will be written.")] = Path(

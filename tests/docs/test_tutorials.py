@@ -10,7 +10,7 @@ from tests.docs.pages import RUN, blocks
 from tests.test_cli import call
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = ("start.md", "tutorial_study.md")
+PAGES = ("start.md", "tutorial_study.md", "own_robot.md")
 FILE = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.robots import RobotKind
+from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.placement import gravity_of, kinds_of, robot_count
 from escort_mj.scenario.schema.robots import Actuators
@@ -81,6 +82,42 @@ def check_motors(scenario: Scenario) -> Iterator[Finding]:
             )
 
 
+def check_models(scenario: Scenario) -> Iterator[Finding]:
+    """Robots with actuators of their own are asked for nothing that only the built-in motors have."""
+    kinds = kinds_of(scenario)
+    driven = [robot for robot, kind in enumerate(kinds) if kind.driven]
+    if not driven:
+        return
+    name = f"robot {driven[0] + 1} is of the kind {kinds[driven[0]].kind}, with actuators of its own"
+    if scenario.recording.truth:
+        yield Finding(
+            ("recording", "truth"), f"found true; {name}, whose mass matrix is not that of its hull"
+        )
+    if scenario.controller.needs_model:
+        law = scenario.controller.law
+        yield Finding(("controller", "law"), f"found {law}, which is given each robot's mass matrix; {name}")
+    plain = Actuators()
+    for robot in driven:
+        path, own = _actuators(scenario, robot)
+        if own != plain:
+            yield Finding(path, f"found errors of motors; robot {robot + 1} has actuators of its own")
+            break
+    for index, failure in enumerate(scenario.robots.failures):
+        kind = kinds[failure.robot - 1] if failure.robot <= len(kinds) else None
+        if isinstance(kind, ModeledKind) and failure.kind == "mad":
+            if not kind.drive_model(1.0, 0.2).pushes:
+                words = f"found mad; servos move robot {failure.robot}, not forces: dead or stuck"
+                yield Finding(("robots", "failures", index, "kind"), words)
+
+
+def _actuators(scenario: Scenario, robot: int) -> tuple[Path, Actuators]:
+    """Errors of the motors of a robot, from 0, and where the scenario says them."""
+    for index, override in enumerate(scenario.robots.overrides):
+        if override.robot == robot + 1 and override.actuators is not None:
+            return ("robots", "overrides", index, "actuators"), override.actuators
+    return ("robots", "actuators"), scenario.robots.actuators
+
+
 def check_heights(scenario: Scenario) -> Iterator[Finding]:
     """Gravity to fly against; and in the plane one height for all, where distances are measured."""
     kinds, gravity = kinds_of(scenario), gravity_of(scenario)
@@ -94,6 +131,13 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
         )
     if scenario.axes != 2:
         return
+    grounded = next((i for i, kind in enumerate(kinds) if kind.driven and kind.most_axes == 2), None)
+    if grounded is not None and flying is not None:
+        yield Finding(
+            _kind_path(scenario, flying),
+            f"robot {flying + 1} flies and robot {grounded + 1} stays on the floor; planar missions happen "
+            "at one height",
+        )
     heights = [kind.height(radius) for kind, radius in zip(kinds, _each(scenario, "radius"), strict=True)]
     high = heights.index(max(heights))
     low = next((i for i, kind in enumerate(kinds) if kind.rolls and heights[i] != heights[high]), None)
@@ -114,7 +158,7 @@ def check_weights(scenario: Scenario) -> Iterator[Finding]:
     masses, limits = _each(scenario, "mass"), _each(scenario, "force_limit")
     for robot, (kind, mass, limit) in enumerate(zip(kinds_of(scenario), masses, limits, strict=True)):
         weight = (mass + kind.burden()) * pull
-        if not kind.flies and limit is not None and weight >= limit:
+        if not kind.flies and not kind.driven and limit is not None and weight >= limit:
             yield Finding(
                 ("robots", "force_limit"),
                 f"robot {robot + 1}, a {kind.kind}, weighs {weight:.3g} N and has motors of {limit:g} N, "

@@ -26,6 +26,7 @@ from escort_mj.scenario.checks.obstacles import (
 from escort_mj.scenario.checks.robots import (
     check_heights,
     check_kinds,
+    check_models,
     check_motors,
     check_team,
     check_weights,
@@ -133,6 +134,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_motors, ("axes", "robots")),
+    (check_models, ("robots", "recording", "controller")),
     (check_heights, ("axes", "physics", "robots")),
     (check_weights, ("axes", "physics", "robots")),
     (check_delays, ("axes", "duration", "physics", "robots", "sensing")),

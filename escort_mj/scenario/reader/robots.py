@@ -94,7 +94,7 @@ def _misfits(path: Path, table: dict[str, Any], model: RobotModel) -> Iterator[F
     radius, mass = table["radius"], table["mass"]
     if isinstance(mass, int | float) and abs(mass - model.mass) > 1e-9 * model.mass:
         yield Finding(
-            (*path, "mass"), f"found {mass:g} kg; the robot's file says {model.mass:.6g}, leave it out"
+            (*path, "mass"), f"found {mass:g} kg; the robot's file says {model.mass:.6g} kg, leave it out"
         )
     if isinstance(radius, int | float) and radius < model.radius * (1.0 - 1e-9):
         yield Finding(

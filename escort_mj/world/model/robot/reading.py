@@ -95,12 +95,10 @@ def _base(model: mujoco.MjModel, body: str, name: str) -> int:
     moving = [number for number in range(1, model.nbody) if _moves(model, number)]
     roots = sorted({int(model.body_rootid[number]) for number in moving})
     if not roots:
-        raise RobotError(
-            f"{name}: none of its bodies has a free joint or slides along x and y; expected a base that has"
-        )
+        raise RobotError(f"{name}: has no base: no body has a free joint, or slides along two axes")
     driven = [root for root in roots if _has_actuator(model, root)] or roots
     if len(driven) > 1:
-        found = listed([model.body(root).name for root in driven])
+        found = " and ".join(model.body(root).name for root in driven)
         raise RobotError(f"{name}: found {len(driven)} bases, {found}; say which by the key body")
     return next(number for number in moving if model.body_rootid[number] == driven[0])
 

@@ -30,6 +30,7 @@ HEIGHT_FREQUENCY = 3.0  # rad/s
 STIFF, MOST_STIFFENED = 50.0, 4.0  # bandwidth that servos are brought to [rad/s], by so much at most
 FOLLOW_SHARE, MOST_FOLLOW_RATE, FOLLOW_SPEED = 0.1, 4.0, 0.4  # of bandwidth, 1/s, of the largest velocity
 RANK = 1e-6
+MOST_REACH = 1e12  # of an actuator with a range
 
 
 def rows_of(
@@ -67,7 +68,7 @@ def reach(inputs: tuple[Input, ...], demand: int) -> float:
         share = abs((row.mix_1, row.mix_2, row.mix_3, row.mix_4, row.mix_5, row.mix_6)[demand])
         if share > 1e-12:
             found = min(found, min(row.high - row.trim, row.trim - row.low) / share)
-    return float(max(found, 0.0))
+    return float(max(found, 0.0)) if found < MOST_REACH else math.inf
 
 
 def mobility(machine: Machine, point: Array) -> tuple[float, ...]:

@@ -1,0 +1,191 @@
+"""Robots from MJCF files: what is found in them, and missions that they fly and drive."""
+
+import shutil
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+
+from escort_mj.mission import begin_folder, fly
+from escort_mj.record.folder import RunFolder
+from escort_mj.robots.drive import FORCE, POSITION, RATE, THRUST
+from escort_mj.robots.modeled import RobotModel, Source
+from escort_mj.scenario import load_file
+from escort_mj.scenario.reader.load import stored_scenario
+from escort_mj.world.model.build import build
+from escort_mj.world.model.robot.reading import read
+
+HEXAROTOR = (Path(__file__).parents[2] / "scenarios/robots/hexarotor.xml").read_text()
+WHEEL = (
+    '<body name="{side}" pos="0 {y} 0"><joint name="{side}" axis="0 1 0"/>'
+    '<geom type="cylinder" size="0.06 0.015" zaxis="0 1 0" mass="0.4"/></body>'
+)
+WHEELS = "".join(WHEEL.format(side=side, y=y) for side, y in (("left", 0.13), ("right", -0.13)))
+ROVER = f"""
+<mujoco>
+  <default>
+    <default class="part"><geom rgba="0.2 0.4 0.8 1"/></default>
+    <default class="caster"><geom size="0.02" friction="0.01 0.001 0.001" priority="1" mass="0.1"/></default>
+  </default>
+  <worldbody>
+    <geom type="plane" size="5 5 1"/>
+    <body name="base" pos="0 0 0.06">
+      <freejoint/>
+      <geom class="part" type="box" size="0.15 0.1 0.03" pos="0 0 0.04" mass="6"/>
+      <geom class="caster" pos="0.12 0 -0.04"/><geom class="caster" pos="-0.12 0 -0.04"/>
+      {WHEELS}
+    </body>
+  </worldbody>
+  <actuator><{{0}} joint="left" {{1}}/><{{0}} joint="right" {{1}}/></actuator>
+</mujoco>"""
+TORQUES = ROVER.format("motor", 'ctrlrange="-1.5 1.5"')
+RATES = ROVER.format("velocity", 'kv="0.5" ctrlrange="-30 30"')
+SLIDES = """
+<mujoco>
+  <default><default class="part"><geom rgba="0.8 0.4 0.2 1" mass="10"/></default></default>
+  <worldbody>
+    <body name="base" pos="0 0 0.2">
+      <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
+      <joint name="turn"/>
+      <geom class="part" type="cylinder" size="0.2 0.1"/>
+      <body name="arm" pos="0 0 0.1">
+        <joint name="arm" axis="0 1 0"/><geom size="0.02 0.1" type="capsule" mass="0.5"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position joint="y" kp="40000" kv="2000"/><position joint="x" kp="40000" kv="2000"/>
+    <position joint="turn" kp="2000" kv="100"/><position name="arm" joint="arm" kp="20" kv="2"/>
+  </actuator>
+  <keyframe><key qpos="1 2 0.5 0.3" ctrl="2 1 0.5 0.3"/></keyframe>
+</mujoco>"""  # the servo of y comes first: places, not names or order, tell which is which
+
+
+def found(text: str) -> RobotModel:
+    return read(Source(text=text, name="robot"))
+
+
+def test_rotors_of_any_geometry_share_the_weight() -> None:
+    model = found(HEXAROTOR)
+    weight, drive = model.mass * 9.81, model.drive
+    assert (drive.mode, drive.found, drive.holds_attitude, drive.lifts) == (THRUST, "thrust", True, True)
+    assert model.mass == pytest.approx(1.5)
+    np.testing.assert_allclose([row.mix_1 * weight for row in drive.inputs], weight / 6, rtol=1e-9)
+    assert drive.limits[2] == pytest.approx(6 * 9.0 - weight)
+    angles = np.pi / 3 * np.arange(6)
+    for turn, arm in (
+        ("mix_2", np.sin(angles)),
+        ("mix_3", -np.cos(angles)),
+    ):  # least squares: as the arms are
+        np.testing.assert_allclose([getattr(row, turn) for row in drive.inputs], arm / 0.25 / 3, atol=1e-4)
+
+
+def test_wheels_by_torque_are_pushed_at_a_point_ahead_of_the_axle() -> None:
+    model = found(TORQUES)
+    drive = model.drive
+    assert (drive.mode, drive.found, model.stands) == (FORCE, "wheels", True)
+    assert drive.point[:2] == pytest.approx((0.13, 0.0)), "half the track"
+    assert [[row.effect_x, row.effect_y] for row in drive.inputs] == pytest.approx(
+        np.array([[1.0, -1.0], [1.0, 1.0]]) / 0.06
+    )
+    assert drive.limits[:2] == pytest.approx((50.0, 50.0)), "two torques of 1.5 N m at 0.06 m"
+    spin = 0.5 * 0.4 * 0.06**2 * 2 / 0.06**2
+    assert drive.effective_mass[0] == pytest.approx(7.0 + spin, rel=1e-5)
+
+
+def test_wheels_by_velocity_servos_are_given_rates() -> None:
+    drive = found(RATES).drive
+    assert (drive.mode, drive.found) == (RATE, "wheels")
+    mixed = [[row.mix_1, row.mix_2] for row in drive.inputs]
+    assert mixed == pytest.approx(np.array([[1.0, -1.0], [1.0, 1.0]]) / 0.06)
+    assert drive.limits[:2] == pytest.approx((1.8, 1.8)) and 0.0 < drive.stiffen <= 4.0
+
+
+def test_position_servos_get_places_in_their_own_coordinates() -> None:
+    model = found(SLIDES)
+    drive = model.drive
+    assert (drive.mode, drive.found, model.stands) == (POSITION, "omni", False)
+    assert [(row.control, row.trim, row.mix_1, row.mix_2) for row in drive.inputs] == [
+        (0.0, 2.0, pytest.approx(0.0, abs=1e-9), pytest.approx(1.0)),
+        (1.0, 1.0, pytest.approx(1.0), pytest.approx(0.0, abs=1e-9)),
+        (2.0, 0.5, pytest.approx(0.0, abs=1e-9), pytest.approx(0.0, abs=1e-9)),
+    ], "the arm's servo drives nothing"
+    assert model.ctrl == (2.0, 1.0, 0.5, 0.3)
+
+
+@pytest.fixture
+def team(tmp_path: Path) -> Path:
+    for name, text in (("rover", TORQUES), ("servo_rover", RATES), ("slides", SLIDES)):
+        (tmp_path / f"{name}.xml").write_text(text)
+    path = tmp_path / "team.yaml"
+    path.write_text("""
+duration: 25
+target: {position: [0.3*t, 0.5*sin(0.2*t)], radius: 0.2}
+mission:
+  radius: 2.5
+  max_speed: 1
+  behaviors: [{behavior: avoid_obstacles, safe_distance: 0.4, measure: surface}, vertices, surface]
+obstacles: [{position: [4, 2.3], radius: 0.4}]
+robots:
+  count: 5
+  kind: {kind: mjcf, file: rover.xml}
+  placement: {within: 5, least_gap: 0.6}
+  overrides:
+    - {robot: 2, kind: {kind: mjcf, file: servo_rover.xml}}
+    - {robot: 3, kind: {kind: mjcf, file: slides.xml}}
+    - {robot: 5, kind: {kind: mjcf, file: slides.xml}}
+controller: {proportional_gain: 90, derivative_gain: 50, adaptation_rate: 40, slope: 2, switching_gain: 5}
+""")
+    return path
+
+
+def test_files_with_the_same_names_stand_side_by_side(team: Path) -> None:
+    world = build(load_file(team))
+    data = mujoco.MjData(world.model)
+    mujoco.mj_resetDataKeyframe(world.model, data, 0)
+    mujoco.mj_forward(world.model, data)
+    for i, place in enumerate(world.team.position, 1):
+        np.testing.assert_allclose(data.geom(f"robot_{i}_body").xpos[:2], place, atol=1e-6)
+    assert data.joint("robot_3/arm").qpos == data.actuator("robot_3/arm").ctrl == pytest.approx(0.3)
+    assert data.geom("robot_1_body").xpos[2] == pytest.approx(0.06 + world.model.geom("robot_1_body").pos[2])
+    assert world.team.mass == pytest.approx([7.0, 7.0, 10.5, 7.0, 10.5])
+    again = mujoco.MjModel.from_xml_string(world.xml, world.assets)
+    assert (again.nq, again.nu) == (world.model.nq, world.model.nu) == (3 * 9 + 2 * 4, 3 * 2 + 2 * 4)
+
+
+def test_a_team_of_three_kinds_escorts(team: Path, compiled: None) -> None:
+    run = fly(load_file(team))
+    assert run.passed, run.message
+    trace = run.trace
+    distance = np.linalg.norm(trace["q"].values - trace["target_position"].values[:, None], axis=2)
+    assert np.abs(distance[-100:] - 2.5).max(axis=0) == pytest.approx(0.0, abs=0.03)
+    assert not len(trace["episode_start"]) or set(
+        trace["body_group"].values[trace["episode_second"].values.astype(int)]
+    ) == {"floor"}
+    torque = slice(0, 1)
+    np.testing.assert_allclose(
+        trace["drive_force"].values[:, torque], trace["force"].values[:, torque], atol=1e-6
+    )
+    assert not trace["drive_force"].values[:, 2].any(), "a servo decides on its force"
+
+
+def test_a_run_folder_holds_its_robots(team: Path, tmp_path: Path) -> None:
+    skin = '<asset><mesh name="skin" file="skin.obj"/></asset>'
+    (tmp_path / "skin.obj").write_text(
+        "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    )
+    drawn = TORQUES.replace(
+        '<geom class="part"', '<geom type="mesh" mesh="skin" mass="0"/><geom class="part"'
+    )
+    (tmp_path / "rover.xml").write_text(drawn.replace("<worldbody>", f"{skin}<worldbody>"))
+    scenario = load_file(team)
+    with RunFolder.create(tmp_path / "run") as folder:
+        begin_folder(folder, scenario, build(scenario))
+        folder.fail("only begun")
+    moved = shutil.move(tmp_path / "run", tmp_path / "moved")
+    for file in tmp_path.glob("*.[xo][mb][lj]"):
+        file.unlink()
+    again = stored_scenario((moved / "resolved.yaml").read_text(), moved)
+    assert build(again).xml == build(scenario).xml
+    assert mujoco.MjModel.from_xml_path(str(moved / "model.xml")).nmesh == 1
