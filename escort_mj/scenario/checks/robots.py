@@ -85,7 +85,7 @@ def check_motors(scenario: Scenario) -> Iterator[Finding]:
 def check_models(scenario: Scenario) -> Iterator[Finding]:
     """Robots with actuators of their own are asked for nothing that only the built-in motors have."""
     kinds = kinds_of(scenario)
-    driven = [robot for robot, kind in enumerate(kinds) if kind.driven]
+    driven = [robot for robot, kind in enumerate(kinds) if isinstance(kind, ModeledKind)]
     if not driven:
         return
     name = f"robot {driven[0] + 1} is of the kind {kinds[driven[0]].kind}, with actuators of its own"
@@ -131,7 +131,8 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
         )
     if scenario.axes != 2:
         return
-    grounded = next((i for i, kind in enumerate(kinds) if kind.driven and kind.most_axes == 2), None)
+    models = [i for i, kind in enumerate(kinds) if isinstance(kind, ModeledKind)]
+    grounded = next((i for i in models if kinds[i].most_axes == 2), None)
     if grounded is not None and flying is not None:
         yield Finding(
             _kind_path(scenario, flying),
