@@ -21,7 +21,9 @@ def test_a_world_is_compiled_again_only_where_it_must_be(
     """Either way the model is that of its text."""
     compiled, trees = compiling._compiled, []
     size = compiling.addresses_size
-    monkeypatch.setattr(compiling, "_compiled", lambda tree: trees.append(tree) or compiled(tree))
+    monkeypatch.setattr(
+        compiling, "_compiled", lambda tree, files: trees.append(tree) or compiled(tree, files)
+    )
     monkeypatch.setattr(compiling, "addresses_size", lambda *what: size(*what) - guess)
     world = build(Scenario.model_validate({"robots": ROBOTS | more}))
     assert len(trees) == times
