@@ -1,8 +1,9 @@
-"""Commands around runs: new, export, doctor."""
+"""Commands around runs: new, export, gains, doctor."""
 
 from __future__ import annotations
 
 import json
+import math
 import os
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,6 +15,7 @@ from escort_mj.cli.app import (
     VERDICT_FAILED,
     JsonOption,
     PluginOption,
+    ScenarioArgument,
     SetOption,
     app,
     complete,
@@ -104,6 +106,43 @@ def export_command(
         world = build(api.load_scenario(source, overrides or (), plugins or ()))
         write_model(to, world.xml, world.assets)
     finish("export", as_json, [f"wrote {shown_path(to)}"], written=[shown_path(to)])
+
+
+@app.command("gains")
+def gains_command(
+    scenario: ScenarioArgument,
+    overrides: SetOption = None,
+    plugins: PluginOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Propose gains of the law that fit a scenario's robots: the numbers of `controller: {gains: auto}`.
+
+    Example: escort-mj gains robots/quadrotor
+
+    Example: escort-mj gains main --set controller=asmc --set robots.actuators.lag=0.05
+    """
+    from escort_mj import api
+    from escort_mj.laws.gains import LAWS_WITH_A_RULE
+    from escort_mj.record.tables import aligned
+    from escort_mj.scenario.geometry.team_gains import proposal
+
+    mission = api.load_scenario(scenario, overrides or (), plugins or ())
+    found = proposal(mission)
+    if found is None:
+        laws = ", ".join(LAWS_WITH_A_RULE)
+        raise UsageError(f"{scenario}: no rule for law {mission.controller.law} and its robots; laws: {laws}")
+    about, rate = found.about, found.rate
+    limit = f"force limit {about.force_limit:.4g} N" if math.isfinite(about.force_limit) else "no force limit"
+    rows = [("key", "scenario", "auto")]
+    rows += [(key, f"{getattr(mission.controller, key):g}", f"{new:g}") for key, new in found.gains.items()]
+    lines = [
+        f"robot {found.robot}: effective mass {about.mass:.3g} kg, delay {about.delay:.3g} s, {limit}",
+        f"{found.law}: velocity loop at {rate.value:.3g} /s, limited by {rate.reason}",
+        *(f"  {line}" for line in aligned(rows)),
+    ]
+    told = {"law": found.law, "gains": found.gains, "robot": found.robot, "mass": about.mass}
+    told |= {"delay": about.delay, "rate": rate.value, "limited_by": rate.reason}
+    finish("gains", as_json, lines, **told)
 
 
 @app.command("check-plugin")

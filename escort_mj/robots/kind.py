@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, NamedTuple
 from xml.etree.ElementTree import Element
@@ -85,6 +86,22 @@ class RobotKind(Parameters):
     def burden(self) -> float:
         """Return the mass of what it carries unknown to the controller [kg]."""
         return 0.0
+
+    def effective_mass(self, mass: float) -> float:
+        """Return the mass that a force on its center moves [kg].
+
+        Args:
+            mass: Of the robot [kg].
+        """
+        return mass
+
+    def swing(self, gravity: Sequence[float]) -> float:
+        """Return the slowest frequency of what hangs on it [rad/s]; infinite for nothing.
+
+        Args:
+            gravity: World frame, shape (3,) [m/s^2].
+        """
+        return math.inf
 
     def height(self, radius: float) -> float:
         """Return the least height of its hull's center above the floor of a planar mission [m].

@@ -22,6 +22,10 @@ class RollingSphere(RobotKind):
         """Return those of a free body."""
         return FREE_COORDINATES
 
+    def effective_mass(self, mass: float) -> float:
+        """Return 7/5 of it: a solid ball that rolls also turns [kg]."""
+        return 1.4 * mass
+
     def start_rates(self, velocity: Sequence[float], radius: float) -> tuple[float, ...]:
         """Return those with which it rolls."""
         return (0.0, -velocity[1] / radius, velocity[0] / radius)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal
 from xml.etree.ElementTree import Element
 
@@ -49,6 +50,10 @@ class Slung(RobotKind):
     def height(self, radius: float) -> float:
         """Return a height at which the payload hangs clear of the floor [m]."""
         return max(radius, self.cable + self.payload_radius + CLEAR_OF_FLOOR)
+
+    def swing(self, gravity: Sequence[float]) -> float:
+        """Return the frequency of its pendulum where its hull stands still [rad/s]."""
+        return math.sqrt(math.hypot(*gravity) / self.cable)
 
     def shape(self, parts: Mapping[str, Element], radius: float) -> None:
         """Give cable and payload their lengths, mass and damping."""

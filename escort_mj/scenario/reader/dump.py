@@ -11,7 +11,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from escort_mj.expectations import EXPECTATIONS
+from escort_mj.laws.gains import LAWS_WITH_A_RULE
 from escort_mj.scenario.reader.document import plain_scalar
+from escort_mj.scenario.reader.gains import AUTO, KEY
 from escort_mj.scenario.reader.paths import TAGS, tag_of
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -59,9 +61,14 @@ def json_schema(kind: type[Scenario] = Scenario) -> dict[str, Any]:
     Args:
         kind: The type of scenarios, which plugins make (`catalog.scenario_type`).
     """
+    schema = kind.model_json_schema()
+    for table in schema["$defs"].values():
+        if table.get("properties", {}).get("law", {}).get("const") in LAWS_WITH_A_RULE:
+            words = "`auto`: gains that fit the robots are computed; those that are set here stay."
+            table["properties"][KEY] = {"const": AUTO, "description": words}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **kind.model_json_schema(),
+        **schema,
         "title": "escort_mj scenario, version 1",
     }
 

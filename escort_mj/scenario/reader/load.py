@@ -17,6 +17,7 @@ from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.catalog import resolve_plugins
 from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
 from escort_mj.scenario.reader.dump import differing
+from escort_mj.scenario.reader.gains import with_gains, without_gains
 from escort_mj.scenario.reader.late import judged_again, late, left_out
 from escort_mj.scenario.reader.overrides import Overrides, apply
 from escort_mj.scenario.reader.plain import document_of
@@ -195,6 +196,7 @@ def _scenario(
     if kind is None:
         kind, findings = resolve_plugins(data, FilePath(source).parent)
     data, unread = read_robots(data, FilePath(source).parent)
+    data, auto, unknown = without_gains(data)
     findings += unread
     scenario = None
     if not findings:
@@ -207,6 +209,10 @@ def _scenario(
             left_out(data, beyond)
             scenario, again = _checked(data, kind)
             findings = findings or again
+        if auto and scenario is not None and not findings:
+            data, unknown = with_gains(data, scenario)
+            scenario, findings = _checked(data, kind)
+        findings = findings + unknown
     faults = [
         _fault(finding.message, key_path(finding.path), _place(document, finding))
         for finding in sorted(findings, key=lambda finding: _order(document, finding, source))

@@ -211,7 +211,8 @@ class Scenario(Parameters, metaclass=_Checked):
     mission: Mission = Mission()
     """The task of the robots: the outer loop."""
     controller: Law = ApdSmc()
-    """The law of the inner loop: a name, or a table with gains (law: apd_smc if omitted)."""
+    """The law of the inner loop: a name, or a table with gains (law: apd_smc if omitted). `gains: auto`
+    computes gains that fit the robots (docs/gains.md); the stored scenario has the numbers."""
     sensing: Sensing = Sensing()
     """Sensors of the robots and their errors."""
     uncertainty: Uncertainty = Uncertainty()

@@ -1,0 +1,71 @@
+"""Gains that fit a scenario's team: what the rule of `laws.gains` needs, read off the scenario."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from escort_mj.laws.gains import LAWS_WITH_A_RULE, Rate, Robot, gains_of, rate_of
+from escort_mj.scenario.geometry.placement import Placement, gravity_of, team
+from escort_mj.scenario.schema.scenario import Scenario
+
+STEPS = 1.5  # delay of a controller that samples, in steps: it holds its force for one
+
+
+class Proposal(NamedTuple):
+    """Gains that fit a team.
+
+    Attributes:
+        law: Name of the law.
+        gains: Values by key.
+        robot: Number of the robot that they are made for: the one that allows the least force per speed.
+        about: What it is like.
+        rate: Of the velocity loop, and what limits it.
+    """
+
+    law: str
+    gains: dict[str, float]
+    robot: int
+    about: Robot
+    rate: Rate
+
+
+def proposal(scenario: Scenario) -> Proposal | None:
+    """Return gains for a scenario's law and team; None where the law has no rule, or robots have servos.
+
+    All robots have the same gains: those of the robot that allows the least m a.
+    """
+    law = str(scenario.controller.law)
+    robots = team(scenario)
+    each = [_robot(scenario, robots, index) for index in range(len(robots.mass))]
+    pushed = [(index, robot) for index, robot in enumerate(each) if robot is not None]
+    if law not in LAWS_WITH_A_RULE or not pushed:
+        return None
+    index, robot = min(pushed, key=lambda pair: pair[1].mass * rate_of(law, pair[1]).value)
+    rate = rate_of(law, robot)
+    return Proposal(law, gains_of(law, robot, rate.value), index + 1, robot, rate)
+
+
+def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:
+    """Return what the rule needs of a robot; None where its own servos make the force."""
+    kind, mass, radius = robots.kind[index], float(robots.mass[index]), float(robots.radius[index])
+    sensing, step = scenario.sensing, scenario.physics.timestep
+    delay = STEPS * step + robots.actuators[index].lag
+    delay += max(sensing.position.delay, sensing.velocity.delay)
+    limit, effective = float(robots.force_limit[index]), kind.effective_mass(mass)
+    gravity = gravity_of(scenario)
+    craft = kind.craft(mass, radius, gravity, robots.height)
+    drive = kind.drive_model(mass, radius)
+    if drive is not None:
+        if not drive.pushes:
+            return None
+        axes = slice(0, min(scenario.axes, 3))
+        effective, limit = min(drive.effective_mass[axes]), min(limit, *drive.limits[axes])
+        if craft is None and math.isfinite(drive.bandwidth):
+            delay += 1.0 / drive.bandwidth
+    if craft is not None:
+        delay += max(craft.damping_x / craft.stiffness_x, craft.damping_y / craft.stiffness_y)
+    per_axis = 1.0 / math.sqrt(scenario.axes + 2.0)  # of a ball's radius, from which errors are drawn
+    noise, speed_noise = sensing.position.noise * per_axis, sensing.velocity.noise * per_axis
+    most = scenario.mission.max_speed or math.inf
+    return Robot(effective, delay, limit, noise, speed_noise, most, kind.swing(gravity))

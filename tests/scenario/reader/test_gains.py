@@ -1,0 +1,54 @@
+"""`gains: auto`: numbers in the scenario that is read, and what is wrong with it."""
+
+import jsonschema
+import pytest
+
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario import dump_scenario, json_schema, parse_scenario
+from escort_mj.scenario.geometry.team_gains import proposal
+
+TEXT = "robots: {actuators: {lag: 0.1}}\ncontroller: {law: pd_smc, gains: auto, boundary_layer: 0.3}\n"
+
+
+def test_the_stored_scenario_has_the_numbers() -> None:
+    scenario = parse_scenario(TEXT)
+    assert scenario.controller.derivative_gain == pytest.approx(0.9 / (2 * 0.103), rel=5e-3)
+    assert scenario.controller.boundary_layer == 0.3
+    assert "auto" not in dump_scenario(scenario).replace("autoreset", "")
+    assert parse_scenario(dump_scenario(scenario)) == scenario
+    found = proposal(scenario)
+    assert found is not None and found.gains["slope"] == scenario.controller.slope
+
+
+def test_overrides_come_before_the_gains() -> None:
+    slow = parse_scenario(TEXT, overrides=["robots.actuators.lag=0.2"])
+    assert slow.controller.derivative_gain < 0.6 * parse_scenario(TEXT).controller.derivative_gain
+    heavy = parse_scenario("name: some\n", overrides=["controller.gains=auto", "robots.mass=2"])
+    light = parse_scenario("name: some\ncontroller: {gains: auto}\n")
+    assert heavy.controller.law == "apd_smc"
+    assert heavy.controller.derivative_gain == pytest.approx(2 * light.controller.derivative_gain)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{gains: fast}", r'1:\d+: controller.gains: found "fast"; allowed is auto, or no such key'),
+        (
+            "{law: super_twisting, gains: auto}",
+            "found auto with the law super_twisting; there is a rule for apd_smc, ",
+        ),
+        ("{gains: auto, sloppe: 3}", 'controller.sloppe: .* did you mean "slope"'),
+    ],
+)
+def test_one_error_each(text: str, words: str) -> None:
+    with pytest.raises(ScenarioError, match=words) as error:
+        parse_scenario(f"controller: {text}\n")
+    assert len(error.value.faults) == 1
+
+
+def test_editors_know_it() -> None:
+    schema = json_schema()
+    jsonschema.validate({"controller": {"law": "asmc", "gains": "auto"}}, schema)
+    for wrong in ({"law": "asmc", "gains": "fast"}, {"law": "super_twisting", "gains": "auto"}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate({"controller": wrong}, schema)
