@@ -3,6 +3,7 @@
 import io
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -210,6 +211,27 @@ def test_wrong_options_are_refused() -> None:
         Controller("main").robot(6)
     with pytest.raises(EscortError, match="no finite force for robot 1"):
         Controller("main", {"robots.force_limit": None})(0.0, np.full((5, 2), 1e308), np.full((5, 2), -1e308))
+
+
+def test_a_plugin_that_fails_is_an_error(tmp_path: Path) -> None:
+    plugin = tmp_path / "bad.py"
+    plugin.write_text(
+        "from typing import Literal\n"
+        "from escort_mj.plugins import Law, LawView\n"
+        "class Bad(Law):\n"
+        "    law: Literal['bad'] = 'bad'\n"
+        "    def force(self, robots: LawView) -> None:\n"
+        "        if robots.time[0] > 0.001: raise ValueError('it broke')\n"
+        "        robots.tau[:] = robots.s\n"
+    )
+    controller = Controller("main", {"controller": "bad"}, plugins=[str(plugin)])
+    q = controller.start
+    force = controller(0.0, q, np.zeros_like(q))
+    assert (force == np.clip(controller.signals["s"], -10.0, 10.0)).all()
+    with pytest.raises(
+        EscortError, match="a plugin raised an error at 0.002 s: .*bad.py:6: ValueError: it broke"
+    ):
+        controller(0.002, q, np.zeros_like(q))
 
 
 def test_a_team_that_starts_elsewhere_gets_a_formation_that_is_near() -> None:
