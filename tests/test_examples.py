@@ -119,7 +119,14 @@ def test_ros2_node(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(node.warnings) == 2
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.ipynb")), ids=lambda path: path.stem)
+LONG = {"many_seeds"}
+BOOKS = [
+    pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
+    for path in sorted(EXAMPLES.glob("*.ipynb"))
+]
+
+
+@pytest.mark.parametrize("path", BOOKS)
 def test_a_notebook_runs_and_prints_what_it_shows(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compiled: None
 ) -> None:

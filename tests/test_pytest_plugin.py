@@ -45,6 +45,25 @@ def noted(scenario, *rest):
 check.fly = noted
 video.render_clip = lambda folder: folder / "clip.mp4"
 """
+PYTHON = """
+import pytest
+from escort_mj.errors import ScenarioError
+from escort_mj.testing import assert_metric, assert_no_contacts, assert_passed, assert_settled
+
+def test_good(escort_run):
+    run = escort_run("flown.yaml")
+    assert_passed(run)
+    assert_no_contacts(run)
+    assert_settled(run, within=0.5, by=1)
+    assert escort_run("flown.yaml") is run
+
+def test_bad(escort_run):
+    assert_metric(escort_run("flown.yaml"), "force_rms", at_least=5)
+
+def test_unknown(escort_run):
+    with pytest.raises(ScenarioError, match="this scenario has none"):
+        assert_no_contacts(escort_run("flown.yaml"), between=("robots", "walls"))
+"""
 INSTALLED = any(one.value == "escort_mj.pytest_plugin" for one in entry_points(group="pytest11"))
 PLUGIN = [] if INSTALLED else ["-p", "escort_mj.pytest_plugin"]
 
@@ -92,6 +111,8 @@ def write(folder: Path, head: str = HEAD, suffix: str = ".yaml", **files: str) -
 @pytest.fixture(scope="module")
 def session(tmp_path_factory) -> Session:
     folder = write(tmp_path_factory.mktemp("all"), **FILES)
+    write(folder, head="", flown=GOOD)
+    (folder / "test_it.py").write_text(PYTHON)
     (folder / "conftest.py").write_text(SPY)
     session = Session(folder, "-v", "-rxX", "--escort-video", "--escort-out", "kept")
     session.folder = folder
@@ -102,7 +123,7 @@ def test_one_test_per_expectation_and_one_for_the_outcome(session):
     for name in ("outcome", "contacts", "radius_error_max"):
         assert re.search(rf"good\.yaml::{name} PASSED", session.out)
     outcomes = {word: session.outcomes[word] for word in ("failed", "passed", "xfailed")}
-    assert outcomes == {"failed": 8, "passed": 8, "xfailed": 1}
+    assert outcomes == {"failed": 9, "passed": 10, "xfailed": 1}
     assert session.code == 1
 
 
@@ -135,7 +156,7 @@ def test_each_scenario_runs_once_and_what_failed_is_kept(session):
     runs = (session.folder / "runs.txt").read_text().split()
     assert sorted(runs) == ["breaks", "diverges", "fails", "good", "known", "strict"]
     kept = {path.parent.name for path in (session.folder / "kept").rglob("trace.nc")}
-    assert kept == {"fails", "strict", "diverges"}
+    assert kept == {"fails", "strict", "diverges", "flown-main-1"}
 
 
 def test_a_program_error_shows_where(session):
@@ -191,37 +212,12 @@ def test_side_by_side_each_runs_once(tmp_path):
     assert sorted((tmp_path / "runs.txt").read_text().split()) == sorted(files)
 
 
-PYTHON = """
-import pytest
-from escort_mj.errors import ScenarioError
-from escort_mj.testing import assert_metric, assert_no_contacts, assert_passed, assert_settled
-
-def test_good(escort_run):
-    run = escort_run("good.yaml")
-    assert_passed(run)
-    assert_no_contacts(run)
-    assert_settled(run, within=0.5, by=1)
-    assert escort_run("good.yaml") is run
-
-def test_bad(escort_run):
-    assert_metric(escort_run("good.yaml"), "force_rms", at_least=5)
-
-def test_unknown(escort_run):
-    with pytest.raises(ScenarioError, match="this scenario has none"):
-        assert_no_contacts(escort_run("good.yaml"), between=("robots", "walls"))
-"""
-
-
-def test_assertions_in_python(tmp_path):
-    write(tmp_path, head="", good=GOOD)
-    (tmp_path / "test_it.py").write_text(PYTHON)
-    (tmp_path / "conftest.py").write_text(SPY)
-    found = Session(tmp_path, "--escort-video", "--escort-out", "kept")
-    assert (found.outcomes["passed"], found.outcomes["failed"]) == (2, 1)
-    assert re.search(r"E +escort_mj\.testing\.VerdictError: force_rms at least 5 N: ", found.out)
-    assert "testing.py" not in found.out
-    assert "kept/runs/good-main-1/clip.mp4" in found.out
-    assert [path.parent.name for path in (tmp_path / "kept").rglob("trace.nc")] == ["good-main-1"]
+def test_assertions_in_python(session):
+    for name, word in (("good", "PASSED"), ("bad", "FAILED"), ("unknown", "PASSED")):
+        assert re.search(rf"test_it\.py::test_{name} {word}", session.out)
+    assert re.search(r"E +escort_mj\.testing\.VerdictError: force_rms at least 5 N: ", session.out)
+    assert "testing.py" not in session.out
+    assert "kept/runs/flown-main-1/clip.mp4" in session.out
 
 
 def test_a_file_without_a_schema_is_collected_by_its_name_and_a_folder_gets_a_hint(pytester_run) -> None:

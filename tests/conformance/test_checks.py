@@ -13,6 +13,7 @@ from escort_mj.conformance.stand import BrokenError
 from escort_mj.errors import PluginError
 from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
+from escort_mj.scenario.schema.scenario import Scenario
 from tests.plugged import BEHAVIOR, EXPECTATION, KERNEL, KIND, LAW, METRIC
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of NumPy, where plugins are wrong
@@ -23,8 +24,9 @@ def rows(folder, text, checks):
     (folder / "own.py").write_text(text)
     plugin = load_plugin(source_of("own.py", folder))
     (member,) = plugin.members
+    kind = Scenario if checks in (check_parameters, try_metric) else scenario_type(assemble([plugin]))
     try:
-        return {row.name: (row.held, row.words) for row in checks(member, scenario_type(assemble([plugin])))}
+        return {row.name: (row.held, row.words) for row in checks(member, kind)}
     except BrokenError as broken:
         return {broken.name: (False, str(broken))}
 

@@ -107,7 +107,7 @@ def test_robots_reach_the_octahedron() -> None:
 @pytest.mark.parametrize(("feedforward", "lag"), [(True, (0.0, 1e-3)), (False, (0.05, 0.2))])
 def test_feedforward_removes_the_lag(feedforward: bool, lag: tuple[float, float]) -> None:
     setup = replace(mission(PAPER_2D, (3.0, 0.0), (0.1, 0.0)), target_feedforward=feedforward)
-    q, c = fly(setup, PAPER_2D, 60.0)
+    q, c = fly(setup, PAPER_2D, 40.0)
     assert lag[0] <= np.abs(distances(q, c) - 5.0).max() <= lag[1]
 
 
@@ -139,7 +139,7 @@ def test_robots_pass_an_obstacle_at_the_safe_distance() -> None:
         sensing=Sensors(Channel(0.02), Channel(0.01)),
         max_speed=2.0,
     )
-    history = drive(replace(setup, timestep=0.004), q, 14.0)
+    history = drive(replace(setup, timestep=0.01), q, 14.0)
     gap = [float(np.linalg.norm(s.q_d - setup.obstacle_position)) for s in history]
     assert any(s.avoidance_active[0] for s in history) and not history[-1].avoidance_active[0]
     assert 1.9 < min(gap) < 2.1

@@ -182,7 +182,7 @@ def crowded(axes: int, seed: int, count: int) -> tuple[Setup, np.ndarray, np.nda
 MANY = [stack for stack in STACKS if CHORDS not in stack]  # which has no formation in so many axes
 
 
-@pytest.mark.parametrize("axes", [4, 5, 9])
+@pytest.mark.parametrize("axes", [4, pytest.param(5, marks=pytest.mark.slow), 9])
 @pytest.mark.parametrize("stack", MANY, ids=lambda stack: "-".join(b.behavior for b in stack))
 def test_more_than_three_axes(stack, axes: int) -> None:
     setup, q, v = crowded(axes, seed=11, count=7)
@@ -261,7 +261,7 @@ def test_teammates_that_do_not_count_may_overlap() -> None:
     assert not compare(setup, q, v).any()
 
 
-@pytest.mark.parametrize("steps", [700, pytest.param(5000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("steps", [400, pytest.param(5000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("axes", [2, 3])
 def test_a_long_run_stays_together(axes: int, steps: int) -> None:
     """Each controller drives robots of its own, of unit mass, past obstacles."""

@@ -60,7 +60,7 @@ def test_gymnasium_records_a_video(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 @needs_gl
-@pytest.mark.parametrize("name", ["paper/case1_3d", "sixteen_cell"])
+@pytest.mark.parametrize("name", [pytest.param("paper/case1_3d", marks=pytest.mark.slow), "sixteen_cell"])
 def test_missions_in_more_axes_and_frames_left_out(name: str) -> None:
     simulation = Simulation(load_scenario(name, SHORT))
     camera = Camera(simulation, (160, 90))

@@ -65,7 +65,10 @@ def test_figures_are_drawn_under_their_numbers_and_the_table_written(whole):
 def test_a_second_time_nothing_runs_and_the_table_keeps_everything(whole):
     out, _, _ = whole
     before = (out / "table.md").read_text()
-    result = reproduce_paper(scenarios_folder(), out, draw_reproduction, only=["5"], workers=1)
+    drawn = []
+    draw = lambda out, runs, figure: drawn.append(figure.key)  # noqa: E731
+    result = reproduce_paper(scenarios_folder(), out, draw, only=["5"], workers=1)
+    assert drawn == ["5"]
     assert result.lines[0] == "2 simulations: 0 run now, 2 had run before"
     assert (out / "table.md").read_text() == before
 

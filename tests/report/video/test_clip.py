@@ -15,7 +15,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
 from escort_mj.report.video.clip import LENGTH, plan_clip
 from escort_mj.scenario.schema.scenario import Video
-from tests.report.video.test_video import needs_gl, read
+from tests.report.video.test_video import banner, needs_gl, read
 
 SMALL = Video(width=320, height=180, rate=5)
 
@@ -94,6 +94,7 @@ def test_a_clip_of_four_seconds_with_the_pair_marked(meeting):
     assert re.search(r"Duration: 00:00:04.*320x180", words, re.DOTALL)
     frames = read(path)
     assert (redness(frames) > 20).all()
+    assert banner(frames[-1]) == "bad"
 
 
 @needs_gl

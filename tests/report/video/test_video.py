@@ -92,12 +92,13 @@ def banner(frame):
 
 
 @needs_gl
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "look"),
     [
-        pytest.param({"axes": 3, "count": 6}, {"camera": "top"}, marks=pytest.mark.slow),
-        pytest.param({"count": 50, "obstacles": 30}, {"camera": "follow"}, marks=pytest.mark.slow),
-        pytest.param({"count": 1, "obstacles": 0, "samples": 1}, {}, marks=pytest.mark.slow),
+        ({"axes": 3, "count": 6}, {"camera": "top"}),
+        ({"count": 50, "obstacles": 30}, {"camera": "follow"}),
+        ({"count": 1, "obstacles": 0, "samples": 1}, {}),
         ({"spread": lambda time: np.exp(12 * time), "outcome": Outcome.DIVERGED}, {}),
     ],
     ids=["space_top", "many_follow", "one_sample", "diverged"],
@@ -110,12 +111,18 @@ def test_every_mission_can_be_filmed(make_run, shape, look):
     assert banner(frames[-1]) == ("bad" if "outcome" in shape else "good")
 
 
-@needs_gl
-def test_the_child_says_in_one_line_what_is_wrong(make_run):
+def test_the_child_says_in_one_line_what_is_wrong(make_run, capsys):
+    """What the parent makes of such a line: `test_a_child_that_fails_is_an_error_not_a_hang`."""
+    options = ["--out", "video.mp4", "--video", SMALL.model_dump_json()]
     folder = make_run(samples=2)
     (folder / "model.xml").write_text("<mujoco><oops/></mujoco>")
-    with pytest.raises(RenderError, match=r"model\.xml cannot be loaded: XML Error"):
-        video.render_video(folder, SMALL)
+    assert video.render_here([str(folder), *options]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match(r"error: .*model\.xml cannot be loaded: XML Error", line)
+    late = SMALL.model_copy(update={"start": 7.0}).model_dump_json()
+    assert video.render_here([str(make_run()), *options[:-1], late]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match(r"error: .*begins at 7 s; the run ended at 5\.\d* s", line)
 
 
 def test_without_gl_the_error_names_the_command(make_run, monkeypatch):
@@ -201,5 +208,3 @@ def test_a_window_is_filmed_without_the_end(make_run, tmp_path):
     frames = read(video.render_video(folder, window, out=tmp_path / "part.mp4"))
     assert len(frames) == 6 and banner(frames[-1]) == ""
     assert not (folder / "video.mp4").exists()
-    with pytest.raises(RenderError, match=r"begins at 7 s; the run ended at 5\.\d* s"):
-        video.render_video(folder, SMALL.model_copy(update={"start": 7.0}))

@@ -36,7 +36,7 @@ THREADS = pytest.param(lambda: threads(2), id="threads")
 Make = Callable[[], AbstractContextManager[Backend[Job, int]]]
 
 
-@pytest.mark.parametrize("make", [*backends(), THREADS])
+@pytest.mark.parametrize("make", [*backends()[:2], THREADS])  # dask: below, where a worker dies
 def test_every_job_once(make: Make, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path) for number in range(40)]
     with make() as backend:
