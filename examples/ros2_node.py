@@ -73,7 +73,7 @@ class Escort(Node):
         for number, robot in enumerate(self.robots, 1):
             self.create_subscription(Odometry, f"/robot_{number}/odom", robot.hear, 10)
             self.commands.append(self.create_publisher(kind, f"/robot_{number}/{topic}", 10))
-        self.under_way = False
+        self.under_way = None  # not known yet
         self.create_timer(self.controller.timestep, self.control)
 
     def now(self):
@@ -93,7 +93,8 @@ class Escort(Node):
             found = self.controller(time, q, v, target)
             self.under_way = True
         except EscortError as error:
-            self.get_logger().warning(f"robots stop: {error}")
+            if self.under_way is not False:  # once, not in every period
+                self.get_logger().warning(f"robots stop: {error}")
             self.stop()
             return
         self.publish(found if self.forces else self.controller.velocity)

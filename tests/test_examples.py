@@ -114,6 +114,7 @@ def test_ros2_node(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
             assert [outward.real, outward.imag] == pytest.approx(expected[row], abs=1e-9) and sent.z == 0.0
     node.nanoseconds += 200_000_000
     node.tick()
+    node.tick()
     last = getattr(node.sent[f"/robot_1/{topic}"][-1], part)
     assert (last.x, last.y) == pytest.approx((-3.0, -3.0) if command == "wrench" else (0.0, 0.0))
     assert len(node.warnings) == 2
