@@ -115,8 +115,8 @@ def drives_of(team: Placement) -> list[DriveModel | None]:
 
 def crafts_of(team: Placement, gravity: Sequence[float]) -> list[Craft | None]:
     """What the attitude loop of each robot knows of it; None where there is none."""
-    robots = zip(team.kind, team.mass, team.radius, strict=True)
-    return [kind.craft(float(mass), float(radius), gravity, team.height) for kind, mass, radius in robots]
+    robots, height = zip(team.kind, team.mass, team.radius, strict=True), team.height
+    return [kind.craft(float(mass), float(radius), gravity, height) for kind, mass, radius in robots]
 
 
 def _drives(model: mujoco.MjModel, team: Placement) -> dict[str, Array]:
