@@ -30,6 +30,15 @@ class Block(NamedTuple):
     runs: bool
 
 
+_FILE = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
+
+
+def write_files(page: str, folder: Path) -> None:
+    """Write what a page has its readers save as files."""
+    for name, text in _FILE.findall((ROOT / page).read_text(encoding="utf-8")):
+        (folder / name).write_text(text)
+
+
 def blocks(*kinds: str) -> list[Block]:
     """All blocks of these kinds."""
     found = []

@@ -11,7 +11,7 @@ from escort_mj.scenario.reader.load import parse_scenario
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.definition import Study, load_study
 from escort_mj.study.sweeps.design import Design
-from tests.docs.pages import Block, blocks
+from tests.docs.pages import Block, blocks, write_files
 
 FOLLOWED = "docs/plugins.md"  # word by word, in test_plugins_page.py
 YAMLS, PYTHONS = (
@@ -33,7 +33,8 @@ def study(text: str, folder: Path) -> None:
 def test_yaml(block: Block, tmp_path: Path) -> None:
     keys = set(YAML(typ="safe").load(io.StringIO(block.text)))
     if keys <= set(Scenario.model_fields):
-        parse_scenario(block.text, block.place)
+        write_files(block.place.partition(":")[0], tmp_path)
+        parse_scenario(block.text, str(tmp_path / block.place.replace("/", "-")))
     elif "study" in keys:
         study(block.text, tmp_path)
     elif keys <= set(Study.model_fields):

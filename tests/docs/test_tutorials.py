@@ -6,20 +6,18 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import RUN, blocks
+from tests.docs.pages import RUN, blocks, write_files
 from tests.test_cli import call
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = ("start.md", "tutorial_study.md", "own_robot.md")
-FILE = re.compile(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```", re.DOTALL)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_a_tutorial_as_printed(page: str, monkeypatch, capfd, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
-    for name, text in FILE.findall((DOCS / page).read_text()):
-        (tmp_path / name).write_text(text)
+    write_files(f"docs/{page}", tmp_path)
     commands = [
         shlex.split(line)
         for block in blocks("")

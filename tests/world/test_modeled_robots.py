@@ -170,6 +170,15 @@ def test_a_team_of_three_kinds_escorts(team: Path, compiled: None) -> None:
     assert not trace["drive_force"].values[:, 2].any(), "a servo decides on its force"
 
 
+def test_what_is_left_of_robots_that_fail(team: Path, compiled: None) -> None:
+    """Dead wheels come to rest, and a servo that is stuck keeps its place."""
+    failures = [{"robot": 2, "at": 2}, {"robot": 3, "at": 2, "kind": "stuck"}]
+    run = fly(load_file(team, {"duration": 5, "robots.failures": failures, "obstacles": []}))
+    assert run.passed, run.message
+    speed = np.linalg.norm(run.trace["v"].values[-1], axis=1)
+    assert speed[1] < 0.02 and speed[2] < 0.01 < speed[0]
+
+
 def test_a_run_folder_holds_its_robots(team: Path, tmp_path: Path) -> None:
     skin = '<asset><mesh name="skin" file="skin.obj"/></asset>'
     (tmp_path / "skin.obj").write_text(

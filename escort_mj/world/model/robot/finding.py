@@ -68,7 +68,8 @@ def find_drive(machine: Machine, keys: DriveKeys) -> DriveModel:
         raise RobotError(f"{name}: found no actuator on its base for the drive {told}")
     below = _below(machine, moments, own)
     if not below:
-        raise RobotError(f"{name}: none of its {model.nu} actuators moves its base")
+        does = "turns what stands on the floor" if told else "moves its base"
+        raise RobotError(f"{name}: none of its {model.nu} actuators {does}")
     return rolled(machine, keys, below, kinds)
 
 

@@ -1,0 +1,48 @@
+"""What `check-robot` says of a robot, and of files that are none."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from escort_mj.conformance.robot import Answer, checked_model, fitting_gains, page
+from tests.test_cli import call
+
+HEXAROTOR = Path(__file__).parents[2] / "scenarios/robots/hexarotor.xml"
+
+
+def test_the_page_says_what_is_found() -> None:
+    lines = dict(line.split(maxsplit=1) for line in page(checked_model(HEXAROTOR, None, None)[1]))
+    assert lines["drive"] == "thrust: 6 motors, of 6 actuators" and lines["base"] == "frame"
+    assert lines["mass"].startswith("1.5 kg") and lines["stands"] == "on nothing: it flies, axes 2 or 3"
+    assert lines["hovers"].count("2.45") == 6, "a sixth of the weight each"
+
+
+def test_gains_are_slower_than_the_attitude_loop() -> None:
+    _, model = checked_model(HEXAROTOR, None, None)
+    gains = fitting_gains(model)
+    velocity = (gains["derivative_gain"] + gains["switching_gain"]) / model.mass
+    assert velocity == pytest.approx(min(model.drive.bandwidth / 4.0, 8.0))
+
+
+def test_an_answer_is_summed_up() -> None:
+    time = np.linspace(-1.0, 9.0, 1001)
+    velocity = np.where(time > 0.0, 0.5 * (1.0 - np.exp(-time.clip(0.0))), 0.0)
+    answer = Answer("x", 0.5, time, velocity, 0.01)
+    assert answer.rise == pytest.approx(np.log(9.0), abs=0.02), "of a lag of 1 s"
+    assert answer.held and answer.overshoot == 0.0
+    assert not answer._replace(step=1.0).held and answer._replace(step=1.0).numbers["rise"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nowhere.xml"], "nowhere.xml: there is no such file"),
+        ([str(HEXAROTOR), "--drive", "legs"], "--drive: found legs; allowed are force"),
+        ([str(HEXAROTOR), "--drive", "wheels"], "none of its 6 actuators turns what stands on the floor"),
+        ([str(HEXAROTOR), "--body", "tail"], "has no body tail; found frame"),
+    ],
+)
+def test_wrong_input_is_one_line(monkeypatch, capfd, arguments: list[str], words: str) -> None:
+    code, _, err = call(monkeypatch, capfd, "check-robot", *arguments)
+    assert code == 2 and words in err and "Traceback" not in err and len(err.strip().splitlines()) == 1
