@@ -59,6 +59,8 @@ class Answer(NamedTuple):
     @property
     def words(self) -> str:
         """The numbers in words."""
+        if not np.isfinite(self.velocity).all():
+            return f"{self.axis}: step of {self.step:.3g} m/s, and the simulation diverges"
         rise = "never" if math.isinf(self.rise) else f"{self.rise:.2g} s"
         return (
             f"{self.axis}: step of {self.step:.3g} m/s, rise {rise}, overshoot {100 * self.overshoot:.0f} %, "

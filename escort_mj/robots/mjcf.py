@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field
 from escort_mj.errors import RobotError
 from escort_mj.robots.modeled import DriveKeys, ModeledKind, Source
 
-INSTALL = "pip install mujoco-menagerie"
+INSTALL = "pip install 'escort-mj[menagerie]'"
 
 
 def _by_name(value: Any) -> Any:

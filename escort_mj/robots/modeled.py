@@ -82,6 +82,8 @@ class RobotModel:
         way: Generalized velocities for a velocity of 1 of the controlled point, shape (freedoms, 3).
         ctrl: Controls there.
         drive: What drives it.
+        damped: Whether some actuator damps what it moves, as servos do: explicit integrators are then stable
+            for short timesteps only.
         medium: Density and viscosity that the file asks for [kg/m^3, Pa s].
         left: What is not taken from the file, in words.
     """
@@ -105,6 +107,7 @@ class RobotModel:
     way: tuple[tuple[float, ...], ...]
     ctrl: tuple[float, ...]
     drive: DriveModel
+    damped: bool = False
     medium: tuple[float, float] = (0.0, 0.0)
     left: tuple[str, ...] = ()
 

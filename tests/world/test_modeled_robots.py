@@ -114,6 +114,37 @@ def test_position_servos_get_places_in_their_own_coordinates() -> None:
     assert model.ctrl == (2.0, 1.0, 0.5, 0.3)
 
 
+def omni_wheel(number: int) -> str:
+    """A wheel a third of a turn after the one before, with rollers around it."""
+    along = 2.0 * np.pi * number / 3
+    out, side, up = np.array(
+        [[np.cos(along), np.sin(along), 0], [-np.sin(along), np.cos(along), 0], [0, 0, 1]]
+    )
+    rollers = ""
+    for angle in np.pi / 4 * np.arange(8):
+        place, axis = np.cos(angle) * side + np.sin(angle) * up, np.cos(angle) * up - np.sin(angle) * side
+        words = [" ".join(map(str, each)) for each in (0.04 * place, axis, -0.01 * axis, 0.01 * axis)]
+        rollers += (
+            f'<body pos="{words[0]}"><joint axis="{words[1]}"/>'
+            f'<geom type="capsule" size="0.01" fromto="{words[2]} {words[3]}" mass="0.01"/></body>'
+        )
+    place, axis = (" ".join(map(str, each)) for each in (0.15 * out, out))
+    wheel = f'<joint name="w{number}" axis="{axis}"/><geom size="0.02" mass="0.1"/>'
+    return f'<body pos="{place}">{wheel}{rollers}</body>'
+
+
+def test_wheels_with_rollers_move_it_in_all_directions() -> None:
+    wheels = "".join(map(omni_wheel, range(3)))
+    motors = "".join(f'<velocity joint="w{k}" kv="1"/>' for k in range(3))
+    base = f'<body pos="0 0 0.05"><freejoint/><geom size="0.1 0.02" type="cylinder" mass="5"/>{wheels}</body>'
+    drive = found(f"<mujoco><worldbody>{base}</worldbody><actuator>{motors}</actuator></mujoco>").drive
+    assert (drive.mode, drive.found, drive.holds_attitude) == (RATE, "omni", True)
+    angles = 2.0 * np.pi * np.arange(3) / 3
+    mixed = np.array([[row.mix_1, row.mix_2, row.mix_6] for row in drive.inputs])
+    expected = np.column_stack([np.sin(angles), -np.cos(angles), np.full(3, -0.15)]) / 0.05
+    np.testing.assert_allclose(mixed, expected, atol=1e-6)
+
+
 @pytest.fixture
 def team(tmp_path: Path) -> Path:
     for name, text in (("rover", TORQUES), ("servo_rover", RATES), ("slides", SLIDES)):
@@ -138,6 +169,11 @@ robots:
 controller: {proportional_gain: 90, derivative_gain: 50, adaptation_rate: 40, slope: 2, switching_gain: 5}
 """)
     return path
+
+
+def test_servos_are_integrated_implicitly_unless_told_otherwise(team: Path) -> None:
+    assert load_file(team).physics.integrator == "implicitfast"
+    assert load_file(team, {"physics.integrator": "euler"}).physics.integrator == "euler"
 
 
 def test_files_with_the_same_names_stand_side_by_side(team: Path) -> None:

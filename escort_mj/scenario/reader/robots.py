@@ -51,6 +51,9 @@ def read_robots(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any],
             found.append(Finding((*path, "kind"), str(error)))
         else:
             data = _with(data, path, table)
+            physics = data.get("physics") or {}
+            if model.damped and isinstance(physics, dict):  # unless the scenario says otherwise
+                data = {**data, "physics": {"integrator": "implicitfast", **physics}}
             found += _misfits(path, table, model)
     return data, found
 

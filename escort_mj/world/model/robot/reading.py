@@ -209,6 +209,7 @@ def _robot(machine: Machine, tree: Element, files: Files, drive: DriveModel) -> 
         way=_way(machine, drive, freedoms),
         ctrl=tuple(map(float, data.ctrl)),
         drive=replace(drive, base=base),
+        damped=bool(model.actuator_biasprm[:, 2].any()),
         medium=(float(model.opt.density), float(model.opt.viscosity)),
         left=tuple(left),
     )
