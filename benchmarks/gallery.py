@@ -33,6 +33,8 @@ MOMENTS = {
     "supervised": 0.45,
     "one_of_six_fails": 0.75,
     "crowd": 0.5,
+    "robots/diff_drive": 0.33,
+    "robots/surface_vessel": 0.25,
     "worlds/pushed": 0.4,
     "worlds/corridor": 0.45,
 }
