@@ -175,7 +175,7 @@ def _mission(kind: Mjcf, model: RobotModel, axes: int, duration: float) -> Scena
     return scenario_of(keys)
 
 
-def page(model: RobotModel) -> list[str]:
+def model_page(model: RobotModel) -> list[str]:
     """What is found in the file, in lines of a name and what it is."""
     drive = model.drive
     servo = {RATE: "velocity servos", POSITION: "position servos"}.get(drive.mode, "motors")

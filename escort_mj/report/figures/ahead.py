@@ -96,7 +96,7 @@ def _draw_one(name: str) -> Path:
     return draw_plot(_runs[0], name)
 
 
-def main() -> int:
+def wait_and_draw() -> int:
     """Wait for a run folder, and draw its figures.
 
     Returns:
@@ -111,4 +111,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(wait_and_draw())

@@ -15,7 +15,7 @@ from escort_mj.report.figures.scales import Scale, heading, logarithmic, readabl
 from escort_mj.report.figures.style import figure
 from escort_mj.study.sweeps.quantities import QUANTITIES, RATES
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import rate_of, summary
+from escort_mj.study.sweeps.statistics import proportion_of, summary
 
 __all__ = ["draw_map", "heading"]
 
@@ -81,7 +81,7 @@ def _table(
         for column in range(len(x.levels)):
             here = inside & (results.levels[x.name] == column) & (results.levels[y.name] == row)
             some = values[here]
-            found[row, column] = rate_of(some).share if quantity in RATES else summary(some).median
+            found[row, column] = proportion_of(some).share if quantity in RATES else summary(some).median
     return found
 
 

@@ -18,7 +18,7 @@ from escort_mj.report.figures.scales import Scale, colors_of, heading, logarithm
 from escort_mj.report.figures.style import FAILED, Key, figure, legend
 from escort_mj.study.sweeps.quantities import RATES
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import Interval, rate_of, summary
+from escort_mj.study.sweeps.statistics import Interval, proportion_of, summary
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def _points(results: Results, quantity: str, factor: Factor, here: NDArray[np.bo
 
 def _point(x: float, quantity: str, values: Array) -> Point:
     if quantity in RATES:
-        happened = rate_of(values)
+        happened = proportion_of(values)
         return Point(x, happened.share, happened.interval)
     found = summary(values)
     return Point(x, found.median, found.median_interval)

@@ -164,10 +164,10 @@ def figure(
     with matplotlib.rc_context(_style(look)):
         with canvas_of(height, title, note, width, look) as canvas:
             yield canvas
-        save(canvas, path)
+        save_figure(canvas, path)
 
 
-def save(canvas: Figure, path: Path) -> None:
+def save_figure(canvas: Figure, path: Path) -> None:
     """Save a figure; the suffix chooses the format.
 
     Raises:

@@ -29,7 +29,7 @@ from escort_mj.report.pages.study_tables import (
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED, VALUES
 from escort_mj.study.sweeps.results import Results, open_results
-from escort_mj.study.sweeps.statistics import rate_of
+from escort_mj.study.sweeps.statistics import proportion_of
 from escort_mj.study.sweeps.worst import failed_runs, reason, worst_runs, write_scenario
 
 PAGE, CELLS = "report.html", "cells.csv"
@@ -107,7 +107,7 @@ def _overview(results: Results) -> str:
     if not results.rows:
         return words
     shares = [
-        f"{shown_rate(rate_of(results.values(name)))} {verb}"
+        f"{shown_rate(proportion_of(results.values(name)))} {verb}"
         for name, verb in ((PASSED, "passed"), (COMPLETED, "completed"), (COLLIDED, "had contacts"))
     ]
     return f"{words}: {', '.join(shares)}"

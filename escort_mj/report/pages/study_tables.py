@@ -23,7 +23,7 @@ from escort_mj.study.sweeps.quantities import (
     VALUES,
 )
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import Interval, Rate, Summary
+from escort_mj.study.sweeps.statistics import Interval, Proportion, Summary
 
 SHOWN = (PRECISION, "settling_time", SAFETY, EFFORT, "force_rms", "chattering")
 MOST_CELLS = 500  # rows of a table
@@ -50,7 +50,7 @@ def with_interval(value: float, interval: Interval) -> Text:
     return Text(words, value, kind="number")
 
 
-def shown_rate(happened: Rate) -> str:
+def shown_rate(happened: Proportion) -> str:
     """A share with its interval, in percent."""
     if not happened.of:
         return "unknown"

@@ -23,7 +23,16 @@ from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import Steps
 from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Design, Planned
 from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, QUANTITIES, SAFETY, VALUES, quantity_of
-from escort_mj.study.sweeps.statistics import Paired, Rate, Summary, holm, paired, pareto, rate_of, summary
+from escort_mj.study.sweeps.statistics import (
+    Paired,
+    Proportion,
+    Summary,
+    holm,
+    paired,
+    pareto,
+    proportion_of,
+    summary,
+)
 
 Array = NDArray[np.float64]
 
@@ -154,9 +163,9 @@ class Results:
         """A cell's level of each factor, in words."""
         return {name: factor.levels[self.level_of_cell[name][index]] for name, factor in self.factors.items()}
 
-    def rate(self, quantity: str, index: int) -> Rate:
+    def rate(self, quantity: str, index: int) -> Proportion:
         """How often something happened in a cell: `passed`, `completed` or `collided`."""
-        return rate_of(self.of_cell(quantity, index))
+        return proportion_of(self.of_cell(quantity, index))
 
     def failed(self, index: int) -> Counter[str]:
         """Expectations that failed in a cell, and in how many of its runs."""

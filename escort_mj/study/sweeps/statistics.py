@@ -35,7 +35,7 @@ class Interval(NamedTuple):
     high: float
 
 
-class Rate(NamedTuple):
+class Proportion(NamedTuple):
     """How often something happened.
 
     Attributes:
@@ -103,7 +103,7 @@ class Paired(NamedTuple):
 NOTHING = Interval(math.nan, math.nan)
 
 
-def rate_of(happened: ArrayLike) -> Rate:
+def proportion_of(happened: ArrayLike) -> Proportion:
     """How often something happened.
 
     Args:
@@ -112,11 +112,11 @@ def rate_of(happened: ArrayLike) -> Rate:
     values = _known(happened)
     count, of = int(np.count_nonzero(values)), len(values)
     if not of:
-        return Rate(0, 0, math.nan, NOTHING)
+        return Proportion(0, 0, math.nan, NOTHING)
     from scipy.stats import binomtest  # slow to import
 
     found = binomtest(count, of).proportion_ci(LEVEL, method="exact")
-    return Rate(count, of, count / of, Interval(float(found.low), float(found.high)))
+    return Proportion(count, of, count / of, Interval(float(found.low), float(found.high)))
 
 
 def summary(values: ArrayLike) -> Summary:

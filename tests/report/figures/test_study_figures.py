@@ -49,8 +49,8 @@ def unreadable(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     found: list[str] = []
     save = FigureCanvasAgg.print_png
 
-    def look(canvas: FigureCanvasAgg, *arguments) -> None:
-        save(canvas, *arguments)
+    def look(canvas: FigureCanvasAgg, *arguments, **options) -> None:
+        save(canvas, *arguments, **options)
         figure = canvas.figure
         renderer, (_, _, right, top) = canvas.get_renderer(), figure.bbox.extents
         shown = [axes for axes in figure.axes if axes.get_visible()]

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 from scipy.stats import t as student_t
 
-from escort_mj.study.sweeps.statistics import LEVEL, _means, bootstrap, holm, paired, pareto, rate_of, summary
+from escort_mj.study.sweeps.statistics import (
+    LEVEL,
+    _means,
+    bootstrap,
+    holm,
+    paired,
+    pareto,
+    proportion_of,
+    summary,
+)
 
 NAN, NEVER = math.nan, math.inf
 
@@ -14,20 +23,20 @@ NAN, NEVER = math.nan, math.inf
 @pytest.mark.parametrize("of", [1, 5, 20, 500])
 def test_edges_of_the_exact_interval_have_closed_forms(of: int) -> None:
     tail = (1.0 - LEVEL) / 2.0
-    none, all_of_them = rate_of(np.zeros(of)), rate_of(np.ones(of))
+    none, all_of_them = proportion_of(np.zeros(of)), proportion_of(np.ones(of))
     assert none.interval == pytest.approx((0.0, 1.0 - tail ** (1.0 / of)))
     assert all_of_them.interval == pytest.approx((tail ** (1.0 / of), 1.0))
 
 
 def test_an_exact_interval_from_the_literature() -> None:
-    found = rate_of([1] * 4 + [0] * 16)  # Clopper and Pearson: 0.0573 to 0.4366
+    found = proportion_of([1] * 4 + [0] * 16)  # Clopper and Pearson: 0.0573 to 0.4366
     assert (found.times, found.of, found.share) == (4, 20, 0.2)
     assert found.interval == pytest.approx((0.057334, 0.436614), abs=1e-6)
 
 
 def test_rates_leave_out_what_is_not_known() -> None:
-    assert rate_of([1, 0, NAN])[:3] == (1, 2, 0.5)
-    assert math.isnan(rate_of([NAN]).share)
+    assert proportion_of([1, 0, NAN])[:3] == (1, 2, 0.5)
+    assert math.isnan(proportion_of([NAN]).share)
 
 
 def test_never_is_in_medians_and_not_in_means() -> None:
