@@ -18,7 +18,7 @@ from escort_mj import stopping
 from escort_mj.cli import complete
 from escort_mj.cli.group import Commands, print_version, start_over
 from escort_mj.cli.streams import OUTPUT, lasting_streams, printable_json, say
-from escort_mj.errors import EscortError, ScenarioError
+from escort_mj.errors import EscortError, LogError, ScenarioError
 from escort_mj.progress import terminal_bar
 
 if TYPE_CHECKING:
@@ -232,7 +232,7 @@ def run_program() -> None:
     """Run a command; errors become one message and an exit code, never a traceback."""
     try:
         app()
-    except ScenarioError as error:
+    except (ScenarioError, LogError) as error:
         typer.echo(str(error), err=True)  # a safe line for each fault
         sys.exit(error.exit_code)
     except EscortError as error:

@@ -178,7 +178,8 @@ def _partial(label: str, quantities: dict[str, dict[str, str]], axes: Sequence[s
 def _similar(label: str, columns: Iterable[object], called: Iterable[str]) -> str:
     """The body in the log that is most like one that is missing."""
     others = {str(column).rpartition(".")[0] for column in columns} - set(called)
-    return did_you_mean(label, sorted(filter(None, others)))
+    nearest = [other for other in others if other and f'"{label}"' in did_you_mean(other, called)]
+    return did_you_mean(label, sorted(nearest))
 
 
 def _track(name: str, source: str, time: Array, found: dict[str, Array]) -> Track:
