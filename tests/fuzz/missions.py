@@ -7,6 +7,7 @@ import random
 from typing import Any
 
 from escort_mj.robots import KINDS
+from escort_mj.robots.mjcf import FileKind
 
 LAWS = ["apd_smc", "asmc", "pd_smc", "pd", "computed_torque", "super_twisting"]
 SHAPES = ["box", "cylinder", "capsule", "ellipsoid"]
@@ -69,7 +70,8 @@ def _robots(count: int, axes: int, dice: random.Random) -> dict[str, Any]:
         "force_limit": dice.choice((None, 0.1, 10.0, 1e4)),
     }
     if axes < 4:
-        kinds = [kind.model_fields["kind"].default for kind in KINDS if axes <= kind.most_axes]
+        drawn = [kind for kind in KINDS if not issubclass(kind, FileKind) and axes <= kind.most_axes]
+        kinds = [kind.model_fields["kind"].default for kind in drawn]
         robots["kind"] = dice.choice(("point_mass", "point_mass", dice.choice(kinds)))
     if dice.random() < 0.3:
         robots["actuators"] = {"lag": dice.choice((0.0, 0.05)), "dead_zone": dice.choice((0.0, 1.0))}
