@@ -191,7 +191,7 @@ def check_robot_command(
     from escort_mj.conformance.robot import answers, checked_model, model_page
 
     kind, model = checked_model(robot, body, drive)
-    for line in () if as_json else model_page(model):
+    for line in () if as_json else model_page(kind, model):
         say(line)
     steps = []
     for answer in answers(kind, model):
@@ -207,7 +207,7 @@ def check_robot_command(
     lines = [f"wrote {each}" for each in written]
     code = GOOD if all(answer.held for answer in steps) else VERDICT_FAILED
     numbers = {answer.axis: answer.numbers for answer in steps}
-    finish("check-robot", as_json, lines, code, robot=model_page(model), steps=numbers, written=written)
+    finish("check-robot", as_json, lines, code, robot=model_page(kind, model), steps=numbers, written=written)
 
 
 @app.command("doctor")

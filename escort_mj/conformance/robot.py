@@ -15,6 +15,7 @@ from escort_mj.robots.drive import POSITION, RATE, THRUST
 from escort_mj.robots.mjcf import Mjcf
 from escort_mj.robots.modeled import RobotModel, known
 from escort_mj.scenario.findings import listed
+from escort_mj.scenario.geometry.team_gains import proposal
 from escort_mj.scenario.reader.load import scenario_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import axis_names
@@ -25,8 +26,6 @@ from escort_mj.world.plant import Plant
 Array = NDArray[np.float64]
 
 DRIVES = ("force", "thrust", "steer", "wheels", "omni", "velocity")
-SLOWER = 4.0  # the law's velocity loop than what makes its forces
-FASTEST = 8.0  # rad/s, of the law's velocity loop
 STEP_TIME, SETTLING = 3.0, 24.0  # s at least, and in time constants of the drive
 PAUSE = 1.0  # s before the step
 SAMPLES = 400
@@ -120,21 +119,6 @@ def checked_model(file: Path, body: str | None, drive: str | None) -> tuple[Mjcf
     return kind, model
 
 
-def fitting_gains(model: RobotModel) -> dict[str, float]:
-    """Gains of APD-SMC by a rule: a velocity loop four times slower than the drive, the rest slower still."""
-    mass = max(each for each in model.drive.effective_mass if math.isfinite(each))
-    rate = min(model.drive.bandwidth / SLOWER, FASTEST)
-    velocity, position = mass * rate, 0.5 * mass * rate**2
-    return {
-        "derivative_gain": 0.8 * velocity,
-        "switching_gain": 0.2 * velocity,
-        "proportional_gain": 0.6 * position,
-        "adaptation_rate": 0.4 * position,
-        "slope": 0.3 * rate,
-        "initial_estimate": 0.0,
-    }
-
-
 def answers(kind: Mjcf, model: RobotModel) -> Iterator[Answer]:
     """Fly a step of velocity along each axis."""
     axes = 3 if model.drive.lifts else 2
@@ -170,12 +154,12 @@ def _mission(kind: Mjcf, model: RobotModel, axes: int, duration: float) -> Scena
             "kind": kind.model_dump(exclude_defaults=True) | {"kind": kind.kind},
             "positions": [[20.0 + 10.0 * model.radius] + [0.0] * (axes - 1)],
         },
-        "controller": {"law": "apd_smc", **fitting_gains(model)},
+        "controller": {"law": "apd_smc"} | ({"gains": "auto"} if model.drive.pushes else {}),
     }
     return scenario_of(keys)
 
 
-def model_page(model: RobotModel) -> list[str]:
+def model_page(kind: Mjcf, model: RobotModel) -> list[str]:
     """What is found in the file, in lines of a name and what it is."""
     drive = model.drive
     servo = {RATE: "velocity servos", POSITION: "position servos"}.get(drive.mode, "motors")
@@ -205,12 +189,14 @@ def model_page(model: RobotModel) -> list[str]:
     lines.append(f"within reach  {reach}")
     masses = ", ".join(f"{each:.4g}" for each in drive.effective_mass[: len(axes)])
     lines.append(f"law moves     {masses} kg along {', '.join(axes)}")
-    gains = fitting_gains(model)
     if drive.pushes:
-        ratio = gains["derivative_gain"] / max(m for m in drive.effective_mass if math.isfinite(m))
+        fitting = proposal(_mission(kind, model, len(axes), STEP_TIME))
+        assert fitting is not None
         speed = "at once" if math.isinf(drive.bandwidth) else f"at {drive.bandwidth:.3g} rad/s"
-        lines.append(f"bandwidth     forces come {speed}; the law's k_d/m is best at {ratio:.2g} /s")
-        lines.append("gains         " + ", ".join(f"{key} {value:.3g}" for key, value in gains.items()))
+        rate = f"{fitting.rate.value:.2g} /s, by {fitting.rate.reason}"
+        lines.append(f"bandwidth     forces come {speed}; the law's k_d/m is best at {rate}")
+        found = ", ".join(f"{key} {value:.3g}" for key, value in fitting.gains.items())
+        lines.append(f"gains: auto   {found}")
     else:
         lines.append(
             f"bandwidth     of the servos {drive.bandwidth:.3g} rad/s; the law gives them references"
