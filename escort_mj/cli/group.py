@@ -15,7 +15,8 @@ SECTIONS = {
     "Run and inspect": ("run", "check", "validate", "show", "render", "report", "view", "rerun", "judge"),
     "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce"),
     "Write and convert": ("new", "export", "schema"),
-    "Inspect the installation": ("list", "doctor", "check-plugin"),
+    "Bring your own": ("check-robot", "check-plugin"),
+    "Inspect the installation": ("list", "doctor"),
 }
 """The commands as the help lists them."""
 QUIET = "Print errors and failed verdicts only."
