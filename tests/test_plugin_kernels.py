@@ -57,6 +57,7 @@ def flown(folder: Path, *laws: str) -> list[tuple[str, str, bool]]:
     return [(law, digest, compiled == "True") for law, digest, compiled in lines]
 
 
+@pytest.mark.slow
 def test_a_kernel_is_found_by_the_next_process_and_not_when_damaged(folder: Path) -> None:
     before = set(kept())
     ((_, first, compiles),) = flown(folder, "pid")

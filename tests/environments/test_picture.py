@@ -21,6 +21,7 @@ needs_gl = pytest.mark.skipif(gl.choose_backend()[0] is None, reason="nothing ca
 
 
 @needs_gl
+@pytest.mark.slow
 def test_gymnasium_records_a_video(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     clips = []
 

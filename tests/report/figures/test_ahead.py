@@ -9,6 +9,7 @@ from escort_mj.report.figures import ahead
 from escort_mj.report.figures.figures import draw_figures
 
 
+@pytest.mark.slow
 def test_another_process_draws_the_same_figures(make_run, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = make_run()
     expected = {path.name: path.read_bytes() for path in draw_figures(folder)}

@@ -75,10 +75,12 @@ def _on_each_other(texts: list[Text], renderer) -> list[str]:
     return [f"{a} on {b}" for (a, one), (b, other) in combinations(boxes, 2) if one.overlaps(other)]
 
 
-SLOW = [pytest.param(shape, marks=pytest.mark.slow) for shape in ("three_factors", "laws_and_masses")]
+SLOW = [
+    pytest.param(shape, marks=pytest.mark.slow) for shape in ("three_factors", "laws_and_masses", "many_laws")
+]
 
 
-@pytest.mark.parametrize("shape", ["cases", "drawn", "one_cell", "many_laws", *SLOW])
+@pytest.mark.parametrize("shape", ["cases", "drawn", "one_cell", *SLOW])
 def test_every_figure_that_a_study_has_data_for(shape: str, tmp_path: Path, unreadable: list[str]) -> None:
     drawn = draw_study(results(tmp_path, SHAPES[shape]), tmp_path, formats=("png",))
     assert {one.path.stem for one in drawn} == EXPECTED[shape]

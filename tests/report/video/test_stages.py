@@ -83,9 +83,8 @@ def test_paths_are_drawn_in_pairs_of_axes(folder, monkeypatch):
         assert left.sum() > 200 and right.sum() > 200
 
 
-@pytest.mark.parametrize(
-    "folder", [7, *(pytest.param(axes, marks=pytest.mark.slow) for axes in (4, 5))], indirect=True
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", [7, 4, 5], indirect=True)
 @pytest.mark.skipif(BACKEND is None, reason=f"nothing can be drawn here: {REASON}")
 def test_each_robot_is_seen_on_every_stage_in_its_color(folder):
     run = read_run(folder)
