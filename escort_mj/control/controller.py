@@ -54,7 +54,7 @@ class ControllerState(Fields):
     next_disturbance: Annotated[Array, "p", Value("N", "likewise, on every robot")]
 
 
-@inlined
+@on_demand
 def evaluate(plan: Plan, state: State) -> None:
     """One evaluation of the law: reads `time`, `q`, `v` of the state, writes all its control signals.
 

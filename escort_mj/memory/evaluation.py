@@ -37,7 +37,7 @@ def evaluation(axes: int | None) -> Callable[..., None]:
 def evaluation_of(axes: int) -> Callable[[int, int], None]:
     """Return the machine code of `evaluation` for so many axes, compiled, shipped or read from the cache."""
     known = axes if axes in CLASSES else None
-    functions = (evaluation, measure, weigh_tasks, follow_time, DEFAULT_FORCE)
+    functions = (evaluation, evaluate, measure, weigh_tasks, follow_time, DEFAULT_FORCE)
     pieces = [Piece(each.__module__, each.__name__, known) for each in functions]
     artifacts.have(pieces)
     return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(artifacts.address(pieces[0]))

@@ -18,7 +18,7 @@ from typing import Any
 import mujoco
 
 from escort_mj.control.conflicts import weigh_tasks
-from escort_mj.control.controller import follow_time
+from escort_mj.control.controller import evaluate, follow_time
 from escort_mj.control.inner import DEFAULT_FORCE
 from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Piece
@@ -66,7 +66,10 @@ def class_pieces(axes: int | None) -> list[Piece]:
     Args:
         axes: Number of axes; None for any more.
     """
-    functions = (control_callback, sensor_callback, measure, weigh_tasks, follow_time, DEFAULT_FORCE)
+    functions = (
+        *(control_callback, sensor_callback),
+        *(evaluate, measure, weigh_tasks, follow_time, DEFAULT_FORCE),
+    )
     return [_piece(function, axes) for function in functions]
 
 

@@ -19,7 +19,15 @@ MISSION = {
         "supervisor": [{"name": "alone", "after": 1, "behaviors": ["surface"]}],
     },
 }
-REACHED = {"follow_time", "measure", "supervise", "_refresh_some", "weigh_tasks", "force_of_apd_smc"}
+REACHED = {
+    "evaluate",
+    "follow_time",
+    "measure",
+    "supervise",
+    "_refresh_some",
+    "weigh_tasks",
+    "force_of_apd_smc",
+}
 PROGRAM = """
 import json, sys
 from mujoco import batch

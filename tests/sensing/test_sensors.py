@@ -47,7 +47,7 @@ def walk(setup: Setup, q: np.ndarray, v: np.ndarray, steps: int) -> Iterator[dic
         q, v = q + rng.normal(scale=0.05, size=q.shape), v + rng.normal(scale=0.5, size=v.shape)
 
 
-@pytest.mark.parametrize("axes", [2, 3, 4])
+@pytest.mark.parametrize("axes", [2, 3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     "change",
     [{}, {"noise": 0.0}, {"bias": None}, {"delay": 0}, {"dropout": 0.0}, {"resolution": 0.0}],

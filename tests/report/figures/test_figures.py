@@ -36,7 +36,7 @@ def has_color(image, color, tolerance=2):
     ("shape", "more"),
     [
         ({}, {"clearances", "obstacle_distances"}),
-        ({"count": 6, "axes": 3}, {"clearances", "obstacle_distances"}),
+        pytest.param({"count": 6, "axes": 3}, {"clearances", "obstacle_distances"}, marks=pytest.mark.slow),
         ({"samples": 1, "count": 1, "obstacles": 0, "truth": "lyapunov"}, {"truth"}),
     ],
     ids=["planar", "space", "truth_once"],

@@ -85,6 +85,7 @@ def redness(frames):
 
 
 @needs_gl
+@pytest.mark.slow
 def test_a_clip_of_four_seconds_with_the_pair_marked(meeting):
     path = video.render_clip(meeting, SMALL)
     assert path == meeting / "clip.mp4" and not list(meeting.glob(".*"))

@@ -98,6 +98,7 @@ def test_constraints_bind(tmp_path, compiled):
     }
 
 
+@pytest.mark.slow
 def test_several_objectives_have_a_front(tmp_path, compiled):
     text = STUDY.replace(
         "[{metric: tracking_error_rms}]", "[{metric: tracking_error_rms}, {metric: chattering}]"

@@ -215,6 +215,7 @@ def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole
     assert (out / "runs.csv").read_bytes() == whole
 
 
+@pytest.mark.slow
 def test_two_at_once_share_the_work(tmp_path: Path, whole: bytes) -> None:
     design(tmp_path, MANY)
     out = tmp_path / "out"

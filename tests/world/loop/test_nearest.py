@@ -114,7 +114,11 @@ def test_a_bound_far_away_is_held_against_the_shape_and_not_the_box_around_it(co
 
 
 @pytest.mark.parametrize(
-    ("mission", "outer"), [(PLANAR, "nsb"), (SPATIAL, "barrier_filter")], ids=["nsb", "barrier_filter"]
+    ("mission", "outer"),
+    [
+        pytest.param(PLANAR, "nsb", id="nsb"),
+        pytest.param(SPATIAL, "barrier_filter", id="barrier_filter", marks=pytest.mark.slow),
+    ],
 )
 def test_the_law_is_the_twins(mission, outer):
     agree(mission, outer, 0.01)
