@@ -17,6 +17,7 @@ MOST_RATE = 50.0  # the paper's k_d / m [1/s]: faster loops add force, but no ac
 NOISE_SHARE = 0.075  # of the force limit, that noise may take as rms on an axis
 SPEED_SHARE = 0.2  # of the mission's largest speed, as a velocity error that saturates no motor
 SWITCHING_SHARE = 0.1  # of the force limit, for the switching term beside a PD part; likewise of the rate
+ESTIMATE = 0.1  # m/s^2: the paper's estimate at the start, 0.1 N for 1 kg
 USUAL_ACCELERATION = 10.0  # force per mass of motors without limit [m/s^2]
 
 
@@ -122,7 +123,7 @@ def _apd_smc(robot: Robot, a: float) -> dict[str, float]:
     slope, switched = _integral(robot, a, 0.5 * a, adaptation), SWITCHING_SHARE * m * a
     proportional = 0.5 * m * a**2 - adaptation - slope * switched
     gains = {"slope": slope, "proportional_gain": proportional, "adaptation_rate": adaptation}
-    return _pd_smc(robot, a) | gains
+    return _pd_smc(robot, a) | gains | {"initial_estimate": ESTIMATE * m}
 
 
 def _integral(robot: Robot, a: float, slope: float, adaptation: float) -> float:
@@ -142,6 +143,7 @@ def _asmc(robot: Robot, a: float) -> dict[str, float]:
         "switching_gain": robot.force,
         "boundary_layer": robot.force / (robot.mass * a),
         "adaptation_rate": adaptation,
+        "initial_estimate": ESTIMATE * robot.mass,
     }
 
 
