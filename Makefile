@@ -90,8 +90,8 @@ IMPORT := $(BIN)/python -W ignore -c
 .venv/.test: requirements/test.txt .venv/.run
 	@echo "Adding the test tools pinned in requirements/test.txt ..."
 	@$(INSTALL) -r requirements/test.txt
-	@$(IMPORT) 'import cmaes, distributed, gymnasium, hypothesis, jsonschema, mcap, minari, optuna, pettingzoo, pytest, \
-	    viser, xdist'
+	@$(IMPORT) 'import cmaes, distributed, gymnasium, hypothesis, jsonschema, mcap, minari, optuna, pettingzoo, \
+	    pyarrow.parquet, pytest, rosbags.highlevel, viser, xdist'
 	@touch $@
 
 # Tried once: a machine that may not install EGL is not asked again, and every run says what it lacks.
