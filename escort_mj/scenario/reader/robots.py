@@ -16,6 +16,7 @@ from escort_mj.errors import RobotError
 from escort_mj.robots.mjcf import FileKind, Menagerie, Mjcf
 from escort_mj.robots.modeled import RobotModel, known
 from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.reader.waypoints import with_value
 
 ASSETS, DIGITS = "assets", 12  # where a run folder has copies, and what of the digest is their name
 KINDS: dict[str, type[FileKind]] = {"mjcf": Mjcf, "menagerie": Menagerie}
@@ -50,7 +51,7 @@ def read_robots(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any],
         except RobotError as error:
             found.append(Finding((*path, "kind"), str(error)))
         else:
-            data = _with(data, path, table)
+            data = with_value(data, path, table)
             physics = data.get("physics") or {}
             if model.damped and isinstance(physics, dict):  # unless the scenario says otherwise
                 data = {**data, "physics": {"integrator": "implicitfast", **physics}}
@@ -104,16 +105,6 @@ def _misfits(path: Path, table: dict[str, Any], model: RobotModel) -> Iterator[F
             (*path, "radius"),
             f"found {radius:g} m; it reaches {model.radius:.4g} m from the point that the law controls",
         )
-
-
-def _with(value: Any, path: Path, new: Any) -> Any:
-    """Return a copy of nested tables and lists with another value at one place."""
-    if not path:
-        return new
-    key, *rest = path
-    changed: Any = dict(value) if isinstance(value, dict) else list(value)
-    changed[key] = _with(value[key], tuple(rest), new)
-    return changed
 
 
 __all__ = ["read_robots"]

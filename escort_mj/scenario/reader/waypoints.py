@@ -35,7 +35,7 @@ def read_tables(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any],
         except ValueError as error:
             found.append(Finding((*path, "waypoints"), f"{shortened(name)}{error}"))
         else:
-            data = _with(data, (*path, "waypoints"), rows)
+            data = with_value(data, (*path, "waypoints"), rows)
     return data, found
 
 
@@ -49,13 +49,13 @@ def _motions(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
             yield ("obstacles", place, "motion"), obstacle["motion"]
 
 
-def _with(value: Any, path: Path, new: Any) -> Any:
+def with_value(value: Any, path: Path, new: Any) -> Any:
     """Return a copy of nested tables and lists with another value at one place."""
     if not path:
         return new
     key, *rest = path
     changed: Any = dict(value) if isinstance(value, dict) else list(value)
-    changed[key] = _with(value[key], tuple(rest), new)
+    changed[key] = with_value(value[key], tuple(rest), new)
     return changed
 
 
