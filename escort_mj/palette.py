@@ -47,6 +47,7 @@ BEHAVIORS = {
         "vertices": "009E73",
         "repulsion": "7F3B08",
         "surface": "E69F00",
+        "goal": "56B4E9",
     }.items()
 }
 PHASES = tuple(from_hex(code) for code in ("F2F2F2", "88CCEE", "DDCC77", "CC6677", "AA4499", "44AA99"))

@@ -19,6 +19,7 @@ from escort_mj.components.mission import DriveSignals, MissionSignals
 from escort_mj.components.obstacles import ObstacleSignals
 from escort_mj.control.signals import (
     FailureSignals,
+    GoalSignals,
     InnerLoopSignals,
     OuterLoopSignals,
     SupervisorSignals,
@@ -37,13 +38,14 @@ from escort_mj.native.fields import Extent, Recorded, declared
 from escort_mj.sensing.sensors import SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
-TRUTH, LYAPUNOV, DRIVES = "truth", "lyapunov", "drives"
+TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
     ("known",): ("robot",),
     ("judged",): ("robot",),
     ("driven",): ("robot",),
+    ("headed",): ("robot",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -53,7 +55,12 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     (len(CAUSES),): ("cause",),
 }
 """Dimensions of a trace by extents in memory."""
-CHANNELS: dict[Extent, str] = {("known",): TRUTH, ("judged",): LYAPUNOV, ("driven",): DRIVES}
+CHANNELS: dict[Extent, str] = {
+    ("known",): TRUTH,
+    ("judged",): LYAPUNOV,
+    ("driven",): DRIVES,
+    ("headed",): GOALS,
+}
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
 
@@ -72,6 +79,7 @@ class Signals(
     TruthSignals,
     LyapunovSignals,
     DriveSignals,
+    GoalSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -145,13 +153,14 @@ def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
     return {TRUTH: int(truth), LYAPUNOV: int(truth and lyapunov), "axis_2": axes, "cause": len(CAUSES)}
 
 
-def drive_sizes(driven: bool) -> dict[str, int]:
-    """Sizes that robots with drives of their own add to those of a record.
+def channel_sizes(driven: bool, headed: bool) -> dict[str, int]:
+    """Sizes that robots with drives of their own, and robots with goals, add to those of a record.
 
     Args:
-        driven: Whether there are such robots.
+        driven: Whether there are robots with drives.
+        headed: Whether there are robots with goals.
     """
-    return {DRIVES: 1} if driven else {}
+    return {name: 1 for name, recorded in ((DRIVES, driven), (GOALS, headed)) if recorded}
 
 
 def columns(name: str, sizes: Mapping[str, int]) -> slice:

@@ -48,6 +48,7 @@ class AvoidObstacles(Behavior):
     """Keep each robot outside the safe sphere of obstacles and teammates."""
 
     frame: ClassVar[Literal["target", "world"]] = "world"
+    avoids: ClassVar[bool] = True
 
     behavior: Literal["avoid_obstacles"] = "avoid_obstacles"
     safe_distance: PositiveFloat = 2.0

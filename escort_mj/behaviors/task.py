@@ -29,6 +29,8 @@ class Situation:
         e: Tracking errors, shape (n, p) [m].
         c: Measured position of the target, shape (p,) [m].
         c_dot: Measured velocity of the target, shape (p,) [m/s].
+        goal: Points that the robots go to, shape (n, p) [m].
+        goal_velocity: How fast these move, shape (n, p) [m/s].
         time: [s].
     """
 
@@ -40,6 +42,8 @@ class Situation:
     e: Array
     c: Array
     c_dot: Array
+    goal: Array
+    goal_velocity: Array
     time: float = 0.0
 
 

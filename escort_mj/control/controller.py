@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
+from escort_mj.behaviors.goal import choose_goals
 from escort_mj.behaviors.vertices import turn_figure
 from escort_mj.components.movers import drive
 from escort_mj.control.conflicts import weigh_tasks
@@ -79,6 +80,8 @@ def evaluate(plan: Plan, state: State) -> None:
         notice_losses(plan, state)
     if plan.phase_first.shape[0] > 1:
         supervise(plan, state)
+    if moved and plan.goal_phase.shape[0] > 0:
+        choose_goals(plan, state)
     someone = plan.alike or refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
         turn_figure(

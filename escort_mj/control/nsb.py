@@ -64,6 +64,7 @@ class StackParameters(Fields):
     level_in_world: Annotated[
         Array, "levels", Value("1", "1 where it wishes velocities in the world's frame, not the target's")
     ]
+    level_avoids: Annotated[Array, "levels", Value("1", "1 where it avoids something")]
     alike: Annotated[bool, Value("1", "whether all robots run one stack at every step")]
 
     @classmethod
@@ -75,6 +76,7 @@ class StackParameters(Fields):
             "level_column": [setup.kinds.index(behavior.behavior) for behavior in behaviors],
             "level_gain": [behavior.convergence for behavior in behaviors],
             "level_in_world": [behavior.frame == "world" for behavior in behaviors],
+            "level_avoids": [behavior.avoids for behavior in behaviors],
             "alike": not (setup.phases or setup.failures or setup.trigger or setup.outside),
         }
 
@@ -92,7 +94,7 @@ def ruled(i: int, phase: int, plan: Plan, state: State) -> Any:
 def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     """Composes the behaviors of a phase in the order of its priority stack (eq. 2).
 
-    Escort behaviors are relative to the target's motion (feed-forward), avoidance is not:
+    Escort behaviors are relative to the target's motion (feed-forward), avoidance and goals are not:
     v_d = v1 + N1 [c_dot + v2 + N2 v3] for the paper's order.
 
     Args:
@@ -108,15 +110,16 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     moving = 1.0 if plan.target_feedforward else 0.0
     for k in range(p):
         set_row(carried, k, everywhere(moving * state.target_velocity_measured[k]))
-    active, highest = everywhere(0.0), levels
+    active, bent, highest = everywhere(0.0), everywhere(0.0), levels
     for level in range(levels - 1, -1, -1):
         escort = plan.level_in_world[first + level] == 0.0
-        if not escort and plan.outer_avoids:
+        avoids = plan.level_avoids[first + level] != 0.0
+        if avoids and plan.outer_avoids:
             for k in range(p):
                 set_row(parts, p * level + k, everywhere(0.0))
             continue
         task = wish(i, first + level, plan, state, x, parts, p * level)
-        if not escort:
+        if avoids:
             if not any_of(task.active > 0.5):
                 continue
             active = greatest(active, task.active)
@@ -128,9 +131,10 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
             leave(p, task, x, parts, p * lower)
         if not escort:
             leave(p, task, x, carried, 0)
+            bent = greatest(bent, task.active)
             continue
         highest = level
-        if any_of(active > 0.5):  # an avoidance below has bent the feed-forward: its remainder is projected
+        if any_of(bent > 0.5):  # what is below has bent the feed-forward: its remainder is projected
             for k in range(p):
                 set_row(relative, k, row_of(carried, k) - moving * state.target_velocity_measured[k])
             leave(p, task, x, relative, 0)
@@ -280,7 +284,7 @@ def _add_within_limit(total: Array, parts: Array, at: int, max_speed: float) -> 
 def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
     """Composes the behaviors from the lowest priority to the highest (eq. 2); v_d and who avoids.
 
-    Avoidance works in the world's frame: w -> v1 + N1 w. Escort behaviors work in the target's,
+    Avoidance and goals work in the world's frame: w -> v1 + N1 w. Escort behaviors work in the target's,
     where the behaviors below move at w - c_dot: w -> c_dot + sum_c [v2_c + N2_c (w - c_dot)].
 
     Args:
@@ -301,7 +305,9 @@ def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, 
         if behavior.frame == "world":
             below = (carried + np.sum(parts, axis=0)).reshape(q.shape)
             velocity = velocity + behavior.beside(now, below).ravel()
-            carried, place, avoiding = projector @ carried, place + 1, avoiding | behavior.active(now)
+            carried, place = projector @ carried, place + 1
+            if behavior.avoids:
+                avoiding = avoiding | behavior.active(now)
         else:
             carried, place = c_dot + projector @ (carried - c_dot), 0
         parts = [velocity, *(projector @ part for part in parts)]

@@ -79,6 +79,8 @@ class Setup:
         force_limit: Largest force per axis, shape (n,) [N]; inf for none.
         target: Position and velocity of the target [m].
         disturbance: External force on every robot [N]; None for none.
+        goals: By behavior `goal`, as `all_behaviors` has them, the waypoints of each robot, shape
+            (waypoints, p) [m].
         figure: The even figure that vertices keeps; None without vertices.
         failures: Robots whose motors fail.
         reforming: Figures of fewer robots; None without vertices, or where no robot fails.
@@ -110,6 +112,7 @@ class Setup:
     force_limit: Array
     target: FunctionOfTime
     disturbance: FunctionOfTime | None
+    goals: tuple[tuple[Array, ...], ...] = ()
     figure: Figure | None = None
     failures: tuple[Failure, ...] = ()
     reforming: Reforming | None = None
@@ -128,6 +131,11 @@ class Setup:
     def count(self) -> int:
         """Number of robots, n."""
         return len(self.robot_radius)
+
+    @property
+    def headed(self) -> bool:
+        """Whether robots have goals."""
+        return bool(self.goals)
 
     @property
     def kinds(self) -> list[str]:

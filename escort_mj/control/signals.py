@@ -17,6 +17,13 @@ class OuterLoopSignals(Fields):
     outer_updates: Annotated[Array, "n", Recorded("1", "number of updates by the outer loop so far", "int64")]
 
 
+class GoalSignals(Fields):
+    """Where robots with goals go; recorded where there are such robots."""
+
+    goal: Annotated[Array, "headed", "p", Recorded("m", "point that the robot goes to")]
+    goals_left: Annotated[Array, "headed", Recorded("1", "number of waypoints after that point", "int32")]
+
+
 class SupervisorSignals(Fields):
     """Who rules."""
 

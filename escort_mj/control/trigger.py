@@ -130,7 +130,7 @@ def _note_intrusions(plan: Plan, state: State) -> None:
             mine = abs(load(state.phase, i) - float(f)) < 0.5
             first = int(plan.phase_first[f])
             for level in range(first, first + int(plan.phase_levels[f])):
-                if plan.level_in_world[level] != 0.0 and any_of(mine):
+                if plan.level_avoids[level] != 0.0 and any_of(mine):
                     task = wish(i, level, plan, state, x, velocity, 0)
                     found = where(mine & (task.active > 0.5), 1.0, found)
         store(state.fresh, i, found)
@@ -195,7 +195,7 @@ class Holder:
         self.lost = int(lost.sum())
         for i, number in enumerate(phase):
             stack = supervisor.stack(int(number))
-            gain = next((b.convergence for b in stack if b.frame == "target" and b.convergence > 0.0), np.inf)
+            gain = next((b.convergence for b in stack if not b.avoids and b.convergence > 0.0), np.inf)
             for behavior in stack:
                 if isinstance(behavior, AvoidObstacles):
                     fired[i] |= behavior.intrusion(q, self.setup, lost)[0][i] > 0.0

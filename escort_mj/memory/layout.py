@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 
 from escort_mj.behaviors.chords import ChordParameters, ChordState
+from escort_mj.behaviors.goal import GoalParameters, GoalState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
 from escort_mj.components.mission import MissionParameters, MissionState
@@ -58,6 +59,7 @@ class Plan(
     InnerLoopParameters,
     ChordParameters,
     VertexParameters,
+    GoalParameters,
     FailureParameters,
     ReformingParameters,
     ClearanceParameters,
@@ -81,6 +83,7 @@ class State(
     InnerLoopState,
     ChordState,
     VertexState,
+    GoalState,
     ReformingState,
     CustomState,
     NeighborState,
@@ -102,7 +105,7 @@ def _mark() -> float:
 
 
 MAGIC = _mark()
-LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged"))
+LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged", "headed"))
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)
 

@@ -75,6 +75,7 @@ def pack(
         "judged": n * lyapunov,
         "modeled": n * law.needs_model,  # robots whose law is given their model
         "driven": n * setup.driven,
+        "headed": n * setup.headed,
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * law.differentiates,
         "watched": watched,

@@ -258,8 +258,9 @@ def _simulate(
 
 def bound_of(scenario: Scenario, world: World) -> float:
     """Distance to the target beyond which the mission has diverged [m]."""
-    start = np.linalg.norm(world.team.position - world.setup.target.position(0.0), axis=1).max()
-    return DIVERGED_BEYOND * max(scenario.mission.radius, float(start))
+    goals = [points for goals in world.setup.goals for points in goals]
+    places = np.vstack([world.team.position, *goals]) - world.setup.target.position(0.0)
+    return DIVERGED_BEYOND * max(scenario.mission.radius, float(np.linalg.norm(places, axis=1).max()))
 
 
 def completed(samples: Array) -> str:

@@ -70,7 +70,7 @@ def note_step(plan: Plan, state: State, target_radius: float, kinetic_energy: fl
     Args:
         plan: Gives radii, limits and timestep.
         state: `q`, `v`, `tau` and `force` are read; the record's worst and totals are written.
-        target_radius: [m].
+        target_radius: [m]; 0 where there is no target.
         kinetic_energy: Of all that moves freely [J].
 
     Returns:
@@ -167,13 +167,14 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     for i in range(0, n, WIDTH):
         own, left, square = load(radius, i), n - i, everywhere(0.0)
         load_rows(q, i, here)
-        for k in range(p):
-            x = row_of(here, k) - state.target_position[k]
-            square = square + x * x
-        _note_robots(i, target, square, own + target_radius, float(n), state)
-        reach = state.target_clearance[robots] + (own + target_radius)
-        if any_of((square < reach * reach) & there(left)):
-            _note_robots_of_target(i, robots, target_radius, plan, state)
+        if target_radius > 0.0:
+            for k in range(p):
+                x = row_of(here, k) - state.target_position[k]
+                square = square + x * x
+            _note_robots(i, target, square, own + target_radius, float(n), state)
+            reach = state.target_clearance[robots] + (own + target_radius)
+            if any_of((square < reach * reach) & there(left)):
+                _note_robots_of_target(i, robots, target_radius, plan, state)
         g, least, who = -1, own, own
         for j in range(m):
             body = n + 1 + j
@@ -207,7 +208,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
             scatter(state.clearance, i * groups + g, groups, least)
             scatter(state.clearance_body, i * groups + g, groups, who)
     overlaps = False
-    for j in range(m):
+    for j in range(m if target_radius > 0.0 else 0):
         body = n + 1 + j
         g = int(plan.watched_group[body])
         if plan.shaped:
@@ -244,8 +245,8 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
         g = int(plan.watched_alone[body])
         if g < 0:
             continue
-        for i in range(n + 1):  # the target last
-            if i == body:
+        for i in range(n + 1):  # the target last, if there is one
+            if i == body or (i == n and target_radius == 0.0):
                 continue
             square, bodies = 0.0, plan.robot_radius[i] if i < n else target_radius
             if body > n and plan.shaped:

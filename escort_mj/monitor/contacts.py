@@ -160,13 +160,13 @@ def touch_overlaps(plan: Plan, state: State, target_radius: float) -> None:
     Args:
         plan: Gives obstacles and radii.
         state: `q`, `v` and the target are read, the log of touches is written.
-        target_radius: [m].
+        target_radius: [m]; 0 where there is no target.
     """
     n, m = state.q.shape[0], plan.obstacle_radius.shape[0]
     begin(state)
-    for i in range(n + 1):  # the target last
+    for i in range(n + 1):  # the target last, if there is one
         for other in range(n + 1 + m):
-            if i <= other <= n:
+            if i <= other <= n or (i == n and target_radius == 0.0):
                 continue  # pairs of robots and the target count once
             radius = plan.robot_radius[i] if i < n else target_radius
             if other < n:

@@ -92,7 +92,8 @@ def _attribute_faults(trace: Recorded) -> Iterator[str]:
         if not isinstance(value, kinds) or (kinds is NUMBER and not math.isfinite(float(value))):  # type: ignore[arg-type]
             yield f"the attribute {name} is {value!r}"
     for name in ("timestep", "mission_radius", "target_radius"):
-        if not 0.0 < trace.attrs[name] < 1e9:
+        value = trace.attrs[name]
+        if not (0.0 < value < 1e9 or (value == 0.0 and name == "target_radius")):  # 0: no target
             yield f"the attribute {name} is {trace.attrs[name]!r}"
 
 

@@ -13,6 +13,7 @@ from escort_mj.control.supervisor import Phase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
 from escort_mj.numerics.thomson import Figure, even_figure
+from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
 from escort_mj.scenario.geometry.trajectory import disturbance_trajectory, target_trajectory, trajectory
@@ -44,6 +45,7 @@ def controller_setup(
         target_feedforward=scenario.mission.target_feedforward,
         max_speed=scenario.mission.max_speed or math.inf,
         arrangement=_arrangement(scenario, robots, target.position(0.0)),
+        goals=goals_of(scenario, robots, all_behaviors(scenario)),
         figure=_figure(scenario, robots, target.position(0.0)),
         obstacle_position=np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
         obstacle_radius=np.array(
@@ -74,7 +76,7 @@ def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
         for index, body in enumerate(obstacles)
         if body.motion is not None and body.drive is not None
     ]
-    if scenario.target.body is not None:
+    if scenario.target is not None and scenario.target.body is not None:
         driven.append((scenario.target, scenario.target.body, -1))
     return tuple(
         Mover(trajectory(motion, scenario.axes), drive.mass, drive.force_limit or math.inf, drive.gain, index)

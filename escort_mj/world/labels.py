@@ -68,7 +68,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
             "height": world.team.height if scenario.axes == 2 else 0.0,
-            "target_radius": scenario.target.radius,
+            "target_radius": scenario.target.radius if scenario.target is not None else 0.0,
             "least_energy": setup.least_energies or None,
             **_versions(),
             **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},

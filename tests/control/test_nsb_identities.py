@@ -262,7 +262,7 @@ def test_avoidance_takes_its_speed_first(axes: int, seed: int) -> None:
     signals = evaluate(replace(setup, max_speed=limit), q, v)
     assert np.all(np.linalg.norm(signals.v_d, axis=1) <= limit * (1.0 + 1e-12))
     here = setup.target.position(0.7)
-    now = Situation(setup, Team.whole(setup), np.eye(axes), q, v, signals.e, here, 0.0 * here)
+    now = Situation(setup, Team.whole(setup), np.eye(axes), q, v, signals.e, here, 0.0 * here, q, v)
     v1, active = AVOID.velocity(now), AVOID.active(now)
     depth, intruder = AVOID.intrusion(q, setup)
     for i in np.flatnonzero(active):

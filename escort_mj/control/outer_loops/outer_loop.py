@@ -81,6 +81,6 @@ def slowed(velocity: Array, max_speed: float) -> Array:
 
 
 def split(behaviors: tuple[Behavior, ...]) -> tuple[tuple[Behavior, ...], list[AvoidObstacles]]:
-    """Return the escort behaviors, and those that avoid obstacles."""
-    escorting = tuple(behavior for behavior in behaviors if behavior.frame == "target")
-    return escorting, [behavior for behavior in behaviors if isinstance(behavior, AvoidObstacles)]
+    """Return the behaviors that say where to go, and those that avoid obstacles."""
+    going = tuple(behavior for behavior in behaviors if not behavior.avoids)
+    return going, [behavior for behavior in behaviors if isinstance(behavior, AvoidObstacles)]

@@ -60,7 +60,9 @@ def check_sides(scenario: Scenario) -> Iterator[Finding]:
     known = dict(zip(bodies.names, bodies.groups, strict=True))
     if scenario.axes != 2:
         del known[FLOOR]
-    led = scenario.target.body is None
+    if scenario.target is None:
+        del known[TARGET]
+    led = scenario.target is not None and scenario.target.body is None
     for index, expectation in enumerate(scenario.expect):
         sides = expectation.named_sides
         if sides is None:

@@ -107,8 +107,8 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
     count, axes, mission = robot_count(scenario), scenario.axes, scenario.mission
     behaviors = list(behaviors_of(scenario))
     robot_radius = max([scenario.robots.radius, *(o.radius or 0.0 for o in scenario.robots.overrides)])
-    body = scenario.target.radius + robot_radius
-    if mission.radius <= body:
+    body = robot_radius if scenario.target is None else scenario.target.radius + robot_radius
+    if scenario.target is not None and mission.radius <= body:
         yield Finding(
             ("mission", "radius"),
             f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",

@@ -18,7 +18,9 @@ LARGEST = 1e6  # m, N: far beyond any mission, far below where MuJoCo gives up
 
 def check_motion(scenario: Scenario) -> Iterator[Finding]:
     """Waypoints in order, and every expression defined, with its derivative, through the whole run."""
-    motions: list[tuple[Path, Motion]] = [(("target",), scenario.target)]
+    motions: list[tuple[Path, Motion]] = []
+    if scenario.target is not None:
+        motions.append((("target",), scenario.target))
     for index, obstacle in enumerate(scenario.obstacles):
         if obstacle.motion is not None:
             path: Path = ("obstacles", index, "motion")

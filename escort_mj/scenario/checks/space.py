@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -14,6 +15,7 @@ from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
 from escort_mj.scenario.geometry.trajectory import target_trajectory
+from escort_mj.scenario.schema.obstacle_tables import Motion
 from escort_mj.scenario.schema.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -23,7 +25,7 @@ MOST_OVERLAPS = 20  # reported at once
 
 def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
     """Every vector has one number per axis, and gravity pulls where there is physics of three axes."""
-    axes, target, robots = scenario.axes, scenario.target, scenario.robots
+    axes, target, robots = scenario.axes, scenario.target or Motion(), scenario.robots
     vectors: list[tuple[Path, Sequence[Any] | None]] = [
         (("target", "position"), target.position),
         *((("target", "waypoints", i, "position"), w.position) for i, w in enumerate(target.waypoints or ())),
@@ -48,7 +50,7 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
 
 def check_body(scenario: Scenario) -> Iterator[Finding]:
     """A target that can be bumped has axes to be bumped along, and a drive that the timestep can follow."""
-    if scenario.target.body is None:
+    if scenario.target is None or scenario.target.body is None:
         return
     if scenario.axes > 3:
         yield Finding(("target", "body"), f"found in {scenario.axes} axes; there the target moves as told")
@@ -58,8 +60,9 @@ def check_body(scenario: Scenario) -> Iterator[Finding]:
 def check_clearance(scenario: Scenario) -> Iterator[Finding]:
     """Nothing overlaps at the start, and there is room for robots that are placed at random."""
     target = target_trajectory(scenario).position(0.0)
+    radius = -math.inf if scenario.target is None else scenario.target.radius
     for body in obstacles_of(scenario):
-        gap = float(body.gaps(target[np.newaxis])[0]) - scenario.target.radius
+        gap = float(body.gaps(target[np.newaxis])[0]) - radius
         if gap < 0.0:
             yield Finding(
                 (*body.path, "position"), f"{_the(body)}overlaps the target by {-gap:.3g} m at the start"
@@ -69,13 +72,12 @@ def check_clearance(scenario: Scenario) -> Iterator[Finding]:
     except ScenarioError as error:
         yield from (Finding(("robots", "placement"), fault.message) for fault in error.faults)
         return
-    yield from _overlaps(scenario, robots, target)
+    yield from _overlaps(scenario, robots, np.linalg.norm(robots.position - target, axis=1) - radius)
 
 
-def _overlaps(scenario: Scenario, robots: Placement, target: Array) -> Iterator[Finding]:
-    """Pairs of which one is a robot and which overlap at the start."""
+def _overlaps(scenario: Scenario, robots: Placement, to_target: Array) -> Iterator[Finding]:
+    """Pairs of which one is a robot and which overlap at the start, given their gaps to the target [m]."""
     obstacles, count = obstacles_of(scenario), len(robots.radius)
-    to_target = np.linalg.norm(robots.position - target, axis=1) - scenario.target.radius
     others = np.array([*(body.gaps(robots.position) for body in obstacles), to_target]).T
     reported = 0
     for robot in range(count):

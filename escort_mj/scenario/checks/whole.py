@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 
+from escort_mj.behaviors import Goal
 from escort_mj.numerics.steps import last_step
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.checks.failures import check_failures
+from escort_mj.scenario.checks.goals import check_goals, check_target
 from escort_mj.scenario.checks.mission import (
     check_behaviors,
     check_formation,
@@ -38,7 +40,7 @@ from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.signals import drive_sizes, record_size, truth_sizes
+from escort_mj.signals import channel_sizes, record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
 MAX_TRACE = 4 * 2**30  # bytes
@@ -80,7 +82,9 @@ def trace_size(scenario: Scenario) -> float:
     """How large the trace of a run will be, before it is compressed [byte]."""
     count, axes = robot_count(scenario), scenario.axes
     bodies = obstacles_of(scenario)
-    moving = sum(body.motion is not None for body in bodies) + (scenario.target.body is not None)
+    moving = sum(body.motion is not None for body in bodies) + (
+        scenario.target is not None and scenario.target.body is not None
+    )
     coordinates = coordinates_of(kinds_of(scenario), axes) + moving * axes
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
     sizes = {
@@ -92,7 +96,8 @@ def trace_size(scenario: Scenario) -> float:
         "group": len(bodies_of(scenario).watched),
     }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
-    sizes |= drive_sizes(any(kind.driven for kind in kinds_of(scenario)))
+    headed = any(isinstance(behavior, Goal) for stack in stacks for behavior in stack)
+    sizes |= channel_sizes(any(kind.driven for kind in kinds_of(scenario)), headed)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 
@@ -132,6 +137,8 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_trigger, ("mission",)),
     (check_video, ("duration", "video")),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
+    (check_target, ("target", "mission")),
+    (check_goals, ("axes", "seed", "target", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_motors, ("axes", "robots")),
     (check_models, ("robots", "recording", "controller")),

@@ -17,6 +17,8 @@ BodyMotion = Literal["free", "driven", "led", "still"]
 class Bodies(NamedTuple):
     """Every body that can touch another: robots, target, obstacles and walls, floor, in this order.
 
+    Target and floor have their places in every mission, those without a target or in space, too.
+
     Attributes:
         names: Name of each body, shape (bodies,).
         groups: Group of each body, shape (bodies,).
@@ -49,7 +51,7 @@ def bodies_of(scenario: Scenario) -> Bodies:
     """The bodies of a scenario."""
     robots, obstacles = robot_count(scenario), obstacles_of(scenario)
     motions: list[BodyMotion] = ["free"] * robots
-    motions.append("led" if scenario.target.body is None else "driven")
+    motions.append("driven" if scenario.target is not None and scenario.target.body is not None else "led")
     motions += ["still" if body.drive is None else "driven" for body in obstacles]
     return Bodies(
         (*(f"robot_{i}" for i in range(1, robots + 1)), TARGET, *(body.name for body in obstacles), FLOOR),

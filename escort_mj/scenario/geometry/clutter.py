@@ -64,16 +64,16 @@ def drawn(scenario: Scenario, placed: Sequence[Body]) -> Iterator[Body]:
 
 def _kept_clear(scenario: Scenario) -> tuple[Array, Array]:
     """Where the target is and robots start, shape (k, p), and how much room each takes, shape (k,) [m]."""
-    path = target_trajectory(scenario).position(np.linspace(0.0, scenario.duration, PATH_SAMPLES))
-    between = 0.5 * float(np.linalg.norm(np.diff(path, axis=0), axis=1).max())
+    samples = PATH_SAMPLES if scenario.target is not None else 0
+    radius = scenario.target.radius if scenario.target is not None else 0.0
+    path = target_trajectory(scenario).position(np.linspace(0.0, scenario.duration, samples))
+    between = 0.5 * float(np.linalg.norm(np.diff(path, axis=0), axis=1).max(initial=0.0))
     path = path[np.sort(np.unique(path, axis=0, return_index=True)[1])]
     robots = scenario.robots
     starts = [*(robots.positions or ()), *(o.position for o in robots.overrides if o.position is not None)]
     largest = robots.largest_radius
     taken = np.vstack([path, *(np.array([start]) for start in starts)])
-    reach = np.concatenate(
-        [np.full(len(path), scenario.target.radius + between), np.full(len(starts), largest)]
-    )
+    reach = np.concatenate([np.full(len(path), radius + between), np.full(len(starts), largest)])
     return taken, reach
 
 

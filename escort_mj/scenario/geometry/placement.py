@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.robots.kind import MOST_MOTORS, RobotKind
 from escort_mj.scenario.geometry.obstacles import Body, least_gaps, obstacles_of
 from escort_mj.scenario.geometry.trajectory import target_trajectory
 from escort_mj.scenario.schema.environment import tilted
-from escort_mj.scenario.schema.robots import Actuators, RandomPlacement
+from escort_mj.scenario.schema.robots import Actuators
 from escort_mj.scenario.schema.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -129,7 +130,9 @@ def team(scenario: Scenario) -> Placement:
         if override.position is not None:
             position[robot] = override.position
     if robots.positions is None:
-        _place(scenario, position, radius)
+        placement = robots.placement or RandomPlacement(within=2.0 * scenario.mission.radius)
+        random = np.random.Generator(np.random.Philox(scenario.seed))
+        draw_places(scenario, placement, random, position, radius, "robot")
     kinds = kinds_of(scenario)
     gains = _gains(scenario.seed, kinds, actuators, scenario.axes)
     velocity = np.zeros((count, scenario.axes))
@@ -138,25 +141,43 @@ def team(scenario: Scenario) -> Placement:
     return Placement(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
 
 
-def _place(scenario: Scenario, position: Array, radius: Array) -> None:
-    """Draws positions for the rows that are NaN, clear of one another and of everything else."""
-    placement = scenario.robots.placement or RandomPlacement(within=2.0 * scenario.mission.radius)
+def draw_places(
+    scenario: Scenario,
+    placement: RandomPlacement,
+    random: np.random.Generator,
+    position: Array,
+    radius: Array,
+    what: str,
+) -> None:
+    """Draw the rows that are NaN, clear of one another and of everything else but robots.
+
+    Args:
+        scenario: Gives obstacles and target.
+        placement: Where, and how far apart.
+        random: Draws them.
+        position: Shape (n, p) [m]; changed in place.
+        radius: Of what is to stand there, shape (n,) [m].
+        what: Name of what is to stand there, for messages: `robot` or `goal`.
+
+    Raises:
+        ScenarioError: If there is no room for them.
+    """
     target = target_trajectory(scenario).position(0.0)
     center = target if placement.center is None else np.array(placement.center)
-    random = np.random.Generator(np.random.Philox(scenario.seed))
+    target_radius = [scenario.target.radius] if scenario.target is not None else []
     free = np.isnan(position).any(axis=1)
     obstacles = obstacles_of(scenario)
     spheres = [body for body in obstacles if body.is_sphere]
     taken = np.concatenate(
         [
-            target[np.newaxis],
+            target[np.newaxis][: len(target_radius)],
             np.array([body.position for body in spheres]).reshape(-1, scenario.axes),
             position[~free],
         ]
     )
     taken_radius = np.concatenate(
         [
-            [scenario.target.radius],
+            target_radius,
             [body.bounding_radius for body in spheres],
             radius[~free],
         ]
@@ -168,7 +189,10 @@ def _place(scenario: Scenario, position: Array, radius: Array) -> None:
             random, center, placement.within, taken, reach, others, radius[robot] + placement.least_gap
         )
         if drawn is None:
-            raise ScenarioError([Fault(_no_room(placement, int(robot), len(radius)), "robots.placement")])
+            words = _no_room(placement, f"{what} {robot + 1} of {len(radius)}")
+            raise ScenarioError(
+                [Fault(words, "robots.placement" if what == "robot" else "mission.behaviors")]
+            )
         position[robot] = drawn
         taken = np.concatenate([taken, drawn[np.newaxis]])
         taken_radius = np.append(taken_radius, radius[robot])
@@ -202,8 +226,8 @@ def _draw(
     return None
 
 
-def _no_room(placement: RandomPlacement, robot: int, count: int) -> str:
+def _no_room(placement: RandomPlacement, what: str) -> str:
     return (
-        f"found no free place for robot {robot + 1} of {count} within {placement.within:g} m at gaps of "
+        f"found no free place for {what} within {placement.within:g} m at gaps of "
         f"{placement.least_gap:g} m; give a larger within, a smaller least_gap or fewer robots"
     )

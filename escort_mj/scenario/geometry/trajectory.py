@@ -87,8 +87,8 @@ def trajectory(motion: Motion, axes: int) -> Trajectory:
 
 
 def target_trajectory(scenario: Scenario) -> Trajectory:
-    """Where the target is to be [m]; its velocity is the exact derivative [m/s]."""
-    return trajectory(scenario.target, scenario.axes)
+    """Where the target is to be [m]; its velocity is the exact derivative [m/s]; the origin without one."""
+    return trajectory(scenario.target or Motion(), scenario.axes)
 
 
 def disturbance_trajectory(scenario: Scenario) -> Trajectory | None:

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat
 
-from escort_mj.components.parameters import Parameters
-from escort_mj.scenario.schema.fields import Vector
+from escort_mj.components.parameters import Parameters, Vector
 
 STEEPEST = math.radians(60.0)
 

@@ -46,9 +46,6 @@ Component = Annotated[
 ]
 """A number, or an expression in the time `t` [s], such as `"3 + 0.1*t"`."""
 
-Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
-Vector = tuple[Coordinate, ...]
-
 RUN_NAME = r"^[^\x00-\x20\x7f/\\.][^\x00-\x1f\x7f/\\]{0,79}$"
 BODY_NAME = r"^[A-Za-z0-9_\-]{1,40}$"
 PATTERNS = {

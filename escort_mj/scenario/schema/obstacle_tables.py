@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, NonNegativeFloat, PlainValidator, PositiveFloat, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from escort_mj.components.parameters import Force, Mass, Parameters, Radius
-from escort_mj.scenario.schema.fields import BODY_NAME, Component, Vector
+from escort_mj.components.parameters import Force, Mass, Parameters, Radius, Vector
+from escort_mj.scenario.schema.fields import BODY_NAME, Component
 
 SPHERE_RADIUS = 0.5
 MOST_VERTICES = 500

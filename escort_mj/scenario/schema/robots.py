@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from pydantic import Field, NonNegativeFloat, PositiveInt
 
-from escort_mj.components.parameters import Force, Mass, Parameters, Radius
+from escort_mj.components.parameters import Force, Mass, Parameters, Radius, Vector
+from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.control.failure import Failure
 from escort_mj.robots import KINDS, PointMass, RobotKind
 from escort_mj.scenario.findings import listed
-from escort_mj.scenario.schema.fields import Vector, one_of_kinds
+from escort_mj.scenario.schema.fields import one_of_kinds
 
 MAX_ROBOTS = 5000
 Share = Annotated[float, Field(ge=0, lt=1)]
@@ -34,17 +35,6 @@ class Actuators(Parameters):
     """Largest relative error of the motor gain, random for each motor [1]."""
     gains: Annotated[tuple[Gain, ...], Field(min_length=1)] | None = None
     """Gain of each motor; 1 is the nominal value [1]; null: random, see `gain_error`."""
-
-
-class RandomPlacement(Parameters):
-    """Random positions from the scenario's seed, uniform in a ball (a disc in two axes)."""
-
-    within: Radius
-    """Radius of the ball [m]."""
-    center: Vector | None = None
-    """Center of the ball [m]; null: the initial position of the target."""
-    least_gap: NonNegativeFloat = 1.0
-    """Minimum surface-to-surface distance between robots, and from robots to obstacles and target [m]."""
 
 
 class RobotOverride(Parameters):

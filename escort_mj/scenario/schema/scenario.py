@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Surface, Vertices
-from escort_mj.components.parameters import TEXT, Parameters, Radius
+from escort_mj.components.parameters import TEXT, Parameters, Radius, Vector
 from escort_mj.control.outer_loops import Nsb
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
@@ -25,7 +25,6 @@ from escort_mj.scenario.schema.fields import (
     Component,
     Law,
     OuterLoop,
-    Vector,
 )
 from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
 from escort_mj.scenario.schema.plugin_source import PluginSource
@@ -196,8 +195,8 @@ class Scenario(Parameters, metaclass=_Checked):
     """Dimension of the space: 2 for the plane, 3 for space, 4 to 9 for higher dimensions (docs/axes.md)."""
     physics: Physics = Physics()
     """Settings of the physics engine."""
-    target: Target = Target()
-    """The body that the robots escort."""
+    target: Target | None = Target()
+    """The body that the robots escort; null: none, and behaviors such as `goal` say where robots go."""
     robots: Robots = Robots()
     """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()

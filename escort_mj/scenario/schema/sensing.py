@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, NonNegativeFloat, PlainValidator, TypeAdapter, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from escort_mj.components.parameters import Parameters, Radius
-from escort_mj.scenario.schema.fields import Vector
+from escort_mj.components.parameters import Parameters, Radius, Vector
 from escort_mj.sensing.sensors import Channel, Sensors
 
 Array = NDArray[np.float64]

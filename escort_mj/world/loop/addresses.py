@@ -33,7 +33,7 @@ class Addresses(Fields):
     ]
     target_address: Annotated[Array, "p", Value("1", "of each of the target's coordinates in `mocap_pos`")]
     target_offset: Annotated[Array, "p", Value("m", "what is added to it there")]
-    target_radius: Annotated[float, Value("m", "of the target")]
+    target_radius: Annotated[float, Value("m", "of the target; 0 where there is none")]
     in_row: Annotated[
         bool,
         Value("1", "whether robots' coordinates and motors come first, in order, and motors are plain"),
@@ -57,7 +57,9 @@ class Addresses(Fields):
     geom_body: Annotated[
         Array, "geoms", Value("1", "which of the mission's bodies each geom belongs to, -1 for none")
     ]
-    robot_geom: Annotated[Array, "seers", Value("1", "geom of each robot, and last of the target")]
+    robot_geom: Annotated[
+        Array, "seers", Value("1", "geom of each robot, and last of the target, -1 for none")
+    ]
     obstacle_geom: Annotated[Array, "m", Value("1", "geom of each obstacle")]
     faces: Annotated[
         Array,
@@ -172,6 +174,7 @@ def find_addresses(
         faces: Of meshes, see `faces_of`.
     """
     robots = len(team.mass)
+    target = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "target_body")
     joints = _first_joints(model, robots)
     dofs = model.jnt_dofadr[joints]
     trees = model.dof_treeid[dofs]
@@ -207,7 +210,7 @@ def find_addresses(
             "tree_end": ends,
             "target_address": places,
             "target_offset": offsets,
-            "target_radius": model.geom("target_body").size[0],
+            "target_radius": model.geom_size[target, 0] if target >= 0 else 0.0,
             "motor_address": addresses[2],
             "dead_zone": dead_zone,
             "in_row": in_row
@@ -224,7 +227,7 @@ def find_addresses(
             "vessel_robot": list(vessels),
             "vessels": np.reshape(list(vessels.values()), (len(vessels), len(Vessel._fields))),
             "geom_body": geom_bodies(model, names),
-            "robot_geom": [model.geom(f"{name}_body").id for name in names[: robots + 1]],
+            "robot_geom": [*(model.geom(f"{name}_body").id for name in names[:robots]), target],
             "obstacle_geom": [model.geom(f"{name}_body").id for name in obstacles],
             "faces": _in_geoms(model, [model.geom(f"{name}_body").id for name in obstacles], faces),
             "mover_qpos": model.jnt_qposadr[slides],

@@ -32,7 +32,7 @@ DATA_PLACE, DATA_TURN = offset("mjData", "geom_xpos"), offset("mjData", "geom_xm
 
 @on_demand
 def find_nearest(m: int, d: int, plan: Plan, state: State, addresses: Addresses) -> None:
-    """Writes `obstacle_point` and `obstacle_gap`: what each robot and the target find of each obstacle.
+    """Writes `obstacle_point` and `obstacle_gap`: what each robot and a target find of each obstacle.
 
     Args:
         m: Address of MuJoCo's model.
@@ -45,7 +45,8 @@ def find_nearest(m: int, d: int, plan: Plan, state: State, addresses: Addresses)
     obstacles = plan.obstacle_radius.shape[0]
     segment = stack_memory()
     way = vector_at(segment + 6 * DOUBLE, p)
-    for i in range(n + 1):
+    seers = n + 1 if addresses.target_radius > 0.0 else n
+    for i in range(seers):
         geom = int(addresses.robot_geom[i])
         body = vector_at(pointer_at(d + DATA_PLACE()) + 3 * DOUBLE * geom, 3)
         radius = plan.robot_radius[i] if i < n else addresses.target_radius

@@ -228,7 +228,7 @@ def monitor_contacts(m: int, d: int, plan: Plan, state: State, addresses: Addres
                 moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL() + DOUBLE * k)
                 opening += moved if body2 == target else -moved
         touch(state, state.time[0], body1, body2, force, -distance, -opening)
-    if led:
+    if led and addresses.target_radius > 0.0:
         touch_what_stands(plan, state, addresses.target_radius)
     settle(state, state.time[0], plan.timestep)
 

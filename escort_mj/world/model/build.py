@@ -27,7 +27,7 @@ from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Sensors
-from escort_mj.signals import drive_sizes, record_size, truth_sizes
+from escort_mj.signals import channel_sizes, record_size, truth_sizes
 from escort_mj.world.loop.addresses import faces_of, thickness
 from escort_mj.world.model.cameras import add_cameras
 from escort_mj.world.model.compiling import add_numbers, compile_addressed
@@ -172,7 +172,7 @@ def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None, see
         "group": len(bodies.watched),
     }
     sizes |= truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
-    sizes |= drive_sizes(setup.driven)
+    sizes |= channel_sizes(setup.driven, setup.headed)
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule_of(scenario), sizes)
 
 
@@ -208,7 +208,7 @@ def _add_cameras(tree: Element, draft: Draft) -> None:
     """Add cameras that see all that happens; in planar missions from the floor to the highest top."""
     scenario, (low, high) = draft.scenario, corners(draft.stages)
     if scenario.axes == 2:
-        tops = [draft.robots.radius.max(), scenario.target.radius, *map(_above, draft.obstacles)]
+        tops = [draft.robots.radius.max(), _target_radius(scenario), *map(_above, draft.obstacles)]
         low[2], high[2] = 0.0, high[2] + max(tops)
     target = child_named(section(tree, "worldbody"), "body", "target")
     add_cameras(tree, target, scenario, low, high)
@@ -263,6 +263,11 @@ def _set_contacts(tree: Element, scenario: Scenario, count: int, own: set[Elemen
         set_attributes(section(tree, "size"), memory=f"{ARENA + ARENA_PER_ROBOT * count}K")
 
 
+def _target_radius(scenario: Scenario) -> float:
+    """Radius of the target [m]; 0 without one."""
+    return 0.0 if scenario.target is None else scenario.target.radius
+
+
 def _above(body: Body) -> float:
     """How far an obstacle of a planar mission reaches above the robots' centers at the start [m]."""
     return float(extent(body.solid)[1][2])
@@ -270,14 +275,21 @@ def _above(body: Body) -> float:
 
 def _stages(scenario: Scenario, setup: Setup, robots: Placement, bodies: Sequence[Body]) -> list[Stage]:
     """Where the axes of the mission are in the world; planar missions happen at one height."""
-    path = setup.target.position(np.linspace(0.0, scenario.duration, PATH_SAMPLES))
-    reach = max(scenario.mission.radius + robots.radius.max(), scenario.target.radius)
-    centers = np.vstack([path, robots.position])
+    samples = PATH_SAMPLES if scenario.target is not None else 0
+    path = setup.target.position(np.linspace(0.0, scenario.duration, samples))
+    reach = max(scenario.mission.radius + robots.radius.max(), _target_radius(scenario))
     around = np.concatenate([np.full(len(path), reach), robots.radius])[:, None]
+    centers = np.vstack([path, robots.position])
+    goals = [
+        points + side * radius
+        for stack in setup.goals
+        for points, radius in zip(stack, robots.radius, strict=True)
+        for side in (-1.0, 1.0)
+    ]
     corners = [corner for body in bodies for corner in body.corners(scenario.axes)]
     moments = np.linspace(0.0, scenario.duration, PATH_SAMPLES)
     corners += [mover.path.position(moments) for mover in setup.movers if mover.obstacle >= 0]
-    every = np.vstack([centers - around, centers + around, *corners])
+    every = np.vstack([centers - around, centers + around, *goals, *corners])
     low, high = every.min(axis=0), every.max(axis=0)
     height = robots.height if scenario.axes == 2 else 0.0
     return stages_of(low, high, height, scenario.mission.radius, robots.radius.max(), len(robots.mass))

@@ -59,7 +59,7 @@ def add_obstacles(
 
 
 def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence[Stage], count: int) -> None:
-    """The bodies of the target, one for each stage.
+    """The bodies of the target, one for each stage; without a target, places for cameras that touch nothing.
 
     Args:
         tree: MJCF tree.
@@ -76,6 +76,9 @@ def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence
         world.append(body)
         set_attributes(body, pos=stage.place(start))
         geom = child_named(body, "geom", f"{name}_body")
+        if scenario.target is None:
+            body.remove(geom)
+            continue
         set_attributes(geom, size=scenario.target.radius, rgba=[*palette.TARGET, 1.0], group=stage.number)
         if scenario.target.body is not None:
             del body.attrib["mocap"]

@@ -1,0 +1,214 @@
+"""Go to a goal: each robot has its own point, or waypoints that it passes one after another."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Discriminator, Field, PositiveFloat, Tag
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.task import Situation, Task
+from escort_mj.behaviors.wish import Wish, across
+from escort_mj.components.parameters import Vector
+from escort_mj.components.random_placement import RandomPlacement
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import everywhere, load_rows, row_of, set_row, stack_rows, there, where
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+POINT, WAYPOINTS, LISTED, NAMED, DRAWN = "a point", "waypoints", "listed", "named", "drawn"
+
+
+def _one_or_several(value: Any) -> str | None:
+    """Tells a point from a list of waypoints."""
+    if not isinstance(value, list | tuple) or not len(value):
+        return None
+    return WAYPOINTS if isinstance(value[0], list | tuple) else POINT
+
+
+def _way_to_say(value: Any) -> str | None:
+    """Tells how goals are given."""
+    kinds: dict[str, Any] = {LISTED: (list, tuple), NAMED: str, DRAWN: (dict, RandomPlacement)}
+    return next((kind for kind, types in kinds.items() if isinstance(value, types)), None)
+
+
+Entry = Annotated[
+    Annotated[Vector, Tag(POINT)] | Annotated[tuple[Vector, ...], Field(max_length=1000), Tag(WAYPOINTS)],
+    Discriminator(
+        _one_or_several, custom_error_type="goal", custom_error_message="a point or a list of waypoints"
+    ),
+]
+Goals = Annotated[
+    Annotated[tuple[Entry, ...], Field(min_length=1), Tag(LISTED)]
+    | Annotated[Literal["opposite"], Tag(NAMED)]
+    | Annotated[RandomPlacement, Tag(DRAWN)],
+    Discriminator(
+        _way_to_say,
+        custom_error_type="goals",
+        custom_error_message="one goal for each robot, opposite, or a table with within",
+    ),
+]
+
+
+class GoalParameters(Fields):
+    """The waypoints of all robots, of each behavior `goal` one behind the other."""
+
+    goal_points: Annotated[Array, "waypoints", "p", Value("m", "those of one robot behind each other")]
+    goal_first: Annotated[Array, "goals", Value("1", "row of a robot's first; n for each behavior")]
+    goal_count: Annotated[Array, "goals", Value("1", "how many it has")]
+    goal_reach: Annotated[Array, "goal_stacks", Value("m", "distance at which a waypoint is passed")]
+    goal_phase: Annotated[Array, "goal_stacks", Value("1", "phase that the behavior is of")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        lists = [points for goals in setup.goals for points in goals]
+        counts = [len(points) for points in lists]
+        found = [
+            (behavior.reach, number)
+            for number, phase in enumerate(setup.all_phases)
+            for behavior in phase.behaviors
+            if isinstance(behavior, Goal)
+        ]
+        return {
+            "goal_points": np.concatenate([np.zeros((0, setup.axes)), *lists]),
+            "goal_first": np.cumsum([0, *counts])[:-1],
+            "goal_count": counts,
+            "goal_reach": [reach for reach, _ in found],
+            "goal_phase": [phase for _, phase in found],
+        }
+
+
+class GoalState(Fields):
+    """How far along its waypoints each robot is."""
+
+    goal_at: Annotated[Array, "goals", Value("1", "waypoint that it goes to, from 0")]
+    goal_velocity: Annotated[Array, "headed", "p", Value("m/s", "how fast the point that it goes to moves")]
+
+
+class Goal(Behavior):
+    """Send each robot to its own goal, along waypoints if it has several."""
+
+    frame: ClassVar[Literal["target", "world"]] = "world"
+    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "goals", "reach"})
+
+    behavior: Literal["goal"] = "goal"
+    goals: Goals
+    """One entry per robot, a point or a list of waypoints [m]; `opposite`: each robot's start, mirrored at
+    the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
+    gain: PositiveFloat = 0.8
+    """Gain of the distance to the goal [1/s]."""
+    reach: PositiveFloat = 0.1
+    """Distance at which a waypoint counts as passed [m]; the last one is never left."""
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task sigma = q, which is to become the goal: it takes all directions."""
+        return (Task(np.eye(now.q.size), (self.gain * (now.goal - now.q) + now.goal_velocity).ravel()),)
+
+    def error(self, now: Situation) -> Array:
+        """Return the distance to the goal."""
+        return np.asarray(np.linalg.norm(now.goal - now.q, axis=1))
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        n, p = state.q.shape
+        here, goal, velocity = stack_rows(p), stack_rows(p), stack_rows(p)
+        load_rows(state.q_measured, i, here)
+        load_rows(state.goal, i, goal)
+        load_rows(state.goal_velocity, i, velocity)
+        square = everywhere(0.0)
+        for k in range(p):
+            way = where(there(n - i), row_of(goal, k) - row_of(here, k), 0.0)
+            square = square + way * way
+            set_row(wish, at + k, where(there(n - i), self.gain * way + row_of(velocity, k), 0.0))
+            set_row(x, k, everywhere(0.0))
+        return across(everywhere(0.0), root(square))
+
+
+@on_demand
+def choose_goals(plan: Plan, state: State) -> None:
+    """Writes the point that each robot goes to: `goal` and `goals_left`. Call it once per step.
+
+    Args:
+        plan: Gives the waypoints, and which phase they are of.
+        state: `goal_at` moves on where a robot has come to its waypoint.
+    """
+    n, p = state.q.shape
+    for b in range(plan.goal_phase.shape[0]):
+        for i in range(n):
+            row = b * n + i
+            if state.phase[i] != plan.goal_phase[b]:
+                if b == 0 and state.evaluated[0] == 0.0:  # where it goes once a phase lets it
+                    _go(i, row, plan, state)
+                continue
+            last, square = plan.goal_count[row] - 1.0, 0.0
+            for k in range(p):
+                way = (
+                    plan.goal_points[int(plan.goal_first[row] + state.goal_at[row]), k]
+                    - state.q_measured[i, k]
+                )
+                square += way * way
+            if square <= plan.goal_reach[b] * plan.goal_reach[b] and state.goal_at[row] < last:
+                state.goal_at[row] += 1.0
+            _go(i, row, plan, state)
+
+
+@inlined
+def _go(i: int, row: int, plan: Plan, state: State) -> None:
+    """Sends a robot to its present waypoint, of those in a row."""
+    at = int(plan.goal_first[row] + state.goal_at[row])
+    for k in range(state.q.shape[1]):
+        state.goal[i, k] = plan.goal_points[at, k]
+    state.goals_left[i] = plan.goal_count[row] - 1.0 - state.goal_at[row]
+
+
+# The same in plain NumPy.
+
+
+class GoalsReached:
+    """The point that each robot goes to, step by step.
+
+    Attributes:
+        point: Shape (n, p) [m].
+        velocity: How fast it moves, shape (n, p) [m/s].
+        left: Waypoints after it, shape (n,).
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self._stacks = [
+            (number, next((b for b in phase.behaviors if isinstance(b, Goal)), None))
+            for number, phase in enumerate(setup.all_phases)
+        ]
+        self._lists = setup.goals
+        self._at = np.zeros((len(setup.goals), setup.count), dtype=int)
+        self.point = np.zeros((setup.count, setup.axes))
+        self.velocity = np.zeros((setup.count, setup.axes))
+        self.left = np.zeros(setup.count)
+        for i in range(setup.count if setup.goals else 0):
+            self._go(i, 0)
+
+    def choose(self, q: Array, phase: NDArray[np.int64]) -> None:
+        """Moves on where a robot has come to its waypoint.
+
+        Args:
+            q: Measured positions, shape (n, p) [m].
+            phase: That rules each robot, shape (n,).
+        """
+        having = [(number, goal) for number, goal in self._stacks if goal is not None]
+        for b, (number, goal) in enumerate(having):
+            for i in np.flatnonzero(phase == number):
+                points, at = self._lists[b][i], self._at[b, i]
+                if np.linalg.norm(points[at] - q[i]) <= goal.reach and at + 1 < len(points):
+                    self._at[b, i] += 1
+                self._go(int(i), b)
+
+    def _go(self, i: int, b: int) -> None:
+        points, at = self._lists[b][i], self._at[b, i]
+        self.point[i], self.left[i] = points[at], len(points) - 1 - at

@@ -1,0 +1,104 @@
+"""Checks of where robots go: goals that fit beside each other, and a target where one is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from escort_mj.behaviors import Goal
+from escort_mj.components.random_placement import RandomPlacement
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.geometry.goals import goals_of
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.placement import robot_count, team
+from escort_mj.scenario.schema.scenario import Scenario
+
+MOST_REPORTED = 20
+
+
+def check_target(scenario: Scenario) -> Iterator[Finding]:
+    """What needs a target has one."""
+    if scenario.target is not None:
+        return
+    for path, behavior in behaviors_of(scenario):
+        if behavior.frame == "target":
+            yield Finding(
+                path,
+                f"found {behavior.behavior}, which needs a target; this mission has none (target: null)",
+                related=(("target",),),
+            )
+    for index, phase in enumerate(scenario.mission.supervisor):
+        if phase.when is not None and "target" in phase.when.quantity:
+            yield Finding(
+                ("mission", "supervisor", index, "when", "quantity"),
+                f"found {phase.when.quantity}; this mission has no target (target: null)",
+            )
+
+
+def check_goals(scenario: Scenario) -> Iterator[Finding]:
+    """As many goals as robots, of as many numbers as axes, and all robots fit at their last ones."""
+    count, axes = robot_count(scenario), scenario.axes
+    for path, goal in behaviors_of(scenario):
+        if not isinstance(goal, Goal):
+            continue
+        path = (*path, "goals")
+        if isinstance(goal.goals, RandomPlacement):
+            center = goal.goals.center
+            if center is not None and len(center) != axes:
+                yield Finding((*path, "center"), _dimension(len(center), axes))
+                continue
+        elif goal.goals != "opposite":
+            if len(goal.goals) != count:
+                yield Finding(
+                    path,
+                    f"found {len(goal.goals)} entries; expected {count}, one for each robot",
+                    related=(("robots", "count"), ("robots", "positions")),
+                )
+                continue
+            wrong = [
+                Finding((*path, robot), _dimension(len(point), axes))
+                for robot, entry in enumerate(goal.goals)
+                for point in np.atleast_2d(np.array(entry, dtype=object))
+                if len(point) != axes
+            ]
+            yield from wrong
+            if wrong:
+                continue
+        yield from _fitting(scenario, goal, path)
+
+
+def _dimension(found: int, axes: int) -> str:
+    return f"found {found} numbers; expected {axes}, as axes says"
+
+
+def _fitting(scenario: Scenario, goal: Goal, path: Path) -> Iterator[Finding]:
+    """Robots at their last goals touch neither each other nor what stands."""
+    try:
+        robots = team(scenario)
+        (goals,) = goals_of(scenario, robots, [goal])
+    except ScenarioError as error:
+        if any(fault.key == "mission.behaviors" for fault in error.faults):
+            yield from (Finding(path, fault.message) for fault in error.faults)
+        return
+    last = np.array([points[-1] for points in goals])
+    gaps = np.linalg.norm(last[:, None] - last, axis=2) - robots.radius[:, None] - robots.radius
+    near = np.argwhere(np.triu(gaps < 0.0, 1))
+    for i, j in near[:MOST_REPORTED]:
+        yield Finding(
+            path,
+            f"found goals of robots {i + 1} and {j + 1} whose bodies overlap by {-gaps[i, j]:.3g} m there",
+            related=(("robots", "radius"),),
+        )
+    for body in obstacles_of(scenario):
+        if body.motion is not None:
+            continue
+        clear = body.gaps(last) - robots.radius
+        if clear.min() < 0.0:
+            yield Finding(
+                path,
+                f"found the goal of robot {int(clear.argmin()) + 1}, where it overlaps {body.name} "
+                f"by {-clear.min():.3g} m",
+            )

@@ -1,0 +1,60 @@
+"""Robots with goals: both forms agree, waypoints are passed in order, the distance decays at the gain."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from escort_mj import api
+from escort_mj.behaviors import Goal
+from escort_mj.control.supervisor import Condition, Phase
+from tests.control.twins import AVOID, SURFACE, Kernel, compare, mission
+
+GOAL = Goal(goals=((0.0, 0.0),), gain=0.7, reach=0.5)
+SQUARE = [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+
+
+@pytest.mark.parametrize(("axes", "max_speed"), [(2, 1.5), (3, np.inf)])
+@pytest.mark.parametrize(
+    "stack", [(GOAL,), (AVOID, GOAL), (GOAL, AVOID), (AVOID, SURFACE, GOAL), (AVOID, GOAL, SURFACE)]
+)
+def test_kernel_and_numpy_agree(stack, axes: int, max_speed: float) -> None:
+    """The target moves: a goal takes none of its velocity, unless an escort task ranks higher."""
+    setup, q, v = mission(axes, seed=31)
+    rng = np.random.default_rng(axes)
+    first = tuple(q[i] + rng.normal(scale=0.4, size=(1 + i % 3, axes)) for i in range(len(q)))
+    second = tuple(rng.normal(size=(1, axes)) for _ in q)
+    phases = (
+        Phase("later", (AVOID, Goal(goals=((1.0, 1.0),), gain=2.0)), 0.003, np.inf, None),
+        Phase("near", (SURFACE,), 0.0, np.inf, Condition(quantity="robot_distance", below=3.0)),
+    )
+    compare(replace(setup, behaviors=stack, goals=(first, second), phases=phases, max_speed=max_speed), q, v)
+
+
+def test_waypoints_are_passed_in_order() -> None:
+    setup, q, v = mission(2, seed=1, count=2, obstacles=0)
+    ways = (np.array(SQUARE), np.array([[5.0, 5.0]]))
+    setup = replace(setup, behaviors=(GOAL,), goals=(ways,), sensing=type(setup.sensing)())
+    kernel = Kernel(setup)
+    for step, place in enumerate([[9.0, 9.0], [1.0, 0.4], [1.0, 0.4], [0.9, 1.0], [0.0, 1.0], [9.0, 9.0]]):
+        q[0] = place
+        state = kernel.evaluate(step * setup.timestep, q, v)
+        at = [0, 1, 1, 2, 2, 2][step]
+        assert state.goal[0].tolist() == SQUARE[at]
+        assert state.goals_left.tolist() == [2 - at, 0]
+        np.testing.assert_allclose(state.v_d[0], 0.7 * (np.array(SQUARE[at]) - place), rtol=1e-12)
+
+
+def test_the_distance_to_a_goal_decays_at_the_gain() -> None:
+    goal = {"behavior": "goal", "goals": [[-3.0, 4.0], [3.0, -4.0]], "gain": 0.5}
+    keys = {
+        "target": None,
+        "duration": 4.0,
+        "robots": {"positions": [[3.0, 4.0], [-3.0, -4.0]], "force_limit": None},
+        "mission": {"behaviors": [goal]},
+    }
+    trace = api.run(keys).trace
+    distance = np.linalg.norm(trace["q"].values - trace["goal"].values, axis=2)
+    decay = np.exp(-0.5 * trace["time"].values)[:, None]
+    np.testing.assert_allclose(distance, distance[0] * decay, atol=0.02 * distance[0, 0])
+    assert np.isinf(trace["clearance"].sel(group="target")).all()

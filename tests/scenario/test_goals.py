@@ -1,0 +1,68 @@
+"""Goals as scenarios give them, and missions without a target: what they become, and what is refused."""
+
+import numpy as np
+import pytest
+
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario.reader.load import scenario_of
+from escort_mj.scenario.setup import controller_setup
+
+ROBOTS = {"positions": [[0.0, 0.0], [4.0, 0.0], [2.0, 3.0]]}
+
+
+def keys(goals: object, **more: object) -> dict:
+    mission = {"behaviors": [{"behavior": "goal", "goals": goals}]}
+    return {"target": None, "robots": ROBOTS, "mission": mission, **more}
+
+
+def goals_of(goals: object, **more: object) -> list[list[list[float]]]:
+    (found,) = controller_setup(scenario_of(keys(goals, **more))).goals
+    return [points.tolist() for points in found]
+
+
+def test_goals_as_given_mirrored_and_drawn() -> None:
+    given = [[1.0, 5.0], [[2.0, 6.0], [3.0, 7.0]], [5.0, 5.0]]
+    assert goals_of(given) == [[[1.0, 5.0]], [[2.0, 6.0], [3.0, 7.0]], [[5.0, 5.0]]]
+    assert goals_of("opposite") == [[[4.0, 2.0]], [[0.0, 2.0]], [[2.0, -1.0]]]
+    obstacle = [{"shape": "box", "size": [1.0, 1.0], "position": [5.0, 5.0]}]
+    drawn = {"within": 2.5, "center": [5.0, 5.0], "least_gap": 0.3}
+    points = np.array(goals_of(drawn, obstacles=obstacle))[:, 0]
+    assert goals_of(drawn, obstacles=obstacle) != goals_of(drawn, obstacles=obstacle, seed=1)
+    outside = np.maximum(np.abs(points - 5.0) - 1.0, 0.0)
+    assert (np.linalg.norm(outside, axis=1) >= 0.5).all()
+    assert (np.linalg.norm(points - 5.0, axis=1) <= 2.5).all()
+    gaps = np.linalg.norm(points[:, None] - points, axis=2) + 9.0 * np.eye(3)
+    assert (gaps >= 0.7).all()
+
+
+@pytest.mark.parametrize(
+    ("goals", "message"),
+    [
+        ([[1.0, 1.0]], "goals: found 1 entries; expected 3"),
+        ([[1.0, 1.0], [5.0, 5.0], [3.0, 3.0, 3.0]], r"goals\[2\]: found 3 numbers; expected 2"),
+        ([[1.0, 1.0], [5.0, 5.0], [1.3, 1.0]], "robots 1 and 3 whose bodies overlap by 0.1 m"),
+        ([[1.0, 1.0], [5.0, 5.0], 3], r"goals\[2\]: found 3; expected a point or a list of waypoints"),
+        ([[1.0, 1.0], [5.0, 5.0], [[1, 3], [2, "x"]]], r'goals\[2\]\[1\]\[1\]: found "x"; expected a number'),
+        ("opposit", 'did you mean "opposite"'),
+        (3, "expected one goal for each robot, opposite, or a table with within"),
+        ({"within": 0.5}, "found no free place for goal 2 of 3 within 0.5 m"),
+        ({"within": 3.0, "center": [1.0]}, r"goals.center: found 1 numbers; expected 2"),
+        ([[8.0, 8.0], [5.0, 5.0], [3.0, 3.0]], "the goal of robot 1, where it overlaps obstacle_1 by 0.2 m"),
+    ],
+)
+def test_wrong_goals(goals: object, message: str) -> None:
+    with pytest.raises(ScenarioError, match=message):
+        scenario_of(keys(goals, obstacles=[{"position": [8.0, 8.3], "radius": 0.3}]))
+
+
+def test_what_needs_a_target_is_refused_without_one() -> None:
+    phase = {"behaviors": ["orbit"], "when": {"quantity": "target_distance", "below": 1.0}}
+    mission = {"behaviors": ["avoid_obstacles", "vertices"], "supervisor": [phase]}
+    expected = [{"clearance": ["robots", "target"], "at_least": 0.1}]
+    with pytest.raises(ScenarioError) as error:
+        scenario_of({"target": None, "mission": mission, "expect": expected})
+    words = str(error.value)
+    assert "behaviors[1]: found vertices, which needs a target; this mission has none" in words
+    assert "supervisor[0].behaviors[0]: found orbit" in words
+    assert "when.quantity: found target_distance; this mission has no target" in words
+    assert "found target; this scenario has none" in words
