@@ -21,7 +21,7 @@ from escort_mj.control.velocity import reference_velocities
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand, on_demand_unrolled
 from escort_mj.numerics.neighbors import keep_all_neighbors
 from escort_mj.numerics.program import evaluate as evaluate_program
 from escort_mj.numerics.program import value_of
@@ -55,7 +55,7 @@ class ControllerState(Fields):
     next_disturbance: Annotated[Array, "p", Value("N", "likewise, on every robot")]
 
 
-@on_demand
+@on_demand_unrolled
 def evaluate(plan: Plan, state: State) -> None:
     """One evaluation of the law: reads `time`, `q`, `v` of the state, writes all its control signals.
 

@@ -12,7 +12,7 @@ from escort_mj.control.inner import DEFAULT_FORCE
 from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
 from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Piece
-from escort_mj.native.on_demand import CLASSES, callback
+from escort_mj.native.on_demand import CLASSES, callback, piece_of
 from escort_mj.sensing.measure import measure
 
 
@@ -36,8 +36,11 @@ def evaluation(axes: int | None) -> Callable[..., None]:
 @cache
 def evaluation_of(axes: int) -> Callable[[int, int], None]:
     """Return the machine code of `evaluation` for so many axes, compiled, shipped or read from the cache."""
-    known = axes if axes in CLASSES else None
-    functions = (evaluation, evaluate, measure, weigh_tasks, follow_time, DEFAULT_FORCE)
-    pieces = [Piece(each.__module__, each.__name__, known) for each in functions]
+    pieces = [piece_of(evaluation, axes), *law_pieces(axes)]
     artifacts.have(pieces)
     return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(artifacts.address(pieces[0]))
+
+
+def law_pieces(axes: int | None) -> list[Piece]:
+    """Return what most missions evaluate the law with, for so many axes; None for more than are unrolled."""
+    return [piece_of(each, axes) for each in (evaluate, measure, weigh_tasks, follow_time, DEFAULT_FORCE)]

@@ -12,7 +12,7 @@ from escort_mj.monitor.lyapunov import account
 from escort_mj.monitor.mass import INT, mass_block
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, double_at, inlined, int_at, merged
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand_unrolled
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
@@ -33,7 +33,7 @@ class TruthState(Fields):
     v_d_before: Annotated[Array, "known", "p", Value("m/s", "likewise")]
 
 
-@on_demand
+@on_demand_unrolled
 def observe(
     plan: Plan,
     state: State,

@@ -1,7 +1,7 @@
 """Kernels that most missions never reach, compiled when one first does.
 
 Compiling all of them at once takes longer than most missions. A kernel marked `on_demand` is no part of those
-that call it: they find its address in a slot, one for each class of axes. While the slot is empty they ask
+that call it: they find its address in a slot. While the slot is empty they ask
 for it, and the process gets the kernel's machine code from the cache, or has it compiled. From then on a call
 costs a load.
 
@@ -41,7 +41,8 @@ class Entry(NamedTuple):
     piece: Piece
 
 
-declared: list[Any] = []
+declared: dict[Any, tuple[int | None, ...]] = {}
+"""Kernels on demand, and the classes of axes that each is compiled for; None alone serves all missions."""
 callbacks: list[Piece] = []
 """What MuJoCo calls, of every class of axes."""
 entries: dict[int, Entry] = {}  # by the slot's address
@@ -49,26 +50,41 @@ _waited = threading.local()
 
 
 def on_demand(function: F) -> F:
-    """Marks a kernel that is compiled when another kernel first reaches it.
+    """Mark a kernel that is compiled when another kernel first reaches it, once for any number of axes.
 
     Args:
         function: Its annotations must say all types: numbers, views, and `Array` for one row of numbers. One
             view at least tells the class of axes.
     """
-    declared.append(function)
-    for axes in CLASSES:
-        piece = Piece(function.__module__, function.__qualname__, axes)
+    return _declare(function, (None,))
+
+
+def on_demand_unrolled(function: F) -> F:
+    """As `on_demand`, but compiled for each class of axes: its loops over axes take much of many missions."""
+    return _declare(function, CLASSES)
+
+
+def _declare(function: F, classes: tuple[int | None, ...]) -> F:
+    declared[function] = classes
+    for axes in classes:
+        piece = piece_of(function, axes)
         slot = ctypes.c_void_p()
         entries[ctypes.addressof(slot)] = Entry(slot, piece)
         symbols[slot_name(piece)] = ctypes.addressof(slot)
     return function
 
 
+def piece_of(function: Any, axes: int | None) -> Piece:
+    """Return the piece of a kernel, or of what makes a callback, that serves missions of so many axes."""
+    known = axes if axes in declared.get(function, CLASSES) else None
+    return Piece(function.__module__, function.__qualname__, known)
+
+
 def callback(*classes: int | None) -> Callable[[F], F]:
     """Mark a function that makes a callback for each of some classes of axes: it returns what is compiled."""
 
     def mark(function: F) -> F:
-        callbacks.extend(Piece(function.__module__, function.__qualname__, axes) for axes in classes)
+        callbacks.extend(piece_of(function, axes) for axes in classes)
         return function
 
     return mark

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import WIDTH, copy_lanes, load_rows, row_of, set_row, stack_rows, store_rows
-from escort_mj.native.on_demand import on_demand
+from escort_mj.native.on_demand import on_demand_unrolled
 from escort_mj.numerics.noise import OF_ROBOT, OF_TARGET, TAG, ball_noise, chance, draw_points
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@on_demand
+@on_demand_unrolled
 def measure(plan: Plan, state: State) -> None:
     """Measures all robots, and the target once for the team.
 

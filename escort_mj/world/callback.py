@@ -10,19 +10,17 @@ from __future__ import annotations
 import ctypes
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
 import mujoco
 
-from escort_mj.control.conflicts import weigh_tasks
-from escort_mj.control.controller import evaluate, follow_time
-from escort_mj.control.inner import DEFAULT_FORCE
+from escort_mj.memory.evaluation import law_pieces
 from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Piece
-from escort_mj.sensing.measure import measure
+from escort_mj.native.on_demand import piece_of
 from escort_mj.world.loop.library import library
 from escort_mj.world.loop.step import (
     MANY,
@@ -66,23 +64,15 @@ def class_pieces(axes: int | None) -> list[Piece]:
     Args:
         axes: Number of axes; None for any more.
     """
-    functions = (
-        *(control_callback, sensor_callback),
-        *(evaluate, measure, weigh_tasks, follow_time, DEFAULT_FORCE),
-    )
-    return [_piece(function, axes) for function in functions]
+    return [piece_of(control_callback, axes), piece_of(sensor_callback, axes), *law_pieces(axes)]
 
 
 @cache
 def _of_any_class() -> Callbacks:
     """Callbacks that look up a model's class."""
-    pieces = [_piece(any_control_callback, None), _piece(any_sensor_callback, None)]
+    pieces = [piece_of(any_control_callback, None), piece_of(any_sensor_callback, None)]
     artifacts.have(pieces)
     return CONTROL(artifacts.address(pieces[0])), SENSOR(artifacts.address(pieces[1]))
-
-
-def _piece(function: Callable[..., Any], axes: int | None) -> Piece:
-    return Piece(function.__module__, function.__name__, axes)
 
 
 @cache

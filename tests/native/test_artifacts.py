@@ -43,7 +43,7 @@ def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_names_of_pieces() -> None:
-    for piece in (SMALL, Piece("escort_mj.control.conflicts", "weigh_tasks", 2)):
+    for piece in (SMALL, Piece("escort_mj.control.conflicts", "weigh_tasks", None)):
         assert Piece.named(str(piece)) == piece
 
 

@@ -71,7 +71,7 @@ _taught: dict[int, int] = {}
 def _news(declared: Any) -> list[Any]:
     """What was declared since this was asked last."""
     begin, _taught[id(declared)] = _taught.get(id(declared), 0), len(declared)
-    return list(declared[begin:])
+    return list(declared)[begin:]
 
 
 _kept: list[Any] = []  # numba's types hold them weakly
@@ -114,7 +114,7 @@ def _teach_on_demand(function: Any) -> None:
     @lower_builtin(function, types.VarArg(types.Any))
     def call(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         """Asks for the kernel as long as its slot is empty, then calls what the slot holds."""
-        piece = artifacts.Piece(function.__module__, function.__qualname__, _axes(signature.args))
+        piece = on_demand.piece_of(function, _axes(signature.args))
         address = context.get_value_type(types.voidptr)
         slot = cgutils.add_global_variable(builder.module, address, on_demand.slot_name(piece))
         ask, go = builder.append_basic_block("ask"), builder.append_basic_block("go")
