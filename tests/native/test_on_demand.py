@@ -69,8 +69,7 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for piece in every_piece():
             code = shipped.read(piece.file)
             assert code is not None, "make machine-code"
-            if piece.axes == 2:
-                artifacts.keep_artifact(piece, code)
+            artifacts.keep_artifact(piece, code)
     return home
 
 

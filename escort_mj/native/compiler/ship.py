@@ -27,6 +27,9 @@ def every_piece() -> list[Piece]:
     return [*on_demand.callbacks, *(entry.piece for entry in on_demand.entries.values())]
 
 
+MANY_LEFT = 16  # pieces of a class: fewer are not worth compiling in a second process what they call
+
+
 def ship(level: Level) -> None:
     """Compile for a level what ships, unless it is there."""
     folder = shipped.FOLDER / level.name
@@ -39,7 +42,8 @@ def _compiled(pieces: Iterable[Piece], level: Level) -> dict[Piece, bytes]:
 
     What pieces of a class of axes call is compiled once in a process: each process stays with its class.
     """
-    left = {axes: [piece for piece in pieces if piece.axes == axes] for axes in on_demand.CLASSES}
+    left = [[piece for piece in pieces if piece.axes == axes] for axes in on_demand.CLASSES]
+    not_begun = sorted(filter(None, left), key=len)
     codes: dict[Piece, bytes] = {}
     lock = Lock()
 
@@ -49,13 +53,16 @@ def _compiled(pieces: Iterable[Piece], level: Level) -> dict[Piece, bytes]:
         with ProcessPoolExecutor(1, context, _begin, (level,)) as process:
             while True:
                 with lock:
-                    mine = mine or max(left.values(), key=len)
-                    if not mine:
-                        return
+                    if not mine and not_begun:
+                        mine = not_begun.pop()
+                    elif not mine:
+                        mine = max(left, key=len)
+                        if len(mine) < MANY_LEFT:
+                            return
                     piece = mine.pop(0)
                 codes[piece] = process.submit(_compile, piece).result()
 
-    count = min(os.cpu_count() or 1, sum(map(len, left.values())))
+    count = min(os.cpu_count() or 1, sum(map(len, left)))
     if count:
         with ThreadPoolExecutor(count) as threads:
             list(threads.map(serve, range(count)))
