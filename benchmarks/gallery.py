@@ -38,11 +38,17 @@ MOMENTS = {
     "worlds/pushed": 0.4,
     "worlds/corridor": 0.45,
 }
-WHOLE = {"crowd", "head_on", "sixteen_cell"}  # pictures of all that there is; others go with the target
+WHOLE = {
+    "crowd",
+    "head_on",
+    "sixteen_cell",
+    "benchmarks/gcbf",
+}  # pictures of all that there is; others go with the target
 SECTIONS = {
     "": "Missions",
     "robots": "Kinds of robots",
     "worlds": "Worlds",
+    "benchmarks": "Benchmarks",
     "paper": "The paper's seven cases",
 }
 

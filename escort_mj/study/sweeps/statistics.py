@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,7 +42,7 @@ class Proportion(NamedTuple):
         times: How often.
         of: How often it could have.
         share: Maximum-likelihood estimate, times / of; NaN of nothing.
-        interval: Exact binomial interval of the probability (Clopper and Pearson, 1934).
+        interval: Binomial interval of the probability, see `proportion_of`.
     """
 
     times: int
@@ -103,11 +103,12 @@ class Paired(NamedTuple):
 NOTHING = Interval(math.nan, math.nan)
 
 
-def proportion_of(happened: ArrayLike) -> Proportion:
+def proportion_of(happened: ArrayLike, method: Literal["exact", "wilson"] = "exact") -> Proportion:
     """How often something happened.
 
     Args:
         happened: 1 or 0 per run, NaN where it is not known; shape (runs,).
+        method: Of the interval: of Clopper and Pearson (1934), or of Wilson (1927).
     """
     values = _known(happened)
     count, of = int(np.count_nonzero(values)), len(values)
@@ -115,7 +116,7 @@ def proportion_of(happened: ArrayLike) -> Proportion:
         return Proportion(0, 0, math.nan, NOTHING)
     from scipy.stats import binomtest  # slow to import
 
-    found = binomtest(count, of).proportion_ci(LEVEL, method="exact")
+    found = binomtest(count, of).proportion_ci(LEVEL, method=method)
     return Proportion(count, of, count / of, Interval(float(found.low), float(found.high)))
 
 

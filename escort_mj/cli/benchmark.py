@@ -1,0 +1,71 @@
+"""The command `benchmark`: missions on worlds that others drew."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import typer
+
+from escort_mj.cli.app import (
+    BROKEN,
+    GOOD,
+    JsonOption,
+    SetOption,
+    WorkersOption,
+    app,
+    complete,
+    finish,
+    progress_bar,
+)
+
+
+@app.command("benchmark")
+def benchmark_command(
+    name: Annotated[Literal["gcbf"], typer.Argument(help="The benchmark: gcbf (docs/gcbf.md).")],
+    worlds: Annotated[
+        str | None,
+        typer.Option(metavar="FILE|NAME", help="File of worlds, or shipped worlds: n8, n32 [default: n8]."),
+    ] = None,
+    agents: Annotated[
+        int | None, typer.Option(min=1, help="Draw worlds by the published rules, with so many agents.")
+    ] = None,
+    area: Annotated[float, typer.Option(min=0.5, help="Side of the square of drawn worlds [m].")] = 4.0,
+    obstacles: Annotated[int, typer.Option(min=0, help="Number of boxes of drawn worlds.")] = 8,
+    episodes: Annotated[
+        int | None,
+        typer.Option(min=1, help="Number of worlds [default: all of a file, 32 drawn ones]."),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of drawn worlds.")] = 0,
+    scenario: Annotated[
+        str,
+        typer.Option(
+            help="Scenario whose behaviors, law and sensing fly.", autocompletion=complete.scenarios
+        ),
+    ] = "benchmarks/gcbf",
+    overrides: SetOption = None,
+    workers: WorkersOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Fly the worlds of a published benchmark, and compare with published controllers.
+
+    Example: escort-mj benchmark gcbf --worlds n32
+
+    Example: escort-mj benchmark gcbf --agents 16 --area 4 --obstacles 8 --episodes 50 --seed 3
+    """
+    from escort_mj.api import benchmarks
+
+    with progress_bar("flying", " episodes") as progress:
+        found = benchmarks.gcbf(
+            worlds,
+            agents=agents,
+            area=area,
+            obstacles=obstacles,
+            episodes=episodes,
+            seed=seed,
+            scenario=scenario,
+            overrides=overrides or (),
+            workers=workers,
+            progress=progress or False,
+        )
+    broken = any(row.outcome != "completed" for row in found.rows)
+    finish("benchmark", as_json, found.lines, BROKEN if broken else GOOD, benchmark=name, **found.document())

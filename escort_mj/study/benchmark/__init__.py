@@ -1,0 +1,1 @@
+"""Missions on worlds that others drew, judged as they judge theirs."""

@@ -1,0 +1,189 @@
+"""Worlds of the GCBF+ benchmark: read from a file, or drawn by its published rules.
+
+The rules are those of `gcbfplus/env/double_integrator.py` and `utils.py` (github.com/MIT-REALM/gcbfplus):
+boxes anywhere in a square, one over another if it so happens; then for each agent a start and a goal, uniform
+in the square and drawn again until they are four radii away from all boxes and all other starts, or goals.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, ValidationError
+
+from escort_mj.components.parameters import Mass, Parameters, Radius, Vector
+from escort_mj.errors import Fault, ScenarioError, UsageError
+from escort_mj.scenario.findings import key_path
+from escort_mj.scenario.reader.explain import findings_of
+from escort_mj.scenario.reader.load import tuples
+
+Array = NDArray[np.float64]
+
+SHIPPED = {name: f"gcbf_double_integrator_{name}.json" for name in ("n8", "n32")}
+LENGTHS = (0.1, 0.5)  # of the sides of boxes [m]
+APART = 4.0  # radii of a robot between starts, between goals, and from either to boxes
+TRIES = 1024
+
+
+class Box(Parameters):
+    """A box that stands in the way."""
+
+    center: Vector
+    """Its center [m]."""
+    size: Annotated[tuple[Radius, ...], Field(min_length=2, max_length=2)]
+    """Lengths of its sides [m]."""
+    angle: float = 0.0
+    """How far it is turned [rad]."""
+
+
+class Episode(Parameters):
+    """One world: where agents start, where they go, and what stands in the way."""
+
+    episode: NonNegativeInt = 0
+    """Its number."""
+    start: Annotated[tuple[Vector, ...], Field(min_length=1)]
+    """Where each agent starts [m]."""
+    goal: Annotated[tuple[Vector, ...], Field(min_length=1)]
+    """Where each agent goes [m]."""
+    boxes: tuple[Box, ...] = ()
+    """What stands in the way."""
+
+
+class Worlds(Parameters):
+    """Worlds, and what all of them share."""
+
+    environment: str = "DoubleIntegrator"
+    """Name of the dynamics."""
+    robots: PositiveInt
+    """Number of agents."""
+    area: PositiveFloat = 4.0
+    """Side of the square [m]."""
+    obstacles: NonNegativeInt = 8
+    """Number of boxes."""
+    timestep: PositiveFloat = 0.03
+    """Time between two decisions of the published controllers [s]."""
+    steps: PositiveInt = 1024
+    """Number of these in an episode."""
+    robot_radius: Radius = 0.05
+    """Radius of an agent [m]."""
+    mass: Mass = 0.1
+    """Mass of an agent [kg]."""
+    force_limit: PositiveFloat = 1.0
+    """Largest force per axis [N]."""
+    speed_limit_per_axis: PositiveFloat = 0.5
+    """Largest speed per axis [m/s]."""
+    sight: PositiveFloat = 0.5
+    """How far an agent sees from its center [m]."""
+    rays: PositiveInt = 32
+    """Number of the rays by which the published controllers see boxes."""
+    seed: NonNegativeInt = 0
+    """What they were drawn from."""
+    episodes: Annotated[tuple[Episode, ...], Field(min_length=1)]
+    """The worlds."""
+
+    @property
+    def duration(self) -> float:
+        """Length of an episode [s]."""
+        return self.timestep * self.steps
+
+
+def read_worlds(source: str | os.PathLike[str]) -> Worlds:
+    """Read worlds.
+
+    Args:
+        source: A JSON file, or the name of shipped worlds: n8 or n32.
+
+    Raises:
+        UsageError: If there is no such file, or it is no JSON.
+        ScenarioError: With all its faults.
+    """
+    name = os.fspath(source)
+    path = Path(str(files(__package__))) / "worlds" / SHIPPED[name] if name in SHIPPED else Path(source)
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UsageError(f"{name}: there is no such file; shipped worlds are {', '.join(SHIPPED)}") from None
+    except (OSError, ValueError) as error:
+        raise UsageError(f"{name}: cannot be read as JSON: {error}") from None
+    try:
+        worlds = Worlds.model_validate(tuples(data), strict=True)
+    except ValidationError as error:
+        faults = [(key_path(each.path), each.message) for each in findings_of(error, data, Worlds)]
+        raise ScenarioError([Fault(message, key, source=name) for key, message in faults]) from None
+    for number, each in enumerate(worlds.episodes):
+        for key, points in (("start", each.start), ("goal", each.goal)):
+            if len(points) != worlds.robots:
+                words = f"found {len(points)} points; expected {worlds.robots}, as robots says"
+                raise ScenarioError([Fault(words, f"episodes[{number}].{key}", source=name)])
+    return worlds
+
+
+def draw_worlds(agents: int, area: float, obstacles: int, episodes: int, seed: int) -> Worlds:
+    """Draw worlds by the published rules.
+
+    Args:
+        agents: Number of agents.
+        area: Side of the square [m].
+        obstacles: Number of boxes.
+        episodes: Number of worlds.
+        seed: What they are drawn from; each world has a stream of its own.
+
+    Raises:
+        UsageError: If agents find no room.
+    """
+    common = {"robots": agents, "area": area, "obstacles": obstacles, "seed": seed}
+    radius = Worlds.model_fields["robot_radius"].default
+    drawn = [_draw(np.random.Generator(np.random.Philox([seed, i])), agents, area, obstacles, radius)
+             for i in range(episodes)]  # fmt: skip
+    numbered = [world | {"episode": i} for i, world in enumerate(drawn)]
+    return Worlds.model_validate(common | {"episodes": numbered})
+
+
+def _draw(
+    random: np.random.Generator, agents: int, area: float, obstacles: int, radius: float
+) -> dict[str, object]:
+    """Draw one world."""
+    centers = random.uniform(0.0, area, (obstacles, 2))
+    sizes = random.uniform(*LENGTHS, (obstacles, 2))
+    angles = random.uniform(0.0, 2.0 * math.pi, obstacles)
+    boxes = centers, sizes, angles
+    for _ in range(TRIES):  # starts over where an agent finds no room, as the published code does
+        starts, goals = np.zeros((0, 2)), np.zeros((0, 2))
+        while len(goals) < agents:
+            start = _free(random, area, starts, boxes, APART * radius)
+            goal = _free(random, area, goals, boxes, APART * radius)
+            if start is None or goal is None:
+                break
+            starts, goals = np.vstack([starts, start]), np.vstack([goals, goal])
+        else:
+            found = [
+                {"center": center.tolist(), "size": size.tolist(), "angle": float(angle)}
+                for center, size, angle in zip(*boxes, strict=True)
+            ]
+            return {"start": starts.tolist(), "goal": goals.tolist(), "boxes": found}
+    raise UsageError(f"found no room for {agents} agents in {area:g} m x {area:g} m; give a larger area")
+
+
+def _free(
+    random: np.random.Generator, area: float, taken: Array, boxes: tuple[Array, Array, Array], apart: float
+) -> Array | None:
+    """A point that far from points that are taken and from boxes; None after many tries."""
+    for _ in range(TRIES):
+        point = random.uniform(0.0, area, 2)
+        if np.all(np.linalg.norm(taken - point, axis=1) > apart) and np.all(_gaps(point, *boxes) >= apart):
+            return point
+    return None
+
+
+def _gaps(point: Array, centers: Array, sizes: Array, angles: Array) -> Array:
+    """Distance from a point to each box, 0 inside, shape (boxes,) [m]."""
+    way, cosine, sine = point - centers, np.cos(angles), np.sin(angles)
+    inward = np.stack([cosine * way[:, 0] + sine * way[:, 1], cosine * way[:, 1] - sine * way[:, 0]], axis=1)
+    return np.asarray(np.linalg.norm(np.maximum(np.abs(inward) - 0.5 * sizes, 0.0), axis=1))
