@@ -184,7 +184,8 @@ def check_robot_command(
 ) -> None:
     """Show what is found in a robot's MJCF, and how it answers a step of velocity along each axis.
 
-    Exit codes: 0 if it comes within a tenth of each step, 1 if not, 2 if it cannot be read or driven.
+    Exit codes: 0 if it comes within 5 % of each step and overshoots by less than 30 %, 1 if not, 2 if it
+    cannot be read or driven.
 
     Example: escort-mj check-robot rover.xml --figure rover.png
     """

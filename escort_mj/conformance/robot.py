@@ -26,10 +26,10 @@ from escort_mj.world.plant import Plant
 Array = NDArray[np.float64]
 
 DRIVES = ("force", "thrust", "steer", "wheels", "omni", "velocity")
-STEP_TIME, SETTLING = 3.0, 24.0  # s at least, and in time constants of the drive
+STEP_TIME, SETTLING = 3.0, 24.0  # s at least, and in time constants of the drive or of the velocity loop
 PAUSE = 1.0  # s before the step
 SAMPLES = 400
-NEAR = 0.1  # of the step
+NEAR, MOST_OVERSHOOT = 0.05, 0.3  # of the step
 SHARE, MOST_STEP = 0.25, 0.5  # of what is within reach, and m/s
 
 
@@ -52,8 +52,8 @@ class Answer(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether it comes within a tenth of the step and stays there."""
-        return self.error < NEAR
+        """Whether it comes near the step, without going far beyond, and stays there."""
+        return self.error < NEAR and self.overshoot < MOST_OVERSHOOT
 
     @property
     def words(self) -> str:
@@ -123,7 +123,9 @@ def answers(kind: Mjcf, model: RobotModel) -> Iterator[Answer]:
     """Fly a step of velocity along each axis."""
     axes = 3 if model.drive.lifts else 2
     limits, pushes = model.drive.limits, model.drive.pushes
-    duration = PAUSE + max(STEP_TIME, SETTLING / model.drive.bandwidth)
+    fitting = proposal(_mission(kind, model, axes, STEP_TIME))
+    slowest = fitting.rate.value if fitting else model.drive.bandwidth
+    duration = PAUSE + max(STEP_TIME, SETTLING / slowest)
     for axis, name in enumerate(axis_names(axes)):
         reach = limits[axis] / model.drive.effective_mass[axis] if pushes else limits[axis]
         step = min(MOST_STEP, SHARE * reach)

@@ -25,6 +25,8 @@ def test_an_answer_is_summed_up() -> None:
     answer = Answer("x", 0.5, time, velocity, 0.01)
     assert answer.rise == pytest.approx(np.log(9.0), abs=0.02), "of a lag of 1 s"
     assert answer.held and answer.overshoot == 0.0
+    swung = velocity * (1.0 + 0.5 * np.exp(-((time - 3.0) ** 2)))
+    assert not answer._replace(velocity=swung).held, "it ends well, but goes 45 % too far"
     assert not answer._replace(step=1.0).held and answer._replace(step=1.0).numbers["rise"] is None
 
 

@@ -4,13 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from escort_mj.api import load_scenario
 from escort_mj.laws.gains import LAWS_WITH_A_RULE, MOST_RATE, NOISE_SHARE, Robot, gains_of, rate_of
 from escort_mj.mission import fly
 from escort_mj.scenario.geometry.team_gains import proposal
 
-SLOW = Robot(mass=2.0, delay=0.1, force_limit=20.0)
+SLOW = Robot(mass=2.0, delay=0.1, force_limit=20.0, disturbed=True)
+CALM = SLOW._replace(disturbed=False)
 
 
 def loops(law: str, robot: Robot) -> tuple[float, float, float]:
@@ -33,6 +35,23 @@ def test_the_papers_law_has_two_pairs_with_damping_071() -> None:
     assert rate_of("apd_smc", SLOW) == (pytest.approx(5.0), "the drive")
     found = poles("apd_smc", SLOW)
     assert np.abs(found.real + 0.5).max() < 1e-3 and np.abs(np.abs(found.imag) - 0.5).max() < 1e-3
+
+
+@pytest.mark.parametrize("law", ["apd_smc", "asmc", "pd_smc"])
+def test_where_no_force_changes_a_step_of_velocity_overshoots_little(law: str) -> None:
+    overshoots = []
+    for robot in (SLOW, CALM):
+        pid = loops(law, robot)
+        _, answer = signal.step((pid, [robot.delay, 1.0, *pid]), T=np.linspace(0.0, 20.0, 2001))
+        overshoots.append(answer.max() - 1.0)
+    assert overshoots[0] > 0.4 and overshoots[1] < 0.21
+
+
+@pytest.mark.parametrize("law", ["apd_smc", "asmc"])
+def test_the_first_estimate_is_a_velocity_of_2_mm_per_s(law: str) -> None:
+    light = Robot(mass=0.027, delay=0.25, force_limit=0.01)
+    gains = gains_of(law, light, rate_of(law, light).value)
+    assert gains["initial_estimate"] == pytest.approx(0.002 * loops(law, light)[0] * light.mass, rel=5e-3)
 
 
 @pytest.mark.parametrize("law", ["pd_smc", "pd"])

@@ -94,6 +94,32 @@ def test_wheels_by_torque_are_pushed_at_a_point_ahead_of_the_axle() -> None:
     assert drive.effective_mass[0] == pytest.approx(7.0 + spin, rel=1e-5)
 
 
+def test_motors_may_turn_both_wheels_through_tendons() -> None:
+    tendons = """<tendon>
+      <fixed name="ahead"><joint joint="left" coef="0.5"/><joint joint="right" coef="0.5"/></fixed>
+      <fixed name="turn"><joint joint="left" coef="-0.5"/><joint joint="right" coef="0.5"/></fixed>
+    </tendon>"""
+    text = TORQUES.replace('joint="left" c', 'tendon="ahead" c').replace('joint="right" c', 'tendon="turn" c')
+    text = text.replace("<actuator>", f"{tendons}<actuator>").replace(
+        "<default>", '<default><joint damping="0.01" actuatorfrcrange="-2 2"/><tendon width="0.01"/>', 1
+    )
+    model, alone = found(text), found(TORQUES)
+    assert model.drive.found == "wheels" and model.drive.effective_mass == alone.drive.effective_mass
+    ahead, turn = model.drive.inputs
+    assert ahead.mix_2 == turn.mix_1 == 0.0 and model.drive.limits[0] == pytest.approx(1.5 / 0.06)
+    fixed = model.sections["tendon"][0]
+    assert fixed.get("width") == "0.01" and set(fixed[0].keys()) == {"joint", "coef"}, "names, not a joint"
+
+
+def test_an_attitude_loop_saturates_at_an_eighth_of_the_tilt_limit() -> None:
+    slow = found(HEXAROTOR.replace('ctrlrange="0 9"', 'ctrlrange="0 2.7"')).drive
+    assert slow.craft is not None
+    tilt, torque = np.arctan(slow.craft.most_slope), slow.craft.stiffness_x * slow.craft.inertia_x
+    within = min(min(row.high - row.mix_1 * 1.5 * 9.81, row.mix_1 * 1.5 * 9.81) / abs(row.mix_2)
+                 for row in slow.inputs if abs(row.mix_2) > 1e-9)  # fmt: skip
+    assert torque * tilt / 8 == pytest.approx(within, rel=1e-3)
+
+
 def test_wheels_by_velocity_servos_are_given_rates() -> None:
     drive = found(RATES).drive
     assert (drive.mode, drive.found) == (RATE, "wheels")

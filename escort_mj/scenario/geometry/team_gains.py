@@ -68,4 +68,5 @@ def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:
     per_axis = 1.0 / math.sqrt(scenario.axes + 2.0)  # of a ball's radius, from which errors are drawn
     noise, speed_noise = sensing.position.noise * per_axis, sensing.velocity.noise * per_axis
     most = scenario.mission.max_speed or math.inf
-    return Robot(effective, delay, limit, noise, speed_noise, most, kind.swing(gravity))
+    disturbed = scenario.uncertainty.disturbance is not None or not kind.flies
+    return Robot(effective, delay, limit, noise, speed_noise, most, kind.swing(gravity), disturbed)

@@ -61,20 +61,22 @@ def read_files(source: Source) -> Files:
 def _content(file: Path, source: Source, most: int, written: str) -> bytes:
     """Content of a file of the model."""
     where = source.name or source.file
+    if written != where:
+        where += f": {shortened(written)}"
     if source.folder and not file.resolve().is_relative_to(Path(source.folder).resolve()):
-        raise RobotError(f"{where}: {shortened(written)} leads out of the scenario's folder")
+        raise RobotError(f"{where}: leads out of the scenario's folder")
     try:
         if file.stat().st_size > most:
             size = f"{file.stat().st_size / 1e6:.0f} MB"
-            raise RobotError(f"{where}: {shortened(written)} has {size}; allowed are {most / 1e6:.0f} MB")
+            raise RobotError(f"{where}: has {size}; allowed are {most / 1e6:.0f} MB")
         return file.read_bytes()
     except FileNotFoundError:
         beside = [each.name for each in file.parent.glob(f"*{file.suffix}")] if file.parent.is_dir() else []
         guess = did_you_mean(file.name, beside)
-        raise RobotError(f"{where}: {shortened(written)}: there is no such file{guess}") from None
+        raise RobotError(f"{where}: there is no such file{guess}") from None
     except (OSError, ValueError) as error:
         words = getattr(error, "strerror", None) or error
-        raise RobotError(f"{where}: {shortened(written)}: cannot be read: {words}") from None
+        raise RobotError(f"{where}: cannot be read: {words}") from None
 
 
 def _parsed(file: Path, content: bytes, name: str) -> Element:

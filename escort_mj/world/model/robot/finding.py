@@ -74,24 +74,22 @@ def find_drive(machine: Machine, keys: DriveKeys) -> DriveModel:
 
 
 def _below(machine: Machine, moments: Array, own: NDArray[np.bool_]) -> dict[int, Found]:
-    """Joints of the robot that actuators turn alone, with these; the others hold still."""
-    model, found = machine.model, {}
-    turning = machine.data.xaxis
-    for joint in range(model.njnt):
-        dof = model.jnt_dofadr[joint]
-        if own[dof] or model.jnt_bodyid[joint] not in machine.bodies or model.jnt_type[joint] != HINGE:
-            continue
-        if abs(turning[joint, 2]) > 0.5:  # a wheel's axis is level
-            continue
-        alone = [
-            actuator
-            for actuator in range(model.nu)
-            if abs(moments[actuator, dof]) > SMALL
-            and np.abs(np.delete(moments[actuator], dof)).max(initial=0) < SMALL
-        ]
-        if alone and _touches_lowest(machine, joint):
-            found[joint] = np.array(alone)
-    return found
+    """Joints of the robot that touch the floor and what turns them, by themselves or several at once."""
+    model, turning = machine.model, machine.data.xaxis
+    freedom = {
+        joint: int(model.jnt_dofadr[joint])
+        for joint in range(model.njnt)
+        if not own[model.jnt_dofadr[joint]]
+        and model.jnt_bodyid[joint] in machine.bodies
+        and model.jnt_type[joint] == HINGE
+        and abs(turning[joint, 2]) <= 0.5  # a wheel's axis is level
+    }
+    acts = np.abs(moments) > SMALL
+    freedom = {joint: dof for joint, dof in freedom.items() if acts[:, dof].any()}
+    freedom = {joint: dof for joint, dof in freedom.items() if _touches_lowest(machine, joint)}
+    elsewhere = np.delete(acts, list(freedom.values()), axis=1).any(axis=1)
+    found = {joint: np.flatnonzero(acts[:, dof] & ~elsewhere) for joint, dof in freedom.items()}
+    return {joint: actuators for joint, actuators in found.items() if len(actuators)}
 
 
 def _touches_lowest(machine: Machine, joint: int) -> bool:

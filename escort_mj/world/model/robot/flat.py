@@ -24,6 +24,8 @@ NAMED = frozenset(
 OF_ASSETS = frozenset(("mesh", "material", "texture"))
 OF_BODIES = frozenset(("body", "body1", "body2", "target"))
 BODY_TYPES = ("body", "xbody")
+OWN_DEFAULTS = ("tendon", "equality")  # what is in these has their defaults, not those of its own tag
+PATHS = ("fixed", "spatial")
 FLOOR_BITS, BITS = 3, 1  # contype of what floor, obstacles and robots touch, and all but the floor
 SHOWN, HIDDEN = 0, 5  # groups of geoms
 
@@ -32,7 +34,7 @@ def written_out(root: Element) -> Element:
     """A copy of MJCF, as MuJoCo writes it, in which elements have what their default classes say."""
     classes = _classes(root.find("default"))
     copy = Element(root.tag, root.attrib)
-    copy.extend(_with_defaults(child, classes, MAIN) for child in root if child.tag != "default")
+    copy.extend(_with_defaults(child, classes, MAIN, "") for child in root if child.tag != "default")
     return copy
 
 
@@ -55,16 +57,24 @@ def _classes(default: Element | None) -> dict[str, dict[str, dict[str, str]]]:
 
 
 def _with_defaults(
-    element: Element, classes: Mapping[str, Mapping[str, Mapping[str, str]]], inherited: str
+    element: Element, classes: Mapping[str, Mapping[str, Mapping[str, str]]], inherited: str, parent: str
 ) -> Element:
-    """A copy of an element and its children with their defaults."""
+    """A copy of an element and its children with their defaults.
+
+    Args:
+        element: What to copy.
+        classes: What each class says of each tag.
+        inherited: Class of an element that names none.
+        parent: Tag of the element that it is in.
+    """
     inherited = element.get("childclass", inherited)
-    said = classes.get(element.get("class", inherited), {}).get(element.tag, {})
+    tag = parent if parent in OWN_DEFAULTS else element.tag
+    said = classes.get(element.get("class", inherited), {}).get(tag, {})
     own = {key: value for key, value in element.items() if key not in ("class", "childclass")}
-    if element.tag == "joint" and own.get("type") == "free":  # as <freejoint>, which has no defaults
-        said = {}
+    if parent in PATHS or (element.tag == "joint" and own.get("type") == "free"):
+        said = {}  # joints, sites and geoms of a tendon name others; a free joint is a <freejoint>
     copy = Element(element.tag, {**said, **own})
-    copy.extend(_with_defaults(child, classes, inherited) for child in element)
+    copy.extend(_with_defaults(child, classes, inherited, element.tag) for child in element)
     return copy
 
 

@@ -54,7 +54,7 @@ def steered(machine: Machine, keys: DriveKeys, motors: Found, point: Array, wren
 def rolled(machine: Machine, keys: DriveKeys, below: dict[int, Found], kinds: list[str]) -> DriveModel:
     """Wheels, by their torques or their rates."""
     name, joints = machine.name, list(below)
-    used = np.concatenate(list(below.values()))
+    used = np.unique(np.concatenate(list(below.values())))
     types = {kinds[actuator] for actuator in used}
     if types - {MOTOR, VELOCITY_SERVO} or len(types) > 1:
         what = " and ".join(sorted(types))

@@ -23,7 +23,10 @@ Found = NDArray[np.int64]
 
 GRAVITY = 9.81
 MOST_TILT = 0.7  # rad
-SATURATING_ERROR = 0.1  # rad of tilt for which the attitude loop asks for all the torque there is
+SATURATING_SHARE = (
+    8.0  # tilt limit over the error for which the attitude loop asks for all the torque there is:
+)
+# at most 8 damping ratios^2, and a turn from one limit to the other does not overshoot
 MOST_FREQUENCY, DAMPING_RATIO = 25.0, 1.0  # of the attitude loop [rad/s]
 LEAST_LIFT = 0.2  # of the weight
 HEIGHT_FREQUENCY = 3.0  # rad/s
@@ -89,7 +92,7 @@ def craft_of(machine: Machine, torques: list[float], frequency: float | None, ti
     inertia = np.diag(machine.inertia)
     weight = machine.mass * GRAVITY
     fastest = [
-        min(MOST_FREQUENCY, math.sqrt(torque / moment / SATURATING_ERROR))
+        min(MOST_FREQUENCY, math.sqrt(torque / moment / tilt * SATURATING_SHARE))
         for torque, moment in zip(torques, inertia, strict=True)
     ]
     if frequency is not None:
