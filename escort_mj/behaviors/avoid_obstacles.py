@@ -220,7 +220,7 @@ def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> t
     lists = seen_neighbors(state)
     looking = avoid.teammate_distance > 0.0
     if looking and lists.shape[0] > 0:
-        looking = _someone_near(i, avoid, q, radius, lists)
+        looking = someone_within(avoid.teammate_distance, i, avoid, q, radius, lists)
     failing = plan.failure_start.shape[0] > 0
     if not looking and not failing:
         return worst, distance
@@ -246,8 +246,8 @@ def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> t
 
 
 @inlined
-def _someone_near(i: int, avoid: Any, q: Array, radius: Array, lists: Array) -> bool:
-    """Whether one of robots i to i + 7 has a teammate that intrudes."""
+def someone_within(distance: float, i: int, avoid: Any, q: Array, radius: Array, lists: Array) -> bool:
+    """Whether one of robots i to i + 7 has a teammate within a distance [m]."""
     n, p = q.shape
     for robot in range(i, min(i + WIDTH, n)):
         for c in range(number_of_candidates(robot, n, lists)):
@@ -256,7 +256,7 @@ def _someone_near(i: int, avoid: Any, q: Array, radius: Array, lists: Array) -> 
             for k in range(p):
                 way = q[robot, k] - q[j, k]
                 square += way * way
-            reach = avoid.teammate_distance + float(avoid.measure) * (radius[robot] + radius[j])
+            reach = distance + float(avoid.measure) * (radius[robot] + radius[j])
             if square < reach * reach and j != robot:
                 return True
     return False

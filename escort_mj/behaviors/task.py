@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -32,6 +32,7 @@ class Situation:
         goal: Points that the robots go to, shape (n, p) [m].
         goal_velocity: How fast these move, shape (n, p) [m/s].
         time: [s].
+        memory: State of the outer loop, arrays of shape (n,) by name; changed.
     """
 
     setup: Setup
@@ -45,6 +46,7 @@ class Situation:
     goal: Array
     goal_velocity: Array
     time: float = 0.0
+    memory: dict[str, Array] = field(default_factory=dict)
 
 
 class Task(NamedTuple):

@@ -87,3 +87,4 @@ def drive(plan: Plan, state: State) -> None:
                 state.target_velocity[k] = state.mover_velocity[b, k]
             else:
                 state.obstacle_position[int(obstacle), k] = state.mover_position[b, k]
+                state.obstacle_velocity[int(obstacle), k] = state.mover_velocity[b, k]

@@ -40,6 +40,7 @@ class ObstacleState(Fields):
 
     obstacle_point: Annotated[Array, "seen*m", "p", Value("m", "nearest point, of a sphere its center")]
     obstacle_gap: Annotated[Array, "seen*m", Value("m", "from a center to its surface, negative inside")]
+    obstacle_velocity: Annotated[Array, "m", "p", Value("m/s", "of each center")]
 
 
 @merged

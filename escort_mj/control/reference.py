@@ -88,6 +88,7 @@ class ReferenceController:
         self._supervisor, self._holder = Supervisor(self.setup), Holder(self.setup)
         self._v_d, self._avoiding = np.zeros_like(self.q_d), np.zeros(self.setup.count, dtype=bool)
         self._updates = np.zeros(self.setup.count)
+        self._memory: dict[str, Array] = {}
         by_behavior = np.zeros((self.setup.count, len(self.setup.kinds)))
         self._tasks = Tasks(self._updates, *[by_behavior] * 4)
         self._v_d_before, self._a_d = self._v_d, np.zeros_like(self.q_d)
@@ -189,15 +190,19 @@ class ReferenceController:
         sampled = step % self.stride == 0 or step in self.extra
         chosen: dict[int, Tasks] = {}
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
+        memory = {name: array.copy() for name, array in self._memory.items()}
         for number in np.unique(phase):
             stack = self._supervisor.stack(int(number))
-            wanted, active = self.setup.outer.velocities(stack, now)
+            then = replace(now, memory={name: array.copy() for name, array in self._memory.items()})
+            wanted, active = self.setup.outer.velocities(stack, then)
             mine = (phase == number) & fresh
+            for name, array in then.memory.items():
+                memory.setdefault(name, array.copy())[mine] = array[mine]
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]
             if sampled:
                 chosen[int(number)] = weigh(stack, now)
         v_d[team.lost], avoiding[team.lost] = 0.0, False
-        self._v_d, self._avoiding = v_d, avoiding
+        self._v_d, self._avoiding, self._memory = v_d, avoiding, memory
         if not sampled:
             return self._tasks
         rows = [[signal[i] for signal in chosen[int(number)]] for i, number in enumerate(phase)]

@@ -96,6 +96,9 @@ class Setup:
         outside: What is written from outside, between steps, instead of computed: the reference velocities of
             the outer loop, or the forces of both loops; None for nothing.
         driven: Whether some robot has a drive of its own.
+        mass: Nominal masses, shape (n,) [kg].
+        target_radius: [m].
+        obstacle_velocity: For the twin: of the centers, shape (m, p) [m/s]; None where all rest.
     """
 
     timestep: float
@@ -126,6 +129,9 @@ class Setup:
     obstacle_points: Array | None = None
     outside: Literal["velocity", "force"] | None = None
     driven: bool = False
+    mass: Array | float = 1.0
+    target_radius: float = 0.0
+    obstacle_velocity: Array | None = None
 
     @property
     def count(self) -> int:
@@ -174,6 +180,12 @@ class Setup:
         if self.obstacle_points is not None:
             return self.obstacle_points
         return np.broadcast_to(self.obstacle_position, (self.count + 1, *self.obstacle_position.shape))
+
+    def obstacle_velocities(self) -> Array:
+        """Velocities of the obstacles' centers, shape (m, p) [m/s]."""
+        if self.obstacle_velocity is not None:
+            return self.obstacle_velocity
+        return np.zeros_like(self.obstacle_position)
 
     def teammate_distance(self, avoid: AvoidObstacles) -> float:
         """Safe distance between teammates [m]; 0 where teammates do not count as obstacles."""

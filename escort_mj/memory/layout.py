@@ -24,6 +24,7 @@ from escort_mj.control.failure import FailureParameters
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
 from escort_mj.control.nsb import StackParameters
+from escort_mj.control.outer_loops.detour import DetourState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
@@ -80,6 +81,7 @@ class State(
     ProgramState,
     SupervisorState,
     TriggerState,
+    DetourState,
     InnerLoopState,
     ChordState,
     VertexState,

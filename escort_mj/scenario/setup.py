@@ -53,6 +53,8 @@ def controller_setup(
         ),
         robot_radius=robots.radius,
         force_limit=robots.force_limit,
+        mass=robots.mass,
+        target_radius=scenario.target.radius,
         sensing=sensors(
             scenario.sensing, scenario.physics.timestep, scenario.seed, len(robots.mass), scenario.axes
         ),

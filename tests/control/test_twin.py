@@ -8,7 +8,7 @@ import pytest
 
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.control.failure import Failure
-from escort_mj.control.outer_loops import BarrierFilter, PotentialField
+from escort_mj.control.outer_loops import BarrierFilter, PotentialField, SetBased
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.laws import LAWS, ComputedTorque
@@ -36,6 +36,8 @@ from tests.control.twins import (
         (PotentialField(), 1.5, 3),
         (BarrierFilter(rate=3.0), 1.5, 2),
         (BarrierFilter(rate=3.0), math.inf, 3),
+        (SetBased(rate=3.0, patience=0.003, turn_back=0.003), 1.5, 2),
+        (SetBased(activation="tangent_cone", braking=2.0, patience=0.003), math.inf, 3),
     ],
 )
 @pytest.mark.parametrize("stack", STACKS, ids=lambda stack: "-".join(b.behavior for b in stack))

@@ -1,0 +1,324 @@
+"""Half-spaces of velocities that keep distances safe, and the nearest velocity within all of them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors import AvoidObstacles
+from escort_mj.behaviors.task import Situation
+from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
+from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.sensing.measure import in_range
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+MOST = 24  # constraints of one robot: those that demand most
+STIFFNESS = 1e4  # weight of a violated constraint against the change of velocity: violations of 1e-4 of it
+MOST_STEPS = 60  # of the minimization; a handful is needed
+HALVINGS = 40
+CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
+
+
+class Rules(NamedTuple):
+    """How fast a robot may come nearer to what it keeps clear of: r . (v - u) >= -approach(margin).
+
+    Attributes:
+        rate: Share of the margin that may be used up, or is recovered, per second [1/s].
+        braking: Deceleration that ends at the safe distance [m/s^2]; UNLIMITED for any.
+        cone: Whether there is a constraint only within the safe distance (1 or 0).
+        foresees: Whether the velocity u of what is met counts (1 or 0).
+        target_distance: Safe distance to the target [m]; 0 where it is not avoided.
+        target_radius: [m].
+    """
+
+    rate: float
+    braking: float
+    cone: float
+    foresees: float
+    target_distance: float
+    target_radius: float
+
+
+@inlined
+def approach(margin: float, rules: Rules) -> float:
+    """Return the largest closing speed at a margin: proportional, then as far as braking stops in time [m/s].
+
+    Both parts meet with one slope. Within the safe distance it is negative: the distance has to grow.
+    """
+    if rules.rate * rules.rate * margin <= rules.braking:
+        return rules.rate * margin
+    return math.sqrt(rules.braking * (2.0 * margin - rules.braking / (rules.rate * rules.rate)))
+
+
+@inlined
+def find_constraints(
+    robot: int, avoid: Any, rules: Rules, plan: Plan, state: State, rows: Array, bounds: Array
+) -> int:
+    """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
+
+    Two teammates take half of the closing speed each, relative to the target's motion, which the whole team
+    follows. Failed teammates do not do their half.
+
+    Args:
+        robot: From 0.
+        avoid: Parameters of avoid_obstacles.
+        rules: How fast it may come nearer.
+        plan: Gives the bodies.
+        state: Gives where they are.
+        rows: Result: unit vectors r away from the bodies, shape (MOST, p).
+        bounds: Result: b, shape (MOST,) [m/s].
+
+    Returns:
+        Number of constraints; where there are more than MOST, the greatest bounds are kept.
+    """
+    n, p = state.q.shape
+    m, q, center = plan.obstacle_radius.shape[0], state.q_measured, state.target_position_measured
+    position, direction, count = obstacles_seen(robot, plan, state), vector_at(stack_memory(), p), 0
+    for other in range(m + n + 1):
+        share, along, mate = 1.0, 0.0, other - m
+        if mate == n:
+            if rules.target_distance <= 0.0:
+                continue
+            reach = rules.target_distance
+            reach += float(avoid.measure) * (plan.robot_radius[robot] + rules.target_radius)
+            apart = _from_point(robot, q, center, direction)
+        else:
+            reach, _ = reach_of(robot, other, state.lost, plan.obstacle_radius, plan.robot_radius, avoid)
+            if reach == 0.0:
+                continue
+            apart = bearing(robot, other, q, position, direction)
+            if not in_sight(
+                robot, other, apart, plan.obstacle_radius, plan.robot_radius,
+                plan.sensing_robots, plan.sensing_obstacles,
+            ):  # fmt: skip
+                continue
+        margin = apart - reach
+        if rules.cone != 0.0 and margin > 0.0:
+            continue
+        for k in range(p):
+            if mate < 0:
+                along += direction[k] * state.obstacle_velocity[other, k]
+            elif mate == n:
+                along += direction[k] * state.target_velocity_measured[k]
+            elif state.lost[mate] != 0.0:
+                along += direction[k] * state.v_measured[mate, k]
+            elif plan.target_feedforward:
+                along += direction[k] * state.target_velocity_measured[k]
+        if 0 <= mate < n and state.lost[mate] == 0.0:
+            share = 0.5
+        bound, place = rules.foresees * along - share * approach(margin, rules), count
+        if count == MOST:
+            place = 0
+            for other_place in range(1, MOST):
+                if bounds[other_place] < bounds[place]:
+                    place = other_place
+            if bound <= bounds[place]:
+                continue
+        else:
+            count += 1
+        bounds[place] = bound
+        for k in range(p):
+            rows[place, k] = direction[k]
+    return count
+
+
+@inlined
+def _from_point(robot: int, q: Array, point: Array, direction: Array) -> float:
+    """Distance of a robot from a point [m], and the unit vector that leads away; the first axis at it."""
+    square = 0.0
+    for k in range(point.shape[0]):
+        direction[k] = q[robot, k] - point[k]
+        square += direction[k] * direction[k]
+    distance = math.sqrt(square)
+    for k in range(point.shape[0]):
+        if distance > 0.0:
+            direction[k] /= distance
+        else:
+            direction[k] = 1.0 if k == 0 else 0.0
+    return distance
+
+
+@inlined
+def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
+    """Move a velocity to the nearest one that satisfies all constraints r . v >= b.
+
+    Minimizes |v - v_nominal|^2 / 2 + STIFFNESS / 2 sum_j max(0, b_j - r_j . v)^2, a quadratic program with
+    one slack per constraint: where constraints contradict each other, the sum of the squared violations is
+    least. The function is convex and piecewise quadratic: Newton's method with a line search ends after about
+    as many steps as the set of violated constraints changes.
+
+    Args:
+        rows: Unit vectors r, shape (at least count, p).
+        bounds: b [m/s].
+        count: Number of constraints.
+        v: The nominal velocity, shape (p,) [m/s]; changed in place.
+
+    Returns:
+        Whether it had to move.
+    """
+    p = v.shape[0]
+    memory = stack_memory()
+    nominal = vector_at(memory, p)
+    gradient = vector_at(memory + DOUBLE * p, p)
+    step = vector_at(memory + DOUBLE * 2 * p, p)
+    trial = vector_at(memory + DOUBLE * 3 * p, p)
+    hessian = matrix_at(memory + DOUBLE * 4 * p, p, p)
+    scale = 0.0
+    for k in range(p):
+        nominal[k] = v[k]
+        scale += abs(v[k])
+    moved = False
+    for _ in range(MOST_STEPS):
+        cost, violated = _cost(rows, bounds, count, nominal, v, gradient, hessian, True)
+        if not moved and violated == 0:
+            return False
+        moved = True
+        largest, slope = 0.0, 0.0
+        _solve(hessian, gradient, step)
+        for k in range(p):
+            largest = max(largest, abs(step[k]))
+            slope -= gradient[k] * step[k]
+            scale = max(scale, abs(v[k]))
+        if largest <= CLOSE * scale:
+            break
+        share = 1.0
+        for _halving in range(HALVINGS):
+            for k in range(p):
+                trial[k] = v[k] - share * step[k]
+            better, violated = _cost(rows, bounds, count, nominal, trial, gradient, hessian, False)
+            if better <= cost + 1e-4 * share * slope + 1e-14 * cost:
+                break
+            share *= 0.5
+        for k in range(p):
+            v[k] = trial[k]
+    return moved
+
+
+@inlined
+def speed_along(rows: Array, j: int, v: Array) -> float:
+    """Return r . v for the row r of a constraint [m/s]."""
+    along = 0.0
+    for k in range(v.shape[0]):
+        along += rows[j, k] * v[k]
+    return along
+
+
+@inlined
+def _cost(
+    rows: Array, bounds: Array, count: int, nominal: Array, v: Array, gradient: Array, hessian: Array,
+    differentiated: bool,
+) -> tuple[float, int]:  # fmt: skip
+    """What `nearest_velocity` minimizes, its derivatives where asked for, and how many are violated."""
+    p = v.shape[0]
+    cost, violated = 0.0, 0
+    for k in range(p):
+        cost += 0.5 * (v[k] - nominal[k]) ** 2
+        if differentiated:
+            gradient[k] = v[k] - nominal[k]
+            for column in range(p):
+                hessian[k, column] = 1.0 if k == column else 0.0
+    for j in range(count):
+        missing = bounds[j] - speed_along(rows, j, v)
+        if missing <= 0.0:
+            continue
+        violated += 1
+        cost += 0.5 * STIFFNESS * missing * missing
+        if differentiated:
+            for k in range(p):
+                gradient[k] -= STIFFNESS * missing * rows[j, k]
+                for column in range(p):
+                    hessian[k, column] += STIFFNESS * rows[j, k] * rows[j, column]
+    return cost, violated
+
+
+@inlined
+def _solve(a: Array, b: Array, x: Array) -> None:
+    """Solves a x = b for a symmetric positive definite matrix, which is used up; shape (p, p)."""
+    p = b.shape[0]
+    for k in range(p):
+        x[k] = b[k]
+    for k in range(p):
+        for i in range(k + 1, p):
+            factor = a[i, k] / a[k, k]
+            x[i] -= factor * x[k]
+            for j in range(k, p):
+                a[i, j] -= factor * a[k, j]
+    for back in range(p):
+        k = p - 1 - back
+        for j in range(k + 1, p):
+            x[k] -= a[k, j] * x[j]
+        x[k] /= a[k, k]
+
+
+# The same in plain NumPy.
+
+
+def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[tuple[Array, Array]]:
+    """Return the constraints of each robot: rows r, shape (k, p), and bounds b, shape (k,) [m/s]."""
+    setup, q, lost = now.setup, now.q, now.team.lost
+    m, n = setup.obstacle_position.shape[0], len(q)
+    away, distance, safe = bodies_nearby(avoid, q, setup, lost)
+    radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+    gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii
+    seen = np.hstack(
+        [in_range(gaps[:, :m], setup.sensing.obstacles), in_range(gaps[:, m:], setup.sensing.robots)]
+    )
+    frame = now.c_dot * setup.target_feedforward
+    motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame)])
+    share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
+    found = []
+    for i in range(n):
+        wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
+        rows, margin = away[i, wanted], (distance - safe)[i, wanted]
+        velocity, shares = motion[wanted], share[wanted]
+        if rules.target_distance > 0.0:
+            x = q[i] - now.c
+            length = float(np.linalg.norm(x))
+            bodies = (setup.robot_radius[i] + rules.target_radius) * (avoid.measure == "surface")
+            rows = np.vstack([rows, x / length if length > 0.0 else np.eye(len(x))[0]])
+            margin = np.append(margin, length - bodies - rules.target_distance)
+            velocity, shares = np.vstack([velocity, now.c_dot]), np.append(shares, 1.0)
+        bounds = rules.foresees * np.sum(rows * velocity, axis=1)
+        bounds -= shares * [approach(float(each), rules) for each in margin]
+        kept = np.flatnonzero(~((rules.cone != 0.0) & (margin > 0.0)))
+        kept = kept[np.argsort(-bounds[kept], kind="stable")][:MOST]
+        found.append((rows[kept], bounds[kept]))
+    return found
+
+
+def least_change(rows: Array, missing: Array) -> Array:
+    """The change x of a velocity with slacks s, rows x + s >= missing, of least |x|^2 + STIFFNESS |s|^2.
+
+    Lawson and Hanson's least-distance programming: with z = (x, sqrt(STIFFNESS) s) it is the shortest z in a
+    polyhedron G z >= h, which the residual of a non-negative least-squares problem gives.
+
+    Args:
+        rows: Shape (k, p).
+        missing: Shape (k,) [m/s].
+    """
+    from scipy.optimize import nnls
+
+    weights = np.hstack([rows, np.eye(len(rows)) / np.sqrt(STIFFNESS)])
+    system = np.vstack([weights.T, missing])
+    goal = np.zeros(len(system))
+    goal[-1] = 1.0
+    multipliers, _ = nnls(system, goal)
+    residual = goal - system @ multipliers
+    return -residual[: rows.shape[1]] / residual[-1]
+
+
+def nearest(rows: Array, bounds: Array, nominal: Array) -> tuple[Array, bool]:
+    """Return the velocity nearest to a nominal one that satisfies the constraints, and whether it moved."""
+    missing = bounds - rows @ nominal
+    if not (missing > 0.0).any():
+        return nominal, False
+    return nominal + least_change(rows, missing), True

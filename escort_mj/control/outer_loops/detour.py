@@ -1,0 +1,215 @@
+"""Detours: a robot that is blocked follows the boundary of what blocks it, until its way is free again.
+
+The rule is that of the Bug algorithms (Lumelsky, Stepanov 1987; Kamon, Rimon, Rivlin 1998), for velocities
+and for robots that know only what they see. A robot is blocked when its constraints leave less than ENTER of
+the velocity that its behaviors want, for as long as its patience lasts. It then turns from the direction into
+the most binding constraint, counterclockwise in the plane of the first two axes, to the first direction in
+which its speed is allowed, or half of it, or FREE. It leaves the boundary when LEAVE of the wanted velocity
+is allowed and it has got further along the wanted direction than where it was blocked. After some time it
+turns around.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors.avoid_obstacles import POLAR
+from escort_mj.control.outer_loops.constraints import speed_along
+from escort_mj.native.fields import Array as Field
+from escort_mj.native.fields import Fields, Value
+from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import State
+
+Array = NDArray[np.float64]
+
+ENTER, LEAVE, FREE = 0.2, 0.6, 0.25  # shares of the wanted speed
+DIRECTIONS = 72  # that a robot looks at, of a full turn
+HALVINGS = 30  # of the step to the first one that is free
+
+
+class DetourState(Fields):
+    """Where each robot is in its detour."""
+
+    detour: Annotated[Field, "n", Value("1", "1 counterclockwise, -1 clockwise, 0 for none")]
+    detour_time: Annotated[Field, "n", Value("s", "time of the last update")]
+    detour_for: Annotated[Field, "n", Value("s", "since it began, or while it is none, blocked since")]
+    detour_progress: Annotated[Field, "n", Value("m", "way along the wanted direction since it began")]
+    detour_near: Annotated[Field, "n", Value("1", "whether a constraint may bind")]
+
+
+class Detour(NamedTuple):
+    """One robot's row of `DetourState`."""
+
+    side: float
+    held: float
+    progress: float
+
+
+@inlined
+def next_detour(
+    before: Detour, elapsed: float, moved: bool, share: float, advance: float, near: bool, patience: float,
+    turn_back: float,
+) -> Detour:  # fmt: skip
+    """Decide whether a robot is on a detour.
+
+    Args:
+        before: What it was at the last update.
+        elapsed: Time since then [s].
+        moved: Whether constraints change what it wants.
+        share: Share of the wanted velocity that they leave.
+        advance: Measured speed along the wanted direction [m/s].
+        near: Whether some constraint can bind at its speed.
+        patience: For how long a robot may be blocked [s].
+        turn_back: After what time it turns around [s].
+    """
+    if before.side == 0.0:
+        held = before.held + elapsed if moved and share < ENTER else 0.0
+        if held <= patience:
+            return Detour(0.0, held, 0.0)
+        return Detour(1.0, 0.0, 0.0)
+    held, progress = before.held + elapsed, before.progress + elapsed * advance
+    if not near or (share >= LEAVE and progress > 0.0):
+        return Detour(0.0, 0.0, 0.0)
+    if held > turn_back:
+        return Detour(-before.side, 0.0, 0.0)
+    return Detour(before.side, held, progress)
+
+
+@inlined
+def follow_boundary(side: float, speed: float, rows: Array, bounds: Array, count: int, v: Array) -> None:
+    """Write the velocity along the boundary of the most binding constraint; rest where no direction is free.
+
+    Args:
+        side: 1 counterclockwise, -1 clockwise.
+        speed: Wanted [m/s].
+        rows: Unit vectors r of the constraints r . v >= b, shape (at least count, p).
+        bounds: b [m/s].
+        count: Number of constraints, at least one.
+        v: Result, shape (p,) [m/s].
+    """
+    p = v.shape[0]
+    memory = stack_memory()
+    heading, tangent = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
+    binding = 0
+    for j in range(1, count):
+        if bounds[j] > bounds[binding]:
+            binding = j
+    turn(rows, binding, tangent)
+    share = 1.0
+    while share >= FREE:
+        for step in range(1, DIRECTIONS):
+            free = step * (2.0 * math.pi / DIRECTIONS)
+            if not _is_free(side * free, share * speed, rows, bounds, count, binding, tangent, heading):
+                continue
+            blocked = free - 2.0 * math.pi / DIRECTIONS
+            for _ in range(HALVINGS):
+                middle = 0.5 * (blocked + free)
+                if _is_free(side * middle, share * speed, rows, bounds, count, binding, tangent, heading):
+                    free = middle
+                else:
+                    blocked = middle
+            for k in range(p):
+                v[k] = (
+                    share * speed * (math.sin(side * free) * tangent[k] - math.cos(free) * rows[binding, k])
+                )
+            return
+        share *= 0.5
+    for k in range(p):
+        v[k] = 0.0
+
+
+@inlined
+def _is_free(
+    angle: float, speed: float, rows: Array, bounds: Array, count: int, binding: int, tangent: Array,
+    heading: Array,
+) -> bool:  # fmt: skip
+    """Whether all constraints allow a speed in a direction, by its angle from straight into one of them."""
+    cosine, sine = math.cos(angle), math.sin(angle)
+    for k in range(tangent.shape[0]):
+        heading[k] = speed * (sine * tangent[k] - cosine * rows[binding, k])
+    for j in range(count):
+        if speed_along(rows, j, heading) < bounds[j]:
+            return False
+    return True
+
+
+@inlined
+def turn(rows: Array, j: int, tangent: Array) -> None:
+    """Write the unit vector counterclockwise across a row, in pairs of axes as `sidestep` turns them."""
+    p = tangent.shape[0]
+    first = 1 if p % 2 == 1 and abs(rows[j, p - 1]) > POLAR else 0
+    square = 0.0
+    for k in range(p):
+        tangent[k] = 0.0
+    for k in range(first, first + p - p % 2, 2):
+        tangent[k], tangent[k + 1] = -rows[j, k + 1], rows[j, k]
+        square += tangent[k] * tangent[k] + tangent[k + 1] * tangent[k + 1]
+    for k in range(p):
+        tangent[k] /= math.sqrt(square)
+
+
+@inlined
+def detour_of(robot: int, state: State) -> Detour:
+    """Return a robot's row of the state."""
+    return Detour(state.detour[robot], state.detour_for[robot], state.detour_progress[robot])
+
+
+@inlined
+def keep_detour(robot: int, found: Detour, state: State) -> None:
+    """Write a robot's row of the state."""
+    state.detour[robot] = found.side
+    state.detour_for[robot] = found.held
+    state.detour_progress[robot] = found.progress
+
+
+# The same in plain NumPy.
+
+
+def memory_of(setup: Setup) -> dict[str, Array]:
+    """Return the state as the NumPy form keeps it, each of shape (n,)."""
+    return {
+        name: np.zeros(setup.count) for name in ("detour", "detour_time", "detour_for", "detour_progress")
+    }
+
+
+def boundary(side: float, speed: float, rows: Array, bounds: Array) -> Array:
+    """Return the velocity along the boundary of the most binding constraint, shape (p,) [m/s]."""
+    r, p = rows[int(np.argmax(bounds))], rows.shape[1]
+    across = turned(r)
+
+    def velocity(angle: float, share: float) -> Array:
+        return share * speed * (math.sin(side * angle) * across - math.cos(angle) * r)
+
+    share, width = 1.0, 2.0 * math.pi / DIRECTIONS
+    while share >= FREE:
+        steps = [
+            step for step in range(1, DIRECTIONS) if (rows @ velocity(step * width, share) >= bounds).all()
+        ]
+        if steps:
+            blocked, free = (steps[0] - 1) * width, steps[0] * width
+            for _ in range(HALVINGS):
+                middle = 0.5 * (blocked + free)
+                if (rows @ velocity(middle, share) >= bounds).all():
+                    free = middle
+                else:
+                    blocked = middle
+            return velocity(free, share)
+        share *= 0.5
+    return np.zeros(p)
+
+
+def turned(r: Array) -> Array:
+    """Return the unit vector counterclockwise across a unit vector, shape (p,)."""
+    p, across = len(r), np.zeros_like(r)
+    first = 1 if p % 2 and abs(r[-1]) > POLAR else 0
+    paired = slice(first, first + p - p % 2)
+    pairs = r[paired].reshape(-1, 2)
+    across[paired] = np.stack([-pairs[:, 1], pairs[:, 0]], axis=1).ravel()
+    return np.asarray(across / np.linalg.norm(across))

@@ -1,0 +1,332 @@
+"""Avoidance as a set-based task: a half-space of velocities for each body in the way (Moe et al. 2016)."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, NonNegativeFloat, PositiveFloat
+
+from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors.avoid_obstacles import someone_within
+from escort_mj.behaviors.task import Situation
+from escort_mj.components.obstacles import obstacle_places
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop, ruled
+from escort_mj.control.outer_loops.constraints import (
+    MOST,
+    Rules,
+    constraints_of,
+    find_constraints,
+    nearest,
+    nearest_velocity,
+    speed_along,
+)
+from escort_mj.control.outer_loops.detour import (
+    Detour,
+    boundary,
+    detour_of,
+    follow_boundary,
+    keep_detour,
+    memory_of,
+    next_detour,
+    turn,
+    turned,
+)
+from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.native.lanes import (
+    WIDTH,
+    Lanes,
+    any_of,
+    everywhere,
+    lane_numbers,
+    largest,
+    load,
+    load_rows,
+    row_of,
+    stack_rows,
+    store,
+    there,
+    where,
+)
+from escort_mj.numerics.elementary import root
+from escort_mj.numerics.neighbors import seen_neighbors
+
+if TYPE_CHECKING:
+    from escort_mj.control.outer_loops.outer_loop import Mask
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+
+class SetBased(OuterLoop):
+    """Escort behaviors by priority, within the velocities that keep every distance safe (Moe et al. 2016).
+
+    A robot may come nearer to an obstacle, a teammate or the target only as fast as its margin allows, the
+    distance beyond the safe distance of avoid_obstacles. With r the unit vector away from the body and u the
+    body's velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the
+    margin and, farther out, what braking stops in time. The velocity is the one nearest to that of the
+    behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two teammates
+    take half of the closing speed each. A robot that is blocked follows the boundary of what blocks it.
+    """
+
+    title: ClassVar[str] = "set-based"
+    avoids: ClassVar[bool] = True
+    looks_far: ClassVar[bool] = True
+    loop: Literal["set_based"] = "set_based"
+    activation: Literal["smooth", "tangent_cone"] = "smooth"
+    """When a condition holds: always, so that a robot slows down before (`smooth`), or only within the safe
+    distance, where it may not go deeper (`tangent_cone`)."""
+    rate: PositiveFloat = 4.0
+    """Share of the margin that a robot may use up per second, or of a missing margin that it recovers
+    [1/s]."""
+    braking: PositiveFloat | None = None
+    """Deceleration with which a robot can stop [m/s^2]; null: half of what the force limit gives the heaviest
+    robot for its force, without a force limit any."""
+    target_distance: NonNegativeFloat | None = None
+    """Safe distance to the target [m]; null: `safe_distance`, but at most half the gap between the target and
+    the sphere around it; 0: the target is not avoided."""
+    patience: Annotated[float, Field(gt=0.0)] | None = 1.0
+    """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits."""
+    turn_back: PositiveFloat = 12.0
+    """Time after which a robot follows the boundary the other way around [s]."""
+
+    @classmethod
+    def numbers(cls) -> dict[str, type]:
+        """Return its parameters as kernels see them; a null is what the mission gives, or 0."""
+        return {
+            "activation": int, "rate": float, "braking": float, "target_distance": float, "patience": float,
+            "turn_back": float, "target_radius": float,
+        }  # fmt: skip
+
+    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+        """Return its parameters as numbers."""
+        assert setup is not None
+        rules = self.rules(setup)
+        return {
+            "activation": rules.cone, "rate": rules.rate, "braking": rules.braking,
+            "target_distance": rules.target_distance, "patience": self.patience or 0.0,
+            "turn_back": self.turn_back, "target_radius": rules.target_radius,
+        }  # fmt: skip
+
+    def rules(self, setup: Setup) -> Rules:
+        """Return how near a robot may come how fast, in a mission."""
+        braking = self.braking
+        if braking is None:
+            with np.errstate(divide="ignore"):
+                braking = 0.5 * float(np.min(setup.force_limit / setup.mass))
+        avoids = [each for each in setup.all_behaviors if isinstance(each, AvoidObstacles)]
+        distance = self.target_distance
+        if distance is None:
+            ring = setup.radius - setup.target_radius - float(setup.robot_radius.max())
+            distance = min([max(0.5 * ring, 0.0), *(each.safe_distance for each in avoids)])
+        return Rules(
+            self.rate, min(braking, UNLIMITED), float(self.activation == "tangent_cone"), 1.0, distance,
+            setup.target_radius,
+        )  # fmt: skip
+
+    def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
+        """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are."""
+        escorting, avoiding = split(behaviors)
+        active = np.zeros(len(now.q), dtype=bool)
+        velocity, _ = outer_loop(escorting, now)
+        rules, memory = self.rules(now.setup), now.memory
+        for name, empty in memory_of(now.setup).items():
+            memory.setdefault(name, empty)
+        for avoid in avoiding:
+            for i, (rows, bounds) in enumerate(constraints_of(avoid, rules, now)):
+                velocity[i], active[i] = self._one(i, avoid.sidestep, rows, bounds, velocity[i], now)
+        return slowed(velocity, now.setup.max_speed), active
+
+    def _one(
+        self, i: int, share: float, rows: Array, bounds: Array, wanted: Array, now: Situation
+    ) -> tuple[Array, bool]:
+        """Return one robot's velocity, and whether constraints change it."""
+        memory, speed = now.memory, float(np.linalg.norm(wanted))
+        elapsed = now.time - memory["detour_time"][i]
+        memory["detour_time"][i] = now.time
+        v, moved = nearest(rows, bounds, aside(share, rows, bounds, wanted))
+        if self.patience is None or not len(rows):
+            return v, moved
+        square = max(speed * speed, 1e-300)
+        before = Detour(*(float(memory[name][i]) for name in ("detour", "detour_for", "detour_progress")))
+        found = next_detour(
+            before, elapsed, moved, float(v @ wanted) / square, float(now.v[i] @ wanted) / np.sqrt(square),
+            bool(bounds.max() >= -speed), self.patience, self.turn_back,
+        )  # fmt: skip
+        memory["detour"][i], memory["detour_for"][i], memory["detour_progress"][i] = found
+        if found.side == 0.0:
+            return v, moved
+        return nearest(rows, bounds, boundary(found.side, speed, rows, bounds))[0], True
+
+    def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
+        """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
+        first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
+        n = state.q.shape[0]
+        rules = Rules(self.rate, self.braking, self.activation, 1.0, self.target_distance, self.target_radius)
+        for level in range(first, first + levels):
+            if plan.level_behavior[level] != AVOID_OBSTACLES:
+                continue
+            avoid = avoidance_of(level, plan)
+            busy = _may_bind(i, avoid, rules, plan, state) + abs(load(state.detour, i))
+            mine = ruled(i, phase, plan, state)
+            store(state.detour_for, i, where(mine & (busy < 0.5), 0.0, load(state.detour_for, i)))
+            if any_of(mine & (busy > 0.5)):
+                store(state.detour_near, i, busy)
+                for robot in range(i, min(i + WIDTH, n)):
+                    if state.detour_near[robot] > 0.5 and runs_now(robot, phase, plan, state):
+                        _keep_clear(robot, self.patience, self.turn_back, avoid, rules, plan, state)
+                        slow_down(robot, plan, state)
+            store(state.detour_time, i, where(mine, state.time[0], load(state.detour_time, i)))
+
+
+@inlined
+def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lanes:
+    """Return 1 for those of robots i to i + 7 that something is near enough to that it may bind, else 0.
+
+    As near as the speed needs, by the inverse of `approach`; without the length of a single way.
+    """
+    n, p = state.q.shape
+    q, own, to_surface = state.q_measured, load(plan.robot_radius, i), float(avoid.measure)
+    here, wanted = stack_rows(p), stack_rows(p)
+    load_rows(q, i, here)
+    load_rows(state.v_d, i, wanted)
+    square, relative, beside = everywhere(0.0), everywhere(0.0), everywhere(0.0)
+    to_target, found = everywhere(0.0), everywhere(0.0)
+    moving = 1.0 if plan.target_feedforward else 0.0
+    for k in range(p):
+        carried = state.target_velocity_measured[k]
+        square = square + row_of(wanted, k) * row_of(wanted, k)
+        relative = relative + (row_of(wanted, k) - carried) * (row_of(wanted, k) - carried)
+        beside = beside + (row_of(wanted, k) - moving * carried) * (row_of(wanted, k) - moving * carried)
+        way = row_of(here, k) - state.target_position_measured[k]
+        to_target = to_target + way * way
+    speed = root(square)
+    if rules.target_distance > 0.0:
+        look = rules.target_distance + to_surface * (own + rules.target_radius)
+        look = look + _horizon(root(relative), rules)
+        found = where(to_target < look * look, 1.0, found)
+    fastest = 0.0
+    for b in range(state.mover_velocity.shape[0]):
+        fast = 0.0
+        for k in range(p):
+            fast += state.mover_velocity[b, k] * state.mover_velocity[b, k]
+        fastest = max(fastest, math.sqrt(fast))
+    horizon = _horizon(speed + fastest, rules)
+    for j in range(plan.obstacle_radius.shape[0]):
+        square = everywhere(0.0)
+        for k in range(p):
+            way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
+            square = square + way * way
+        look = avoid.safe_distance + horizon + to_surface * (own + plan.obstacle_radius[j])
+        found = where(square < look * look, 1.0, found)
+    horizon = _horizon(2.0 * root(beside), rules)
+    lists = seen_neighbors(state)
+    if avoid.teammate_distance > 0.0 and lists.shape[0] > 0:
+        within = avoid.teammate_distance + largest(where(there(n - i), horizon, 0.0))
+        if someone_within(within, i, avoid, q, plan.robot_radius, lists):
+            found = everywhere(1.0)
+    failing = plan.failure_start.shape[0] > 0
+    if failing or (avoid.teammate_distance > 0.0 and lists.shape[0] == 0):
+        for j in range(n):
+            safe, ahead = avoid.teammate_distance, horizon
+            if failing and state.lost[j] != 0.0:
+                fast = 0.0
+                for k in range(p):
+                    fast += state.v_measured[j, k] * state.v_measured[j, k]
+                safe, ahead = max(safe, avoid.safe_distance), _horizon(speed + math.sqrt(fast), rules)
+            if safe <= 0.0:
+                continue
+            square = everywhere(0.0)
+            for k in range(p):
+                way = row_of(here, k) - q[j, k]
+                square = square + way * way
+            look = safe + ahead + to_surface * (own + plan.robot_radius[j])
+            near = (square < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
+            found = where(near, 1.0, found)
+    return found
+
+
+@inlined
+def _horizon(speed: Lanes, rules: Rules) -> Lanes:
+    """Return the margin at which `approach` allows a speed [m]."""
+    if rules.cone != 0.0:
+        return 0.0 * speed
+    far = 0.5 * (speed * speed / rules.braking + rules.braking / (rules.rate * rules.rate))
+    return where(speed * rules.rate > rules.braking, far, speed / rules.rate)
+
+
+@inlined
+def _keep_clear(
+    robot: int, patience: float, turn_back: float, avoid: Any, rules: Rules, plan: Plan, state: State
+) -> None:
+    """Change a robot's velocity by as little as safety takes, or lead it around what blocks it."""
+    p, v = state.q.shape[1], state.v_d[robot]
+    memory = stack_memory()
+    rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
+    wanted = vector_at(memory + DOUBLE * MOST * (p + 1), p)
+    count = find_constraints(robot, avoid, rules, plan, state, rows, bounds)
+    square, largest_bound = 0.0, -UNLIMITED
+    for k in range(p):
+        wanted[k] = v[k]
+        square += v[k] * v[k]
+    for j in range(count):
+        largest_bound = max(largest_bound, bounds[j])
+    speed = math.sqrt(square)
+    _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
+    moved = nearest_velocity(rows, bounds, count, v)
+    state.avoidance_active[robot] = 1.0 if moved else 0.0
+    if patience == 0.0 or count == 0:
+        return
+    square = max(square, 1e-300)
+    share = advance = 0.0
+    for k in range(p):
+        share += v[k] * wanted[k] / square
+        advance += state.v_measured[robot, k] * wanted[k] / math.sqrt(square)
+    found = next_detour(
+        detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance,
+        largest_bound >= -speed, patience, turn_back,
+    )  # fmt: skip
+    keep_detour(robot, found, state)
+    if found.side != 0.0:
+        follow_boundary(found.side, speed, rows, bounds, count, v)
+        nearest_velocity(rows, bounds, count, v)
+        state.avoidance_active[robot] = 1.0
+
+
+@inlined
+def _step_aside(share: float, rows: Array, bounds: Array, count: int, speed: float, v: Array) -> None:
+    """Add a velocity across the constraint that is violated most, where what is wanted runs straight into it.
+
+    What is wanted across it is filled up to a share of what it blocks, counterclockwise (remark 6).
+    """
+    p, worst, blocked = v.shape[0], -1, 0.0
+    for j in range(count):
+        missing = bounds[j] - speed_along(rows, j, v)
+        if missing > blocked:
+            worst, blocked = j, missing
+    if worst < 0 or share == 0.0:
+        return
+    along = speed_along(rows, worst, v)
+    add = share * blocked - math.sqrt(max(speed * speed - along * along, 0.0))
+    if add > 0.0:
+        tangent = vector_at(stack_memory(), p)
+        turn(rows, worst, tangent)
+        for k in range(p):
+            v[k] += add * tangent[k]
+
+
+# The same in plain NumPy.
+
+
+def aside(share: float, rows: Array, bounds: Array, wanted: Array) -> Array:
+    """Return what is wanted, with the sidestep where it runs straight into a constraint, shape (p,) [m/s]."""
+    missing = bounds - rows @ wanted
+    if not (missing > 0.0).any():
+        return wanted
+    worst = int(np.argmax(missing))
+    along = float(rows[worst] @ wanted)
+    add = share * float(missing[worst]) - math.sqrt(max(float(wanted @ wanted) - along * along, 0.0))
+    return wanted + max(add, 0.0) * turned(rows[worst])
