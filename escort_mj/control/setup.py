@@ -97,7 +97,7 @@ class Setup:
             the outer loop, or the forces of both loops; None for nothing.
         driven: Whether some robot has a drive of its own.
         mass: Nominal masses, shape (n,) [kg].
-        target_radius: [m].
+        target_radius: [m]; None without a target.
         obstacle_velocity: For the twin: of the centers, shape (m, p) [m/s]; None where all rest.
     """
 
@@ -130,7 +130,7 @@ class Setup:
     outside: Literal["velocity", "force"] | None = None
     driven: bool = False
     mass: Array | float = 1.0
-    target_radius: float = 0.0
+    target_radius: float | None = None
     obstacle_velocity: Array | None = None
 
     @property

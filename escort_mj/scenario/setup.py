@@ -54,7 +54,7 @@ def controller_setup(
         robot_radius=robots.radius,
         force_limit=robots.force_limit,
         mass=robots.mass,
-        target_radius=scenario.target.radius,
+        target_radius=scenario.target.radius if scenario.target is not None else None,
         sensing=sensors(
             scenario.sensing, scenario.physics.timestep, scenario.seed, len(robots.mass), scenario.axes
         ),

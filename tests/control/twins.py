@@ -120,6 +120,7 @@ def mission(axes: int, seed: int, count: int = 6, obstacles: int = 5) -> tuple[S
         target=Wave(rng, axes),
         disturbance=Wave(rng, axes),
         figure=even_figure(q, np.zeros(axes)),
+        target_radius=1.5,
     )
     return setup, q, v
 

@@ -117,14 +117,15 @@ class SetBased(OuterLoop):
         if braking is None:
             with np.errstate(divide="ignore"):
                 braking = 0.5 * float(np.min(setup.force_limit / setup.mass))
-        avoids = [each for each in setup.all_behaviors if isinstance(each, AvoidObstacles)]
-        distance = self.target_distance
+        radius = setup.target_radius
+        distance = 0.0 if radius is None else self.target_distance
         if distance is None:
-            ring = setup.radius - setup.target_radius - float(setup.robot_radius.max())
+            avoids = [each for each in setup.all_behaviors if isinstance(each, AvoidObstacles)]
+            ring = setup.radius - (radius or 0.0) - float(setup.robot_radius.max())
             distance = min([max(0.5 * ring, 0.0), *(each.safe_distance for each in avoids)])
         return Rules(
             self.rate, min(braking, UNLIMITED), float(self.activation == "tangent_cone"), 1.0, distance,
-            setup.target_radius,
+            radius or 0.0,
         )  # fmt: skip
 
     def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
