@@ -87,7 +87,7 @@ class AvoidObstacles(Behavior):
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance."""
-        depth, intruder = self.intrusion(now.q, now.setup, now.team.lost)
+        depth, intruder = self._worst(now)
         active = self.active(now)
         jacobian = np.where(active[:, None], distance(now.q, intruder).jacobian, 0.0)
         speed, error = np.linalg.norm(now.v, axis=1), np.linalg.norm(now.e, axis=1)
@@ -98,11 +98,14 @@ class AvoidObstacles(Behavior):
 
     def active(self, now: Situation) -> Mask:
         """Return whose safe sphere something is in."""
-        return (self.intrusion(now.q, now.setup, now.team.lost)[0] > 0.0) & ~now.team.lost
+        return (self._worst(now)[0] > 0.0) & ~now.team.lost
 
     def error(self, now: Situation) -> Array:
         """Return how deep the worst intruder is in each safe sphere."""
-        return self.intrusion(now.q, now.setup, now.team.lost)[0]
+        return self._worst(now)[0]
+
+    def _worst(self, now: Situation) -> tuple[Array, Array]:
+        return now.once((id(self), "worst"), lambda: self.intrusion(now.q, now.setup, now.team.lost))
 
     def intrusion(self, q: Array, setup: Setup, lost: Mask | bool = False) -> tuple[Array, Array]:
         """Return how deep the worst intruder is in each safe sphere, and where it is (eq. 3, remark 2).
@@ -147,7 +150,7 @@ class AvoidObstacles(Behavior):
 
     def beside(self, now: Situation, below: Array) -> Array:
         """Return the sidestep: what goes along the safe sphere against head-on approaches (remark 6)."""
-        q, (depth, intruder) = now.q, self.intrusion(now.q, now.setup, now.team.lost)
+        q, (depth, intruder) = now.q, self._worst(now)
         axes = q.shape[1]
         r = np.stack([distance(q, intruder).jacobian[i, i * axes : (i + 1) * axes] for i in range(len(q))])
         outward = np.sum(r * below, axis=1)

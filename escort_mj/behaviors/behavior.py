@@ -49,6 +49,10 @@ class Behavior(Component):
         """Return its tasks, summed up where there are several; by default robot by robot, from `wish`."""
         return _tasks_by_robot(self, now)
 
+    def resolved(self, now: Situation) -> tuple[Array, Array]:
+        """Return velocity and null space of its tasks, see `resolve_all`."""
+        return now.once((id(self), "resolved"), lambda: resolve_all(self.team_tasks(now)))
+
     def active(self, now: Situation) -> Mask:
         """Return which robots it asks for anything, shape (n,)."""
         return np.ones(len(now.q), dtype=bool)
@@ -68,7 +72,7 @@ class Behavior(Component):
 
     def velocity(self, now: Situation) -> Array:
         """Return what it wishes by itself, shape (n, p) [m/s]."""
-        return resolve_all(self.team_tasks(now))[0].reshape(now.q.shape)
+        return self.resolved(now)[0].reshape(now.q.shape)
 
 
 def _tasks_by_robot(behavior: Any, now: Situation) -> tuple[Task, ...]:

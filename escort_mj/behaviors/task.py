@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,14 @@ class Situation:
     goal_velocity: Array
     time: float = 0.0
     memory: dict[str, Array] = field(default_factory=dict)
+    _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    def once(self, key: Any, find: Callable[[], T]) -> T:
+        """Return what is found, which a situation finds once for each key."""
+        if key not in self._known:
+            self._known[key] = find()
+        found: T = self._known[key]
+        return found
 
 
 class Task(NamedTuple):
@@ -69,12 +79,11 @@ def resolve_all(tasks: tuple[Task, ...]) -> tuple[Array, Array]:
     return np.sum([part[0] for part in parts], axis=0), np.sum([part[1] for part in parts], axis=0)
 
 
-def row_spaces(task: Task, robot: int, axes: int) -> Array:
-    """Return the rows of a task's Jacobian that move one robot, shape (rows, p)."""
+def row_spaces(task: Task, axes: int) -> Array:
+    """Return the rows of a task's Jacobian that move each robot, shape (n, rows, p)."""
     count = task.jacobian.shape[1] // axes
-    rows = task.jacobian.shape[0] // count
-    own = slice(robot * axes, (robot + 1) * axes)
-    return task.jacobian[robot * rows : (robot + 1) * rows, own]
+    robots = np.arange(count)
+    return task.jacobian.reshape(count, -1, count, axes)[robots, :, robots]
 
 
 def half_squared_distance(q: Array, anchors: Array) -> Function:

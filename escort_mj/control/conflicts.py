@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import Behavior
-from escort_mj.behaviors.task import Situation, resolve_all, row_spaces
+from escort_mj.behaviors.task import Situation, row_spaces
 from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish, square_of
 from escort_mj.control.nsb import leave, wish
 from escort_mj.native.kernels import inlined, merged, stack_memory, vector_at
@@ -191,13 +192,13 @@ def weigh(stack: tuple[Behavior, ...], now: Situation) -> Tasks:
     spaces: list[list[list[Array]]] = []  # of higher tasks, robot by robot, their row spaces
     for behavior in stack:
         column = now.setup.kinds.index(behavior.behavior)
-        tasks, active = behavior.team_tasks(now), behavior.active(now)
-        velocity, projector = resolve_all(tasks)
-        axes = now.setup.axes
-        rows = [
-            [_basis(row_spaces(task, i, axes).T) for task in tasks] if active[i] and len(stack) > 1 else []
-            for i in range(n)
-        ]
+        active = behavior.active(now)
+        velocity, projector = behavior.resolved(now)
+        rows: list[list[Array]] = [[] for _ in range(n)]
+        for task in behavior.team_tasks(now) if len(stack) > 1 else ():
+            for i, basis in enumerate(_bases(row_spaces(task, now.setup.axes))):
+                if active[i] and basis.size:
+                    rows[i].append(basis)
         left = velocity
         for higher in reversed(above):
             left = higher @ left
@@ -210,8 +211,7 @@ def weigh(stack: tuple[Behavior, ...], now: Situation) -> Tasks:
             for higher_rows in spaces:
                 for a in rows[i]:
                     for b in higher_rows[i]:
-                        if a.size and b.size:
-                            angle[i, column] = min(angle[i, column], _least_angle(a, b))
+                        angle[i, column] = min(angle[i, column], _least_angle(a, b))
         above.append(projector)
         spaces.append(rows)
     ruling[lost], angle[lost] = -1.0, np.pi / 2
@@ -220,10 +220,10 @@ def weigh(stack: tuple[Behavior, ...], now: Situation) -> Tasks:
     return Tasks(ruling, error, wish, removed, angle)
 
 
-def _basis(columns: Array) -> Array:
-    """Orthonormal columns that span the same space."""
-    u, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return u[:, sizes > SAME * sizes.max(initial=0.0)]
+def _bases(rows: Array) -> list[Array]:
+    """Orthonormal columns that span the same space as each robot's rows, shape (n, rows, p)."""
+    u, sizes, _ = np.linalg.svd(rows.swapaxes(1, 2), full_matrices=False)
+    return [each[:, size > SAME * size.max()] for each, size in zip(u, sizes, strict=True)]
 
 
 def _least_angle(a: Array, b: Array) -> float:
@@ -231,7 +231,14 @@ def _least_angle(a: Array, b: Array) -> float:
     if a.shape[1] < b.shape[1]:
         a, b = b, a
     shared = a.T @ b
-    cosine = np.linalg.svd(shared, compute_uv=False)[0]
+    cosine = _sizes(shared)[0]
     if cosine * cosine < 0.5:
         return math.acos(cosine)
-    return math.asin(min(1.0, np.linalg.svd(b - a @ shared, compute_uv=False)[-1]))
+    return math.asin(min(1.0, _sizes(b - a @ shared)[-1]))
+
+
+def _sizes(matrix: Array) -> Sequence[float]:
+    """Singular values, the largest first; of a single column its length."""
+    if matrix.shape[1] == 1:
+        return (math.sqrt(matrix[:, 0] @ matrix[:, 0]),)
+    return tuple(np.linalg.svd(matrix, compute_uv=False))

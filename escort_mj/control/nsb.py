@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import BEHAVIORS, AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import sidestep
-from escort_mj.behaviors.task import Situation, resolve_all
+from escort_mj.behaviors.task import Situation
 from escort_mj.behaviors.wish import MAX_DIRECTIONS, MAX_LEVELS, Wish
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
@@ -301,7 +301,7 @@ def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, 
     place = 0  # of c_dot among the parts: right before the highest escort behavior
     avoiding = np.zeros(len(q), dtype=bool)
     for behavior in reversed(behaviors):
-        velocity, projector = resolve_all(behavior.team_tasks(now))
+        velocity, projector = behavior.resolved(now)
         if behavior.frame == "world":
             below = (carried + np.sum(parts, axis=0)).reshape(q.shape)
             velocity = velocity + behavior.beside(now, below).ravel()

@@ -248,7 +248,7 @@ def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2, use:
     coordinates = np.zeros(0)
     while True:
         words = generator.random_raw(PER_BLOCK // 2 << axes)  # at once: of many axes few points are inside
-        halves = np.stack([words & np.uint64(2**32 - 1), words >> np.uint64(32)], axis=1).ravel()
+        halves = words.astype("<u8").view("<u4")
         coordinates = np.append(coordinates, (halves.astype(np.float64) + 0.5) * 2.0**-31 - 1.0)
         points = coordinates[: len(coordinates) // axes * axes].reshape(-1, axes)
         inside = points[(points * points).sum(axis=1) <= 1.0]
