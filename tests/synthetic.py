@@ -60,6 +60,7 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
             "timestep": 0.002,
             "mission_radius": 5.0,
             "target_radius": 0.3,
+            "goal_reach": 0.1,
             "safe_distance": 0.0,
             "safe_distance_measure": "none",
             "phases": "mission",

@@ -5,9 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.expectations.expectation import Fault, Judgment
 from escort_mj.metrics.metric import Measure
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
 
 NEAR = 0.05  # a margin below this share of the bound is a near miss
 
@@ -47,6 +54,22 @@ def held_against(found: Measure, unit: str, bounds: Sequence[Limits]) -> Judgmen
     near = bound.is_near(margin)
     words = f"{text_of(found.value, unit)}{circumstances(found)}{', a near miss' if near else ''}"
     return Judgment(margin >= 0.0, words, found.value, unit, found.time, found.bodies, margin, near)
+
+
+def since(trace: Recorded, far: NDArray[np.bool_], never: str) -> str:
+    """Since when nobody is far from where all are to be, in words.
+
+    Args:
+        trace: With a sample at least.
+        far: Whether somebody is, shape (time,).
+        never: What to say if somebody is at the end.
+    """
+    late = np.flatnonzero(far)
+    if not len(late):
+        return ", from the start"
+    if late[-1] + 1 < len(far):
+        return f", from {float(trace['time'][late[-1] + 1]):.2f} s on"
+    return f", {never}"
 
 
 def text_of(value: float, unit: str) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from escort_mj.expectations.bound import Limits, held_against
+from escort_mj.expectations.bound import Limits, held_against, since
 from escort_mj.expectations.expectation import Expectation, Judgment, when
 from escort_mj.measuring import measure
 from escort_mj.metrics.radius_error import radius_error
@@ -38,14 +38,8 @@ class SettledExpectation(Expectation):
         if found.value is None:
             return found
         part = window(trace, 0.0, self.before)
-        far = np.flatnonzero((np.abs(radius_error(part)) > self.settled).any(axis=1))
-        if not len(far):
-            since = ", from the start"
-        elif far[-1] + 1 < part.sizes["time"]:
-            since = f", from {float(part['time'][far[-1] + 1]):.2f} s on"
-        else:
-            since = ", not settled at the end"
-        return found._replace(words=found.words + since)
+        far = (np.abs(radius_error(part)) > self.settled).any(axis=1)
+        return found._replace(words=found.words + since(part, far, "not settled at the end"))
 
     @property
     def demanded(self) -> str:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import lost
+from escort_mj.metrics.reading import NO_TARGET, escorts, lost
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -45,6 +45,8 @@ def _takes_long(trace: Recorded) -> bool:
 @metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=_takes_long)
 def hull_margin(trace: Recorded) -> Measure:
     """Minimum depth of the target in the convex hull of the robots; outside, minus the distance to it."""
+    if not escorts(trace):
+        return Measure(None, reason=NO_TARGET)
     around, gone = trace["q"].values - trace["target_position"].values[:, None], lost(trace)
     counts = gone.sum(axis=1)
     best, when = math.inf, 0

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import largest_of, lost, mean, robot
+from escort_mj.metrics.reading import NO_TARGET, escorts, largest_of, lost, mean, robot
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -25,18 +25,24 @@ def radius_error(trace: Recorded) -> np.ndarray:
 @metric(unit="m", tail=True, watched=False, rank=10)
 def radius_error_mean(trace: Recorded) -> Measure:
     """Mean over time and robots of | |q - c| - radius |."""
+    if not escorts(trace):
+        return Measure(None, reason=NO_TARGET)
     return Measure(mean(trace, np.abs(radius_error(trace))))
 
 
 @metric(unit="m", tail=True, grows=True, watched=False, rank=20)
 def radius_error_max(trace: Recorded) -> Measure:
     """Largest | |q - c| - radius |."""
+    if not escorts(trace):
+        return Measure(None, reason=NO_TARGET)
     return largest_of(trace, np.abs(radius_error(trace)), robot)
 
 
 @metric(unit="s", watched=False, rank=30)
 def settling_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within 5 % of the radius."""
+    if not escorts(trace):
+        return Measure(None, reason=NO_TARGET)
     outside = np.abs(radius_error(trace)) > SETTLED * trace.attrs["mission_radius"]
     late = np.flatnonzero(outside.any(axis=1))
     if not len(late):

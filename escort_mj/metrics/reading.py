@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 SHORT = "the window holds a single sample"
 ALONE = "there is one robot"
+NO_TARGET = "there is no target"
 UNTOLD = "the truth was not recorded (recording.truth)"
 
 
@@ -24,6 +25,11 @@ def lost(trace: Recorded) -> NDArray[np.bool_]:
     """Which robots the team has lost, shape (time, robot)."""
     flags: NDArray[np.bool_] = trace["lost"].values > 0
     return flags
+
+
+def escorts(trace: Recorded) -> bool:
+    """Whether there is a target to escort."""
+    return bool(trace.attrs.get("target_radius") != 0.0)
 
 
 def mean(trace: Recorded, values: Array) -> float:
@@ -63,6 +69,11 @@ def _at(trace: Recorded, values: Array, place: np.intp, name: Callable[[int], Bo
 def robot(index: int) -> Bodies:
     """Name of a robot, by its index."""
     return (f"robot_{index + 1}",)
+
+
+def robots(indices: Iterable[int]) -> Bodies:
+    """Names of robots, by their indices."""
+    return tuple(f"robot_{index + 1}" for index in indices)
 
 
 def nobody(index: int) -> Bodies:

@@ -42,6 +42,7 @@ class ControlPanel:
         follow: bool,
         shown: dict[str, bool],
         movable: bool = False,
+        escorts: bool = True,
     ) -> None:
         """Add the controls.
 
@@ -55,6 +56,7 @@ class ControlPanel:
             follow: Whether the camera goes with the target at first.
             shown: Which layers are seen; the controls change it.
             movable: Whether there is something to drag.
+            escorts: Whether there is a target.
         """
         gui = server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
@@ -67,8 +69,8 @@ class ControlPanel:
         self.pace = gui.add_dropdown("speed [× real time]", speeds, initial_value=f"{speed:g}")
         self.camera = gui.add_dropdown(
             "camera follows",
-            (FREE, TARGET, *(f"robot {k + 1}" for k in range(min(count, palette.MOST_LINES)))),
-            initial_value=TARGET if follow else FREE,
+            (FREE, *[TARGET] * escorts, *(f"robot {k + 1}" for k in range(min(count, palette.MOST_LINES)))),
+            initial_value=TARGET if follow and escorts else FREE,
         )
         self.status = gui.add_markdown("")
         with gui.add_folder("Show"):

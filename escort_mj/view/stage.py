@@ -186,7 +186,9 @@ class StageView:
         ring = circle(np.zeros(3), replay.radius, PIECES, _X, _Y)
         rings = [ring] if replay.planar else [ring, ring[:, [0, 2, 1]], ring[:, [2, 0, 1]]]
         dashes = np.concatenate([np.stack([one[:-1:2], one[1::2]], axis=1) for one in rings])
-        self._ring = [scene.add_line_segments("/escort", dashes, gray, thickness=2.0, **line)]
+        self._ring: list[Any] = []
+        if replay.escorts:
+            self._ring.append(scene.add_line_segments("/escort", dashes, gray, thickness=2.0, **line))
         handles["escort"] += self._ring
         self._safe: list[Any] = []
         for k, (radius, safe) in enumerate(zip(replay.obstacle_radius, replay.safe_radius, strict=True)):
@@ -235,7 +237,7 @@ class StageView:
     def _draw_trails(self, replay: Replay, moment: Moment) -> None:
         """Where everyone was lately, fading toward white; of a crowd the target only."""
         rows = slice(0, moment.sample + 1)
-        ways = [(replay.target[rows], moment.target, palette.TARGET)]
+        ways = [(replay.target[rows], moment.target, palette.TARGET)] if replay.escorts else []
         if not self._crowd:
             colors = np.where(self._lost[:, None], LOST, self._colors)
             ways += [

@@ -183,8 +183,9 @@ class Live:
 
     @property
     def movable(self) -> tuple[str, ...]:
-        """See `Tape.movable`: the target, and obstacles that the scenario lets rest."""
-        return ("target", *self._obstacles) if self.mission.scenario.axes <= IN_SPACE else ()
+        """See `Tape.movable`: a target, and obstacles that the scenario lets rest."""
+        target = ("target",) if self.mission.scenario.target is not None else ()
+        return (*target, *self._obstacles) if self.mission.scenario.axes <= IN_SPACE else ()
 
     def move(self, name: str, position: Array) -> None:
         """See `Tape.move`."""

@@ -86,6 +86,7 @@ class Viewer:
             out_of_sight,
             self._stage.shown,
             bool(tape.movable),
+            replay.escorts,
         )
         self._followed: tuple[int, Array] | None = None
         self._judged = False

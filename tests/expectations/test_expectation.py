@@ -37,7 +37,7 @@ class Broken(Together):
 
 def test_kinds_that_ship_are_found_in_the_order_of_their_ranks() -> None:
     names = [kind.kind for kind in EXPECTATIONS]
-    assert names == ["metric", "contacts", "clearance", "settled", "sanity", "outcome"]
+    assert names == ["metric", "contacts", "clearance", "settled", "reached", "sanity", "outcome"]
     assert all(issubclass(kind, Expectation) for kind in EXPECTATIONS)
 
 

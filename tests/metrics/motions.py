@@ -17,3 +17,26 @@ def ring(robots, radius=RADIUS, center=(0.0, 0.0), time=TIME):
 def steps(time, when, height=1.0):
     """Zero before a moment, a height from it on."""
     return np.where(np.asarray(time) >= when - 1e-9, height, 0.0)
+
+
+# Missions with goals: robots that arrive; one that cannot move, and one far from its goal.
+HEADED = {
+    "robots that arrive": {
+        "duration": 3.0,
+        "robots": {"positions": [[2, 0], [0, 2], [-2, 0], [0, -2]]},
+        "target": {"position": [0, 6]},
+        "mission": {"radius": 2, "behaviors": [{
+            "behavior": "goal", "gain": 3, "reach": 0.1,
+            "goals": [[2, 1], [[0, 2.5], [0.5, 2.5], [0.5, 3]], [-2.2, 0], [0, -2]],
+        }]},
+    },
+    "a robot that is stuck": {
+        "duration": 5.5,
+        "robots": {"positions": [[3, -1], [0, 2], [-3, -1], [0, -2]],
+                   "overrides": [{"robot": 1, "force_limit": 1e-12}]},
+        "target": {"position": [0, 6]},
+        "mission": {"radius": 2, "max_speed": 0.5, "behaviors": [
+            {"behavior": "goal", "gain": 3, "goals": [[3, 2], [0, 2.5], [-3, 8], [0, -2.5]]},
+        ]},
+    },
+}  # fmt: skip

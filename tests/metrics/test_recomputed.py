@@ -22,6 +22,7 @@ from escort_mj import mission
 from escort_mj.measuring import SHIPPED
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.reader.load import parse_scenario
+from tests.metrics.motions import HEADED
 
 Array = np.ndarray
 DT = 0.002
@@ -122,6 +123,7 @@ CASES = {
         },
         dead={1: 0.3},
     ),
+    **{name: Case(keys) for name, keys in HEADED.items()},
 }  # fmt: skip
 
 
@@ -387,9 +389,8 @@ def test_metrics_are_what_they_mean(compiled, case) -> None:
     for name in METRIC_NAMES:
         expected = recomputed(name)(again)
         near = 1e-6 if name in NEAR else 1e-9
-        assert found[name] == (None if expected is None else pytest.approx(expected, rel=near, abs=1e-9)), (
-            name
-        )
+        wanted = None if expected is None else pytest.approx(expected, rel=near, abs=1e-9)
+        assert found[name] == wanted, name
 
 
 def test_every_metric_is_put_to_the_test(compiled) -> None:

@@ -42,6 +42,7 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         for name in ("clearance_body", "target_clearance_body"):
             given[name] = random.integers(-1, robots + obstacles, given[name].shape)
         given["contacts_untold"] = np.cumsum(random.integers(0, 10, rows))
+        given["goals_left"] = random.integers(0, 4, (rows, robots))
         return pack(0.02 * np.arange(rows), sizes, **given), sizes, describe(sizes)
 
     return make

@@ -100,7 +100,7 @@ def _messages(run: StoredRun) -> Iterator[tuple[str, tuple[str, Message], float,
     ]
     told += [(float(replay.time[row]), "/tf", TRANSFORMS, row) for row in rows]
     samples = [(row, float(time)) for row, time in enumerate(replay.time)]
-    told += [(time, "/target", TARGET, row) for row, time in samples]
+    told += [(time, "/target", TARGET, row) for row, time in samples if replay.escorts]
     if replay.count <= palette.MOST_LINES:
         told += [(time, "/robots", ROBOT, row) for row, time in samples]
     robots = _robots(run, replay)
@@ -139,6 +139,8 @@ def _scene(
         kind, body = _primitive(solids, model, k, place)
         entities.append(_entity(name, name if own else WORLD, kind, body))
     target = f"{replay.radius:g} m around the target"
+    if not replay.escorts:
+        return {"deletions": [], "entities": entities}
     moves = "target_body" if moving[solids.names.index("target_body")] else None
     rings = [([1, 0, 0], [0, 1, 0])] if replay.planar else [([1, 0, 0], [0, 1, 0]), ([1, 0, 0], [0, 0, 1])]
     center = np.zeros(3) if moves else replay.target[0]

@@ -17,7 +17,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.metrics.reading import lost
+from escort_mj.metrics.reading import escorts, lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
 from escort_mj.report.figures.curves import BOUND
 from escort_mj.report.figures.look import NARROW
@@ -42,7 +42,11 @@ RANGE = 1e7  # [m]; a run that diverged farther is cut there
 def bounds(trace: Recorded) -> tuple[Array, Array]:
     """Lower and upper corner of everything that happens, shape (axes,) each [m]."""
     target, radius = trace["target_position"].values, float(trace.attrs["mission_radius"])
-    parts = [target - radius, target + radius, trace["q"].values[~lost(trace)]]
+    parts = [trace["q"].values[~lost(trace)]]
+    if escorts(trace):
+        parts += [target - radius, target + radius]
+    if "goal" in trace:
+        parts.append(trace["goal"].values.reshape(-1, trace.sizes["axis"]))
     if trace.sizes["obstacle"]:
         reach = np.maximum(safe_radius(trace).max(axis=0), trace["obstacle_radius"].values)[:, None]
         for center in trace["obstacle_position"].values[[0, -1]]:
@@ -124,14 +128,24 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
         _obstacle(axes, way, radius, clear, points)
 
     q, target = trace["q"].values, trace["target_position"].values
-    for moment in moments:
+    for moment in moments if escorts(trace) else ():
         rim = {"fill": False, "color": ESCORT, "linewidth": 0.8, "linestyle": (0, (1, 2))}
         axes.add_patch(Circle(target[moment], float(trace.attrs["mission_radius"]), **rim, zorder=1.2))
     _formations(axes, trace, moments, formations)
     rows = _rows(len(q))
-    axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    if escorts(trace):
+        axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    _goals(axes, trace)
     _ways(axes, trace, rows)
     _ends(axes, trace)
+
+
+def _goals(axes: Axes, trace: Recorded) -> None:
+    """A square at each robot's last goal."""
+    if "goal" not in trace or trace.sizes["robot"] > MOST_LINES:
+        return
+    for goal, color in zip(trace["goal"].values[-1], palette.robot_colors(trace.sizes["robot"]), strict=True):
+        axes.plot(*goal[:, None], "s", color=color, markersize=8, markerfacecolor="none", zorder=3.5)
 
 
 def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array) -> None:
@@ -203,10 +217,12 @@ def space_view(figure: Figure, trace: Recorded) -> None:
             _ball(axes, center, clear, palette.CONTACT, 0.08, 2.0)
         _ball(axes, center, radius, palette.OBSTACLE, 1.0, 2.1)
     moments = sorted({_moments(trace)[(len(_moments(trace)) - 1) // 2], len(q) - 1})
-    for moment in moments:
+    for moment in moments if escorts(trace) else ():
         _globe(axes, target[moment], float(trace.attrs["mission_radius"]))
     _formations(axes, trace, moments, links(trace))
-    axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    if escorts(trace):
+        axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
+    _goals(axes, trace)
     _ways(axes, trace, rows)
     _ends(axes, trace)
     for artist in (*axes.lines, *axes.collections):
@@ -284,7 +300,7 @@ def _ends(axes: Axes, trace: Recorded) -> None:
     known = (~lost(trace)).sum(axis=0)
     colors = palette.robot_colors(q.shape[1]) if q.shape[1] <= MOST_LINES else ()
     for path, color, scale in [
-        (target, palette.TARGET, 1.1),
+        *[(target, palette.TARGET, 1.1)] * escorts(trace),
         *((q[: known[i] or 1, i], color, 1.0) for i, color in enumerate(colors)),
     ]:
         start, end = path[0][:, None], path[-1][:, None]
@@ -298,7 +314,7 @@ def _ends(axes: Axes, trace: Recorded) -> None:
 
 def _words(axes: Axes, trace: Recorded, moments: list[int]) -> None:
     """The time of each formation, beside its target."""
-    for moment in moments:
+    for moment in moments if escorts(trace) else ():
         place = trace["target_position"].values[moment]
         axes.plot(*place[:, None], "o", color=palette.TARGET, markersize=3.0, zorder=3.1)
         axes.annotate(
@@ -318,11 +334,15 @@ def _keys(trace: Recorded) -> list[Key]:
     """Legend entries of what is no robot."""
     dot: dict[str, Any] = {"linestyle": "none", "marker": "o"}
     keys: list[Key] = [
-        ("target", Line2D([], [], color=palette.TARGET)),
         ("start", Line2D([], [], **dot, color="#555555", markerfacecolor="white", markersize=5)),
         ("end", Line2D([], [], **dot, color="#555555", markersize=6.5)),
-        ("escort radius", Line2D([], [], color=ESCORT, linestyle=(0, (1, 2)))),
     ]
+    if escorts(trace):
+        keys.insert(0, ("target", Line2D([], [], color=palette.TARGET)))
+        keys.append(("escort radius", Line2D([], [], color=ESCORT, linestyle=(0, (1, 2)))))
+    if "goal" in trace:
+        square = {"linestyle": "none", "marker": "s", "markerfacecolor": "none", "markersize": 7}
+        keys.append(("goal", Line2D([], [], **square, color="#555555")))  # type: ignore[arg-type]
     keys += lost_keys(trace)
     if trace.sizes["obstacle"]:
         keys.append(("obstacle", Line2D([], [], **dot, color=palette.OBSTACLE, markersize=7)))

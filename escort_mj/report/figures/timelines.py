@@ -12,8 +12,9 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from escort_mj import palette
+from escort_mj.metrics.arrival import goal_distance
 from escort_mj.metrics.energy_ratio import energy_ratios
-from escort_mj.metrics.reading import lost
+from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.recording import not_logged
 from escort_mj.report.figures.curves import (
     BOUND,
@@ -61,7 +62,13 @@ def panels(figure: Figure, trace: Recorded) -> None:
     distance = np.linalg.norm(offset, axis=2)
     ends, edges = _neighbors(trace)
     gone = lost(trace)
-    _above_and_below(grid[:2, 0], time, distance, radius, colors, "(a) Distance to the target", "R", gone)
+    if escorts(trace):
+        _above_and_below(grid[:2, 0], time, distance, radius, colors, "(a) Distance to the target", "R", gone)
+    elif "goal" in trace:
+        _to_goal(grid[:2, 0], time, goal_distance(trace), colors, gone)
+    else:
+        for axes in grid[:2, 0]:
+            axes.set_axis_off()
     if gone.any():
         _nearest_robot(grid[0, 1], trace, colors)
         _evenness(grid[1, 1], trace)
@@ -89,7 +96,9 @@ def panels(figure: Figure, trace: Recorded) -> None:
     for axes in grid[2] if not narrow(figure) else grid[2, 1:]:
         axes.set_xlabel("time [s]")
     timeline(grid.ravel(), time)
-    keys: list[Key] = [("wanted", Line2D([], [], color=palette.LIMIT, linestyle=BOUND))]
+    keys: list[Key] = []
+    if escorts(trace) or len(ends):
+        keys.append(("wanted", Line2D([], [], color=palette.LIMIT, linestyle=BOUND)))
     keys += curve_keys(count, "running rms")
     if count <= palette.MOST_DISTINCT:
         if len(ends):
@@ -125,6 +134,19 @@ def _above_and_below(
         above.set_ylim(top=1.4 * float(values[~gone].max()))
     draw_curves(below, time, np.abs(values - wanted), colors, running_rms, lost=gone)
     below.set_ylabel(f"off {symbol} [m]")
+    log_scale(below)
+
+
+def _to_goal(
+    pair: NDArray[np.object_], time: Array, distance: Array, colors: Sequence[Any], gone: Flags
+) -> None:
+    """Distances to goals as they are, and below down to millimeters."""
+    above, below = pair
+    above.set_title("(a) Distance to the goal")
+    for axes in pair:
+        draw_curves(axes, time, distance, colors, lost=gone)
+        axes.set_ylabel("distance [m]")
+    above.set_ylim(bottom=0.0)
     log_scale(below)
 
 

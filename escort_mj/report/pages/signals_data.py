@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.metrics.reading import lost
+from escort_mj.metrics.arrival import goal_distance
+from escort_mj.metrics.reading import escorts, lost
 from escort_mj.report.pages.replay_data import packed
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ class Curve(NamedTuple):
 
 
 def _radius_error(trace: xarray.Dataset) -> Array:
+    if not escorts(trace):
+        return np.full(trace["lost"].values.shape, np.nan)
     offset = trace["q"].values - trace["target_position"].values[:, None]
     return np.asarray(np.abs(np.linalg.norm(offset, axis=2) - float(trace.attrs["mission_radius"])))
 
@@ -54,6 +57,7 @@ def _clearance(trace: xarray.Dataset) -> Array:
 
 CURVES = (
     Curve("error of the distance to the target", "m", _radius_error),
+    Curve("distance to the goal", "m", goal_distance),
     Curve("tracking error |e|", "m", _length("e")),
     Curve("speed |v|", "m/s", _length("v")),
     Curve("reference speed |v_d|", "m/s", _length("v_d")),

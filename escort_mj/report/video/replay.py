@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RenderError
-from escort_mj.metrics.reading import lost
+from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.episodes import touched
 from escort_mj.report.figures.losses import links
 
@@ -24,6 +24,7 @@ OVER_TIME = (
         "qpos",
         "robots",
         "target",
+        "goals",
         "target_coordinates",
     )  # which fields of a replay have a row per sample
     + ("avoiding", "touching", "obstacles", "lost")
@@ -64,18 +65,19 @@ class Replay:
         time: Times of the samples, shape (T,) [s].
         qpos: MuJoCo's generalized positions, shape (T, coordinates).
         robots: Positions, shape (T, n, 3) [m].
-        target: Positions, shape (T, 3) [m].
+        target: Positions, shape (T, 3) [m]; without a target the middle of what happens.
+        goals: Where each robot goes, shape (T, n, 3) [m]; (T, 0, 3) where robots have no goals.
         target_coordinates: The same in all axes of the mission, shape (T, p) [m].
         avoiding: Whether obstacle avoidance rules a robot, shape (T, n).
         touching: Whether a robot touched something since the previous sample, shape (T, n).
         robot_radius: Shape (n,) [m].
-        target_radius: [m].
+        target_radius: [m]; 0 without a target.
         obstacles: Centers, shape (T, m, 3) [m].
         obstacle_radius: Shape (m,) [m].
         outlines: Points around each, relative to its center, shape (m, k, 3) [m]; (m, 0, 3) where all are
             spheres.
         safe_radius: How near to each obstacle's center a robot's center may come, shape (m,) [m].
-        radius: Distance to keep from the target [m].
+        radius: Distance to keep from the target; without a target the size of the mission [m].
         lost: Whether the team has lost a robot, shape (T, n).
         formations: From which sample on who is whose neighbor: pairs of robots from 0, shape (edges, 2).
         planar: Whether the mission has two axes.
@@ -88,6 +90,7 @@ class Replay:
     qpos: Array
     robots: Array
     target: Array
+    goals: Array
     target_coordinates: Array
     avoiding: Flags
     touching: Flags
@@ -109,6 +112,11 @@ class Replay:
     def count(self) -> int:
         """Number of robots."""
         return self.robots.shape[1]
+
+    @property
+    def escorts(self) -> bool:
+        """Whether there is a target."""
+        return self.target_radius > 0.0
 
     @property
     def end(self) -> float:
@@ -192,11 +200,17 @@ def replay_of(trace: Recorded) -> Replay:
             np.concatenate([values, np.full((*values.shape[:-1], 1), height)], axis=-1) if planar else values
         )
 
+    robots, target = in_space("q"), in_space("target_position")
+    goals = in_space("goal") if "goal" in trace else robots[:, :0]
+    if not escorts(trace):
+        places = np.concatenate([robots[0], *goals[[0, -1]]])
+        target = np.broadcast_to(0.5 * (places.min(axis=0) + places.max(axis=0)), target.shape)
     return Replay(
         time=trace["time"].values,
         qpos=trace["qpos"].values,
-        robots=in_space("q"),
-        target=in_space("target_position"),
+        robots=robots,
+        target=target,
+        goals=goals,
         target_coordinates=trace["target_position"].values,
         avoiding=trace["avoidance_active"].values > 0,
         touching=touched(trace),

@@ -95,7 +95,8 @@ class Scenery:
         replay = self.replay
         bodies = [] if self._crowd else [*zip(moment.robots, replay.robot_radius, strict=True)]
         bodies += [*zip(moment.obstacles, replay.obstacle_radius, strict=True)]
-        bodies.append((moment.target, 1.5 * float(replay.robot_radius.mean())))
+        if replay.escorts:
+            bodies.append((moment.target, 1.5 * float(replay.robot_radius.mean())))
         for center, radius in bodies:
             spot = center * _FLAT + (self.ground + 0.003) * _Z
             for size, alpha in ((1.25, 0.10), (1.0, 0.14)):
@@ -131,7 +132,11 @@ class Scenery:
                 pen.path(circle(spot, safe, 48, across, up), palette.CONTACT, self._pixel, 0.45)
 
     def _escort(self, pen: Pen, moment: Moment) -> None:
-        """The circle or sphere that the robots are to keep around the target."""
+        """The circle or sphere that the robots are to keep around the target, and their goals."""
+        if not self._crowd:
+            self._goals(pen, moment)
+        if not self.replay.escorts:
+            return
         center, radius = self._down(moment.target, _LINKS), self.replay.radius
         width = 2.0 * self._pixel
         if self.replay.planar:
@@ -140,6 +145,16 @@ class Scenery:
         pen.ball(center, radius, (0.55, 0.65, 0.80), 0.10)
         for across, up in ((_X, _Y), (_Y, _Z), (_X, _Z)):
             pen.path(circle(center, radius, 96, across, up), palette.LIMIT, width / 2, 0.45, dashed=True)
+
+    def _goals(self, pen: Pen, moment: Moment) -> None:
+        """A ring or a faint ball where each robot goes."""
+        goals = self.replay.goals[moment.sample]
+        for place, color, radius in zip(goals, self._colors, self.replay.robot_radius, strict=False):
+            if self.replay.planar:
+                spot = self._down(place, _LINKS)
+                pen.path(circle(spot, 1.3 * radius, 24, _X, _Y), color, 2.0 * self._pixel, 0.9)
+            else:
+                pen.ball(place, 1.3 * radius, color, 0.2)
 
     def _links(self, pen: Pen, moment: Moment) -> None:
         """Who is whose neighbor; in a crowd once they are near, in space on this side of the target."""
@@ -156,8 +171,9 @@ class Scenery:
     def _trails(self, pen: Pen, moment: Moment) -> None:
         """Where everyone was lately, fading."""
         replay = self.replay
-        target = self._trail(replay.target, moment.target, moment, TRAIL_PIECES)
-        pen.path(target, palette.TARGET, 2.0 * self._pixel, _fade(target))
+        if replay.escorts:
+            target = self._trail(replay.target, moment.target, moment, TRAIL_PIECES)
+            pen.path(target, palette.TARGET, 2.0 * self._pixel, _fade(target))
         if self._crowd:
             return
         robots = self._trail(replay.robots, moment.robots, moment, self._pieces)

@@ -165,8 +165,10 @@ def _everything(replay: Replay) -> Array:
     target = replay.target[rows]
     offset = replay.robots[rows] - target[:, None]
     near = (np.linalg.norm(offset, axis=-1) <= _reach(replay)) & ~replay.lost[rows]
-    parts = [_circles(replay, target[:: max(1, len(rows) // 40)], replay.radius), replay.robots[rows][near]]
-    parts.append(_circles(replay, target[-1:], replay.radius))
+    parts = [replay.robots[rows][near], replay.goals[rows].reshape(-1, 3)]
+    if replay.escorts:
+        parts += [_circles(replay, target[:: max(1, len(rows) // 40)], replay.radius)]
+        parts += [_circles(replay, target[-1:], replay.radius)]
     if len(replay.obstacles):
         radius = np.maximum(replay.safe_radius, replay.obstacle_radius)
         for centers in (replay.obstacles[0], replay.obstacles[-1]):

@@ -137,7 +137,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_trigger, ("mission",)),
     (check_video, ("duration", "video")),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
-    (check_target, ("target", "mission")),
+    (check_target, ("target", "mission", "expect")),
     (check_goals, ("axes", "seed", "target", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission")),
     (check_motors, ("axes", "robots")),

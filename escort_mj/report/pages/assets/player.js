@@ -34,7 +34,7 @@ class Player {
     this.update();
   }
 
-  controls({ speed, count, contacts, robots }) {
+  controls({ speed, count, contacts, robots, target_radius }) {
     const { start, end } = this.record;
     this.button = element("button", { type: "button", class: "play", title: "play or pause (space)" }, "Play");
     this.button.addEventListener("click", () => this.toggle());
@@ -48,7 +48,7 @@ class Player {
       ...speeds.map(value => element("option", { value }, `${value} ×`)));
     this.speed.value = speed;
     this.follow = element("select", { "aria-label": "camera" }, element("option", { value: "" }, "camera stays"),
-      element("option", { value: "target" }, "follows target"),
+      ...(target_radius > 0 ? [element("option", { value: "target" }, "follows target")] : []),
       ...robots.map((_, k) => element("option", { value: k }, `follows robot ${k + 1}`)));
     this.follow.addEventListener("change", () => { this.followed = null; this.draw(); });
     const reset = element("button", { type: "button", title: "the first view again" }, "Reset view");
@@ -57,7 +57,8 @@ class Player {
       this.follow.value = "";
       this.draw();
     });
-    const names = { trails: "trails", links: "neighbors", safe: "safe distances", ring: "escort radius" };
+    const names = { trails: "trails", links: "neighbors", safe: "safe distances" };
+    if (target_radius > 0) names.ring = "escort radius";
     if (count <= 60) names.numbers = "numbers";
     const boxes = Object.entries(names).map(([key, name]) => {
       const box = element("input", { type: "checkbox", name: key });

@@ -83,10 +83,10 @@ class Scene {
     if (record.floor[3] > 0.99999) {
       robots.forEach((place, k) => disc(place, 1.15 * record.robot_radius[k], 0.16));
       record.obstacles.forEach((place, k) => disc(record.place(place), 1.1 * record.obstacle_radius[k], 0.16));
-      disc(target, 1.15 * record.target_radius, 0.16);
+      if (record.target_radius > 0) disc(target, 1.15 * record.target_radius, 0.16);
     }
     if (shown.safe) this.safe(lines, disc, pixel);
-    if (shown.ring) this.escort(target, lines, balls, pixel);
+    if (shown.ring && record.target_radius > 0) this.escort(target, lines, balls, pixel);
     if (shown.links)
       for (const [a, b] of robots.length ? record.pairs() : [])
         lines.push(...robots[a], ...robots[b], 0.3, 0.3, 0.3, 0.4, 1.5 * pixel);
@@ -143,7 +143,7 @@ class Scene {
         before = here;
       }
     };
-    one(record.target, record.target_color, 2);
+    if (record.target_radius > 0) one(record.target, record.target_color, 2);
     record.robots.forEach((place, k) => {
       one(place, record.raised(k, LOST) ? record.lost_color : record.colors[k], 3);
     });
