@@ -28,7 +28,7 @@ class Parameters(BaseModel):
     """Base of every table of parameters that a scenario can set."""
 
     # pydantic's own `use_attribute_docstrings` reads all sources at import, which takes 0.2 s.
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core_schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:

@@ -251,6 +251,8 @@ class RunFolder:
         message = str(error) if broken else f"{type(error).__name__}: {error}".removesuffix(": ")
         with contextlib.suppress(Exception):  # the error on its way tells more
             self.fail(message, outcome)
+        if self._journal is not None:
+            self._journal.close()
         if broken:
             raise BrokenRunError(f"{message}; {self._kept()}") from None
 

@@ -7,17 +7,16 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from escort_mj import gl
 from escort_mj.api import load_scenario
 from escort_mj.environments import Simulation
 from escort_mj.environments.picture import Camera
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.report.video import live
+from tests.drawing import needs_gl
 
 gymnasium = pytest.importorskip("gymnasium")
 
 SHORT = {"duration": 0.1, "expect": []}
-needs_gl = pytest.mark.skipif(gl.choose_backend()[0] is None, reason="nothing can be drawn here")
 
 
 @needs_gl

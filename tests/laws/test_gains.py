@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy import signal
 
 from escort_mj.api import load_scenario
 from escort_mj.laws.gains import LAWS_WITH_A_RULE, MOST_RATE, NOISE_SHARE, Robot, gains_of, rate_of
@@ -39,6 +38,8 @@ def test_the_papers_law_has_two_pairs_with_damping_071() -> None:
 
 @pytest.mark.parametrize("law", ["apd_smc", "asmc", "pd_smc"])
 def test_where_no_force_changes_a_step_of_velocity_overshoots_little(law: str) -> None:
+    from scipy import signal  # slow to import
+
     overshoots = []
     for robot in (SLOW, CALM):
         pid = loops(law, robot)

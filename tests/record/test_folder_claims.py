@@ -157,12 +157,16 @@ class TestWhoMayWrite:
             with pytest.raises(RunFolderError, match="cannot be written"):
                 RunFolder.create(path)
 
-    def test_a_full_disk_is_one_clear_error(self, tmp_path, record):
+    def test_a_full_disk_is_one_clear_error(self, tmp_path, record, monkeypatch):
         samples, sizes, labels = record(3)
-        folder = RunFolder.create(tmp_path / "run")
-        folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
-        folder._journal._file.close()
-        with open("/dev/full", "wb", buffering=0) as full:
-            folder._journal._file = full
-            with pytest.raises(BrokenRunError, match="cannot be written: No space left on device"):
-                folder.append(samples)
+        message = "cannot be written: No space left on device"
+        with pytest.raises(BrokenRunError, match=message), RunFolder.create(tmp_path / "run") as folder:
+            folder.begin("name: synthetic\n", "<mujoco/>\n", sizes, labels)
+            journal = folder._journal
+            journal._file.close()
+            journal._file = open("/dev/full", "wb", buffering=0)
+            monkeypatch.setattr(
+                folder, "fail", lambda *arguments: journal.append(samples)
+            )  # as full as before
+            folder.append(samples)
+        assert journal._file.closed and journal._episodes.closed

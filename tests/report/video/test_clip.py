@@ -15,7 +15,8 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.report.video import video
 from escort_mj.report.video.clip import LENGTH, plan_clip
 from escort_mj.scenario.schema.scenario import Video
-from tests.report.video.test_video import banner, needs_gl, read
+from tests.drawing import needs_gl
+from tests.report.video.test_video import banner, read
 
 SMALL = Video(width=320, height=180, rate=5)
 

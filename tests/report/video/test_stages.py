@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 import escort_mj
-from escort_mj import gl, palette
+from escort_mj import palette
 from escort_mj.record.folder import MODEL, read_run
 from escort_mj.report.figures import figures
 from escort_mj.report.video import video
@@ -14,9 +14,9 @@ from escort_mj.report.video.replay import replay_of
 from escort_mj.report.video.shots import plan_shot
 from escort_mj.report.video.stages import panels_of, stage_replays
 from escort_mj.scenario import parse_scenario
+from tests.drawing import needs_gl
 from tests.report.video.test_video import hue_distance, read
 
-BACKEND, REASON = gl.choose_backend()
 SIZE = 640, 360
 SCENARIO = """
 axes: {axes}
@@ -85,7 +85,7 @@ def test_paths_are_drawn_in_pairs_of_axes(folder, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", [7, 4, 5], indirect=True)
-@pytest.mark.skipif(BACKEND is None, reason=f"nothing can be drawn here: {REASON}")
+@needs_gl
 def test_each_robot_is_seen_on_every_stage_in_its_color(folder):
     run = read_run(folder)
     replay, model = replay_of(run.trace), mujoco.MjModel.from_xml_path(str(run.path / MODEL))

@@ -18,10 +18,9 @@ from escort_mj.report.video.film import ENDING
 from escort_mj.report.video.replay import replay_of
 from escort_mj.report.video.shots import plan_shot
 from escort_mj.scenario.schema.scenario import Video
+from tests.drawing import needs_gl
 from tests.limits import files_up_to
 
-BACKEND, REASON = gl.choose_backend()
-needs_gl = pytest.mark.skipif(BACKEND is None, reason=f"nothing can be drawn here: {REASON}")
 SMALL = Video(width=320, height=180, rate=5, speed=2.0)
 
 
