@@ -149,7 +149,12 @@ class AvoidObstacles(Behavior):
         return (b + np.sqrt(np.maximum(discriminant, 0.0))) / (2.0 * a) + self.gain_margin
 
     def beside(self, now: Situation, below: Array) -> Array:
-        """Return the sidestep: what goes along the safe sphere against head-on approaches (remark 6)."""
+        """Return the sidestep: what goes along the safe sphere against head-on approaches (remark 6).
+
+        Args:
+            now: The situation.
+            below: What the behaviors below want within the speed limit, shape (n, p) [m/s].
+        """
         q, (depth, intruder) = now.q, self._worst(now)
         axes = q.shape[1]
         r = np.stack([distance(q, intruder).jacobian[i, i * axes : (i + 1) * axes] for i in range(len(q))])
@@ -266,9 +271,7 @@ def someone_within(distance: float, i: int, avoid: Any, q: Array, radius: Array,
 
 
 @inlined
-def sidestep(
-    level: int, levels: int, share: float, active: Lanes, direction: Array, carried: Array, parts: Array
-) -> None:
+def sidestep(level: int, share: float, active: Lanes, direction: Array, wanted: Array, parts: Array) -> None:
     """Adds to avoidance a part along the safe sphere, where the wishes below it are blocked head-on.
 
     What they leave along the sphere, w, is filled up to a share of what avoidance blocks of them. All robots
@@ -277,21 +280,19 @@ def sidestep(
 
     Args:
         level: Which part is that of avoidance.
-        levels: Number of parts.
         share: Share of the blocked speed.
         active: 1 for robots that avoid, else 0.
         direction: Unit vector r away from the intruder, in rows for axes.
-        carried: The target's velocity, as far as it is left [m/s].
+        wanted: Velocity that robots would have without avoidance, within the speed limit [m/s]. Wishes
+            beyond it would turn a robot another way than it goes outside of the sphere, and hold it there.
         parts: Parts by level, p rows each [m/s]; that of avoidance is changed.
     """
-    p = carried.shape[0]
+    p = wanted.shape[0]
     outward, square = everywhere(0.0), everywhere(0.0)
     for k in range(p):
-        wanted = row_of(carried, k)
-        for lower in range(level + 1, levels):
-            wanted = wanted + row_of(parts, lower * p + k)
-        outward = outward + wanted * row_of(direction, k)
-        square = square + wanted * wanted
+        along = row_of(wanted, k)
+        outward = outward + along * row_of(direction, k)
+        square = square + along * along
     speed = -share * outward - root(greatest(square - outward * outward, 0.0))
     speed = where(speed > 0.0, speed, 0.0) * active
     if p % 2 == 0:

@@ -126,7 +126,8 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
             if plan.level_behavior[first + level] == AVOID_OBSTACLES:
                 share = avoidance_of(first + level, plan).sidestep
                 if share > 0.0:
-                    sidestep(level, levels, share, task.active, x, carried, parts)
+                    _spend(level + 1, highest, levels, carried, parts, plan.max_speed, relative)
+                    sidestep(level, share, task.active, x, relative, parts)
         for lower in range(level + 1, levels):
             leave(p, task, x, parts, p * lower)
         if not escort:
@@ -140,14 +141,7 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
             leave(p, task, x, relative, 0)
             for k in range(p):
                 set_row(carried, k, moving * state.target_velocity_measured[k] + row_of(relative, k))
-    for k in range(p):
-        set_row(relative, k, everywhere(0.0))
-    for level in range(levels):
-        if level == highest:
-            _add_within_limit(relative, carried, 0, plan.max_speed)
-        _add_within_limit(relative, parts, p * level, plan.max_speed)
-    if highest == levels:
-        _add_within_limit(relative, carried, 0, plan.max_speed)
+    _spend(0, highest, levels, carried, parts, plan.max_speed, relative)
     set_velocities(i, phase, relative, active, plan, state)
 
 
@@ -250,6 +244,32 @@ def leave(p: int, task: Wish, x: Array, parts: Array, at: int) -> None:
 
 
 @inlined
+def _spend(
+    level: int, highest: int, levels: int, carried: Array, parts: Array, max_speed: float, total: Array
+) -> None:
+    """Adds up the parts from one level down, each as far as the speed limit leaves room for it.
+
+    Args:
+        level: The first level.
+        highest: That of the most important escort behavior: the feed-forward comes before it.
+        levels: Number of levels.
+        carried: What is left of the feed-forward, in p rows of lanes [m/s].
+        parts: Parts by level, p rows each [m/s].
+        max_speed: Limit [m/s]; `UNLIMITED` for none.
+        total: Result, in p rows [m/s].
+    """
+    p = total.shape[0]
+    for k in range(p):
+        set_row(total, k, everywhere(0.0))
+    for lower in range(level, levels):
+        if lower == highest:
+            _add_within_limit(total, carried, 0, max_speed)
+        _add_within_limit(total, parts, p * lower, max_speed)
+    if highest == levels:
+        _add_within_limit(total, carried, 0, max_speed)
+
+
+@inlined
 def _add_within_limit(total: Array, parts: Array, at: int, max_speed: float) -> None:
     """Adds as much of a part as the speed limit leaves: total + alpha part, alpha in [0, 1] at its largest.
 
@@ -294,8 +314,8 @@ def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, 
     Returns:
         v_d, shape (n, p) [m/s], and who avoids, shape (n,).
     """
-    q, setup = now.q, now.setup
-    c_dot = np.tile(now.c_dot, len(q)) * setup.target_feedforward
+    q = now.q
+    c_dot = np.tile(now.c_dot, len(q)) * now.setup.target_feedforward
     carried = c_dot  # what the projections leave of c_dot
     parts: list[Array] = []
     place = 0  # of c_dot among the parts: right before the highest escort behavior
@@ -303,19 +323,23 @@ def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, 
     for behavior in reversed(behaviors):
         velocity, projector = behavior.resolved(now)
         if behavior.frame == "world":
-            below = (carried + np.sum(parts, axis=0)).reshape(q.shape)
-            velocity = velocity + behavior.beside(now, below).ravel()
+            velocity = velocity + behavior.beside(now, _spent(parts, carried, place, now)).ravel()
             carried, place = projector @ carried, place + 1
             if behavior.avoids:
                 avoiding = avoiding | behavior.active(now)
         else:
             carried, place = c_dot + projector @ (carried - c_dot), 0
         parts = [velocity, *(projector @ part for part in parts)]
-    parts.insert(place, carried)
-    if not np.isfinite(setup.max_speed):
-        return np.sum(parts, axis=0).reshape(q.shape), avoiding
-    by_robot = np.array(parts).reshape(len(parts), *q.shape).swapaxes(0, 1)
-    return np.array([spend(robot, setup.max_speed) for robot in by_robot]), avoiding
+    return _spent(parts, carried, place, now), avoiding
+
+
+def _spent(parts: list[Array], carried: Array, place: int, now: Situation) -> Array:
+    """Return what the speed limit leaves of parts and of the feed-forward, which has its place among them."""
+    together = [*parts[:place], carried, *parts[place:]]
+    if not np.isfinite(now.setup.max_speed):
+        return np.sum(together, axis=0).reshape(now.q.shape)
+    by_robot = np.array(together).reshape(len(together), *now.q.shape).swapaxes(0, 1)
+    return np.array([spend(robot, now.setup.max_speed) for robot in by_robot])
 
 
 def spend(contributions: Array, max_speed: float) -> Array:

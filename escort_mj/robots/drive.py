@@ -132,6 +132,11 @@ class DriveModel:
         return Drive(*map(float, [*numbers, *[*start, 0.0][:3]]))
 
     @property
+    def motors(self) -> tuple[Input, ...]:
+        """The actuators that are motors; servos are none."""
+        return tuple(row for row in self.inputs if row.gain > 0.0)
+
+    @property
     def pushes(self) -> bool:
         """Whether the law's force is what is demanded; otherwise its reference."""
         return self.mode in (FORCE, THRUST)

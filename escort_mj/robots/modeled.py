@@ -163,8 +163,8 @@ class ModeledKind(RobotKind):
         return self.robot(1.0, 0.2).coordinates
 
     def motors(self, axes: int) -> int:
-        """Return 0: its actuators have their gains from the model."""
-        return 0
+        """Return the number of motors that drive it; servos have no errors of their own."""
+        return len(self.robot(1.0, 0.2).drive.motors)
 
     def actuators(self, axes: int) -> int:
         """Return the number of its actuators, those included that hold still."""

@@ -268,3 +268,29 @@ def test_avoidance_takes_its_speed_first(axes: int, seed: int) -> None:
     for i in np.flatnonzero(active):
         r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
         assert signals.v_d[i] @ r == pytest.approx(min(np.linalg.norm(v1[i]), limit), rel=1e-10)
+
+
+def test_wishes_beyond_the_speed_limit_do_not_call_for_a_sidestep() -> None:
+    """Else robots go one way around outside of a safe sphere and the other way inside, and stay there."""
+    changed = 0
+    for seed in range(40):
+        setup, q, v = crowded(2, seed)
+        v = 0.0 * v  # avoidance leaves room within the limit
+        limited = replace(setup, max_speed=0.5)
+        stack = (AVOID.model_copy(update={"sidestep": 0.6}), CHORDS, SURFACE)
+        plain, stepped = (
+            evaluate(replace(limited, behaviors=each), q, v).v_d for each in (limited.behaviors, stack)
+        )
+        escort, wishes = (
+            evaluate(replace(each, behaviors=(CHORDS, SURFACE)), q, v).v_d for each in (limited, setup)
+        )
+        depth, intruder = AVOID.intrusion(q, setup)
+        for i in np.flatnonzero(depth > 0.0):
+            r = (q[i] - intruder[i]) / np.linalg.norm(q[i] - intruder[i])
+            free = [
+                -0.6 * each[i] @ r <= np.linalg.norm(each[i] - (each[i] @ r) * r) for each in (escort, wishes)
+            ]
+            if free[0]:
+                np.testing.assert_array_equal(stepped[i], plain[i])
+                changed += not free[1]
+    assert changed, "some robots would step aside for wishes that nobody follows"

@@ -136,7 +136,11 @@ def test_one_error_with_its_place(name: str, tmp_path: Path) -> None:
 
 MISUSED = {
     "in space": (ROVER, "axes: 3\n", "found mjcf in 3 axes; expected axes 2"),
-    "errors of motors": (model(), "  actuators: {lag: 0.1}\n", "robot 1 has actuators of its own"),
+    "errors of motors": (
+        ROVER.replace("<motor", "<velocity"),
+        "  actuators: {lag: 0.1}\n",
+        "found errors of motors; servos move robot 1",
+    ),
     "another mass": (model(), "  mass: 3\n", "found 3 kg; the robot's file says 1 kg, leave it out"),
     "too small": (model(), "  radius: 0.05\n", "found 0.05 m; it reaches 0.1"),
     "the truth": (model(), "recording: {truth: true}\n", "found true; robot 1 is of the kind mjcf"),

@@ -232,6 +232,39 @@ def test_a_team_of_three_kinds_escorts(team: Path, compiled: None) -> None:
     assert not trace["drive_force"].values[:, 2].any(), "a servo decides on its force"
 
 
+MOTORS = """
+duration: 3
+target: {{position: [0, 0], radius: 0.2}}
+mission: {{radius: 2, behaviors: [surface]}}
+robots: {{kind: {{kind: mjcf, file: robot.xml}}, actuators: {{{}}}, positions: [[3, 0], [-3, 0]]}}
+controller: {{gains: auto}}
+"""
+
+
+def test_motors_of_a_file_lag_and_have_errors_of_their_gains(tmp_path: Path, compiled: None) -> None:
+    (tmp_path / "robot.xml").write_text(HEXAROTOR)
+    (tmp_path / "team.yaml").write_text(MOTORS.format("lag: 0.05, gain_error: 0.1"))
+    scenario = load_file(tmp_path / "team.yaml")
+    model = build(scenario).model
+    assert (model.actuator_dynprm[:, 0] == 0.05).all() and model.na == 12
+    off = model.actuator_gainprm[:, 0] - 1.0
+    assert 0.03 < np.abs(off).max() <= 0.1 and len(set(off)) == 12
+    np.testing.assert_allclose(model.key_act[0], 1.5 * 9.81 / 6, rtol=1e-9)
+    run = fly(scenario)
+    assert run.passed, run.message
+    assert np.ptp(run.trace["qpos"].values[:, 2]) < 0.15, "rotors turn from the start"
+
+
+def test_motors_of_a_file_have_dead_zones(tmp_path: Path, compiled: None) -> None:
+    (tmp_path / "robot.xml").write_text(TORQUES)
+    (tmp_path / "team.yaml").write_text(MOTORS.format("dead_zone: 1.4"))
+    run = fly(load_file(tmp_path / "team.yaml"))
+    assert run.passed, run.message
+    pushed = np.linalg.norm(run.trace["drive_force"].values, axis=2)
+    most = 2.0 * (1.5 - 1.4) / 0.06  # along the robot, and as much across at a point half the track ahead
+    assert 0.5 * most < pushed.max() < np.hypot(most, most) + 1e-9
+
+
 def test_what_is_left_of_robots_that_fail(team: Path, compiled: None) -> None:
     """Dead wheels come to rest, and a servo that is stuck keeps its place."""
     failures = [{"robot": 2, "at": 2}, {"robot": 3, "at": 2, "kind": "stuck"}]

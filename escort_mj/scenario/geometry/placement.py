@@ -88,11 +88,13 @@ def gravity_of(scenario: Scenario) -> tuple[float, ...]:
 def _gains(
     seed: int, kinds: Sequence[RobotKind], actuators: Sequence[Actuators], axes: int
 ) -> tuple[Array, ...]:
-    """Gain of each motor of each robot; a robot's are the same whatever the others are."""
+    """Gain of each motor of each robot, those of a robot whatever the others are; many motors repeat some."""
     random = np.random.Generator(np.random.Philox([seed, GAINS]))
     drawn = 2.0 * random.random((len(kinds), MOST_MOTORS)) - 1.0
     return tuple(
-        1.0 + each.gain_error * row[: kind.motors(axes)] if each.gains is None else np.array(each.gains)
+        1.0 + each.gain_error * np.resize(row, kind.motors(axes))
+        if each.gains is None
+        else np.array(each.gains)
         for kind, each, row in zip(kinds, actuators, drawn, strict=True)
     )
 

@@ -240,7 +240,8 @@ def _rotor_gains(team: Placement, flying: NDArray[np.int64]) -> Array:
     """Gain of the motor of each rotor, of kinds with four alike."""
     gains = np.ones((len(flying), ROTORS))
     for row, i in zip(gains, flying, strict=True):
-        row[: len(team.gains[i])] = team.gains[i]
+        if not team.kind[i].driven:
+            row[: len(team.gains[i])] = team.gains[i]
     return gains
 
 

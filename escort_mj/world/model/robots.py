@@ -67,7 +67,9 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: 
     for i, (kind, velocity) in enumerate(zip(robots.kind, robots.velocity, strict=True)):
         if isinstance(kind, ModeledKind):
             own = kind.robot(float(robots.mass[i]), float(robots.radius[i]))
-            start_model(model, own, f"robot_{i + 1}", velocity, pose, speeds, controls)
+            lagging = own.drive.lifts and robots.actuators[i].lag > 0.0
+            lift = kind.lift(float(robots.mass[i]), gravity)[2] if lagging else 0.0
+            start_model(model, own, f"robot_{i + 1}", velocity, lift, pose, speeds, controls, activations)
             continue
         dof = model.jnt_dofadr[model.body(f"robot_{i + 1}").jntadr[0]]
         speeds[dof : dof + len(velocity)] = velocity
@@ -94,7 +96,8 @@ def _add_body(
     name = f"robot_{i + 1}{stage.suffix}"
     if isinstance(kind, ModeledKind):
         hull = [*palette.robot_color(i, len(robots.mass)), HULL_OPACITY]
-        add_model(tree, kind.robot(float(robots.mass[i]), radius), name, place, radius, hull)
+        own = kind.robot(float(robots.mass[i]), radius)
+        add_model(tree, own, name, place, radius, hull, robots.actuators[i].lag, robots.gains[i])
         return
     unused = tuple(set("xyz") - set(stage.directions))
     body = copied(child_named(part_of(kind), "body", "robot"), name, skip=unused)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.mjcf import section, set_attributes
+from escort_mj.robots.drive import DEMANDS, THRUST
+from escort_mj.robots.drive import controls as commanded
 from escort_mj.robots.modeled import ModeledKind, RobotModel
 from escort_mj.scenario.geometry.placement import Placement
 from escort_mj.scenario.schema.environment import Environment
@@ -39,7 +41,14 @@ def add_assets(tree: Element, models: Iterable[RobotModel]) -> None:
 
 
 def add_model(
-    tree: Element, model: RobotModel, name: str, place: Array, radius: float, color: Sequence[float]
+    tree: Element,
+    model: RobotModel,
+    name: str,
+    place: Array,
+    radius: float,
+    color: Sequence[float],
+    lag: float,
+    gains: Array,
 ) -> None:
     """Add one robot with all that belongs to it.
 
@@ -50,6 +59,8 @@ def add_model(
         place: Of the controlled point, shape (3,) [m]; the height of robots on the floor is their own.
         radius: Of the hull [m].
         color: Of the hull.
+        lag: Of its motors [s].
+        gains: Of its motors, over those of the file, shape (motors,).
     """
     assets, root = model.digest[:DIGITS], str(model.root.get("name"))
     body = named_copy(model.root, name, assets, root)
@@ -67,7 +78,20 @@ def add_model(
     set_attributes(hull, size=radius, pos=model.drive.point, rgba=color)
     for tag, elements in model.sections.items():
         if tag != "asset":
-            section(tree, tag).extend(named_copy(each, name, assets, root) for each in elements)
+            copies = [named_copy(each, name, assets, root) for each in elements]
+            section(tree, tag).extend(copies)
+            if tag == "actuator":
+                _spoil([copies[int(row.control)] for row in model.drive.motors], lag, gains)
+
+
+def _spoil(motors: Sequence[Element], lag: float, gains: Array) -> None:
+    """Give motors their lag and the errors of their gains."""
+    for motor, gain in zip(motors, gains, strict=True):
+        if gain != 1.0:
+            nominal, *others = map(float, motor.get("gainprm", "1").split())
+            set_attributes(motor, gainprm=[gain * nominal, *others])
+        if lag > 0.0:
+            set_attributes(motor, dyntype="filterexact", dynprm=lag)
 
 
 def own_geoms(tree: Element, robots: Placement) -> set[Element]:
@@ -91,20 +115,24 @@ def start_model(
     robot: RobotModel,
     name: str,
     velocity: Array,
+    lift: float,
     pose: Array,
     speeds: Array,
     controls: Array,
+    activations: Array,
 ) -> None:
-    """Write a robot's start pose, motion and controls into those of the world.
+    """Write a robot's start pose, motion, controls and what its motors make into those of the world.
 
     Args:
         model: The compiled world.
         robot: What the robot is.
         name: Of its outermost body.
         velocity: Of its controlled point, shape (p,) [m/s].
+        lift: Force against its weight, made by motors that lag; 0 where they do not [N].
         pose: Result: generalized positions, shape (nq,).
         speeds: Result: generalized velocities, shape (nv,).
         controls: Result: shape (nu,).
+        activations: Result: shape (na,).
     """
     root = model.body(name).id
     joints = np.flatnonzero(model.body_rootid[model.jnt_bodyid] == root)
@@ -119,3 +147,8 @@ def start_model(
     )
     if first is not None:
         controls[first : first + robot.actuators] = robot.ctrl
+        if lift > 0.0:
+            demand = np.zeros(DEMANDS)
+            demand[0 if robot.drive.mode == THRUST else 2] = lift
+            for row, control in zip(robot.drive.inputs, commanded(robot.drive, demand), strict=True):
+                activations[model.actuator_actadr[first + int(row.control)]] = control
