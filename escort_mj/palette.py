@@ -48,6 +48,7 @@ BEHAVIORS = {
         "repulsion": "7F3B08",
         "surface": "E69F00",
         "goal": "56B4E9",
+        "formation": "CC79A7",
     }.items()
 }
 PHASES = tuple(from_hex(code) for code in ("F2F2F2", "88CCEE", "DDCC77", "CC6677", "AA4499", "44AA99"))

@@ -3,7 +3,8 @@
 from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.chords import Chords
-from escort_mj.behaviors.goal import Goal
+from escort_mj.behaviors.formation import Formation
+from escort_mj.behaviors.goal import Goal, Headed
 from escort_mj.behaviors.repulsion import Repulsion
 from escort_mj.behaviors.surface import Surface
 from escort_mj.behaviors.vertices import Vertices
@@ -11,4 +12,15 @@ from escort_mj.components.found import found_in
 
 BEHAVIORS: tuple[type[Behavior], ...] = found_in(__name__, __path__, Behavior)
 
-__all__ = ["BEHAVIORS", "AvoidObstacles", "Behavior", "Chords", "Goal", "Repulsion", "Surface", "Vertices"]
+__all__ = [
+    "BEHAVIORS",
+    "AvoidObstacles",
+    "Behavior",
+    "Chords",
+    "Formation",
+    "Goal",
+    "Headed",
+    "Repulsion",
+    "Surface",
+    "Vertices",
+]

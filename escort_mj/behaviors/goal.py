@@ -71,18 +71,13 @@ class GoalParameters(Fields):
         """Return the values of the fields for a mission."""
         lists = [points for goals in setup.goals for points in goals]
         counts = [len(points) for points in lists]
-        found = [
-            (behavior.reach, number)
-            for number, phase in enumerate(setup.all_phases)
-            for behavior in phase.behaviors
-            if isinstance(behavior, Goal)
-        ]
+        stacks = setup.numbered(Goal)
         return {
             "goal_points": np.concatenate([np.zeros((0, setup.axes)), *lists]),
             "goal_first": np.cumsum([0, *counts])[:-1],
             "goal_count": counts,
-            "goal_reach": [reach for reach, _ in found],
-            "goal_phase": [phase for _, phase in found],
+            "goal_reach": [goal.reach for _, goal in stacks],
+            "goal_phase": [phase for phase, _ in stacks],
         }
 
 
@@ -93,20 +88,32 @@ class GoalState(Fields):
     goal_velocity: Annotated[Array, "headed", "p", Value("m/s", "how fast the point that it goes to moves")]
 
 
-class Goal(Behavior):
-    """Send each robot to its own goal, along waypoints if it has several."""
+@inlined
+def toward_goal(gain: float, i: int, state: State, x: Array, wish: Array, at: int) -> Wish:
+    """What behaviors with goals wish of robots i to i + 7."""
+    n, p = state.q.shape
+    here, goal, velocity = stack_rows(p), stack_rows(p), stack_rows(p)
+    load_rows(state.q_measured, i, here)
+    load_rows(state.goal, i, goal)
+    load_rows(state.goal_velocity, i, velocity)
+    square = everywhere(0.0)
+    for k in range(p):
+        way = where(there(n - i), row_of(goal, k) - row_of(here, k), 0.0)
+        square = square + way * way
+        set_row(wish, at + k, where(there(n - i), gain * way + row_of(velocity, k), 0.0))
+        set_row(x, k, everywhere(0.0))
+    return across(everywhere(0.0), root(square))
+
+
+class Headed(Behavior):
+    """Base of behaviors that say where each robot is to be."""
 
     frame: ClassVar[Literal["target", "world"]] = "world"
-    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "goals", "reach"})
 
-    behavior: Literal["goal"] = "goal"
-    goals: Goals
-    """One entry per robot, a point or a list of waypoints [m]; `opposite`: each robot's start, mirrored at
-    the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
     gain: PositiveFloat = 0.8
     """Gain of the distance to the goal [1/s]."""
     reach: PositiveFloat = 0.1
-    """Distance at which a waypoint counts as passed [m]; the last one is never left."""
+    """Distance at which a waypoint counts as passed, and the last one as reached [m]."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task sigma = q, which is to become the goal: it takes all directions."""
@@ -116,20 +123,20 @@ class Goal(Behavior):
         """Return the distance to the goal."""
         return np.asarray(np.linalg.norm(now.goal - now.q, axis=1))
 
+
+class Goal(Headed):
+    """Send each robot to its own goal, along waypoints if it has several."""
+
+    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "goals", "reach"})
+
+    behavior: Literal["goal"] = "goal"
+    goals: Goals
+    """One entry per robot, a point or a list of waypoints [m]; `opposite`: each robot's start, mirrored at
+    the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
+
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
-        n, p = state.q.shape
-        here, goal, velocity = stack_rows(p), stack_rows(p), stack_rows(p)
-        load_rows(state.q_measured, i, here)
-        load_rows(state.goal, i, goal)
-        load_rows(state.goal_velocity, i, velocity)
-        square = everywhere(0.0)
-        for k in range(p):
-            way = where(there(n - i), row_of(goal, k) - row_of(here, k), 0.0)
-            square = square + way * way
-            set_row(wish, at + k, where(there(n - i), self.gain * way + row_of(velocity, k), 0.0))
-            set_row(x, k, everywhere(0.0))
-        return across(everywhere(0.0), root(square))
+        return toward_goal(self.gain, i, state, x, wish, at)
 
 
 @on_demand
@@ -182,10 +189,7 @@ class GoalsReached:
     """
 
     def __init__(self, setup: Setup) -> None:
-        self._stacks = [
-            (number, next((b for b in phase.behaviors if isinstance(b, Goal)), None))
-            for number, phase in enumerate(setup.all_phases)
-        ]
+        self._stacks = setup.numbered(Goal)
         self._lists = setup.goals
         self._at = np.zeros((len(setup.goals), setup.count), dtype=int)
         self.point = np.zeros((setup.count, setup.axes))
@@ -201,8 +205,7 @@ class GoalsReached:
             q: Measured positions, shape (n, p) [m].
             phase: That rules each robot, shape (n,).
         """
-        having = [(number, goal) for number, goal in self._stacks if goal is not None]
-        for b, (number, goal) in enumerate(having):
+        for b, (number, goal) in enumerate(self._stacks):
             for i in np.flatnonzero(phase == number):
                 points, at = self._lists[b][i], self._at[b, i]
                 if np.linalg.norm(points[at] - q[i]) <= goal.reach and at + 1 < len(points):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
+from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
 from escort_mj.behaviors.vertices import turn_figure
 from escort_mj.components.movers import drive
@@ -82,6 +83,8 @@ def evaluate(plan: Plan, state: State) -> None:
         supervise(plan, state)
     if moved and plan.goal_phase.shape[0] > 0:
         choose_goals(plan, state)
+    if moved and plan.formation_phase.shape[0] > 0:
+        place_formations(plan, state)
     someone = plan.alike or refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
         turn_figure(

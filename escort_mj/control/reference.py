@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.behaviors.formation import Places
 from escort_mj.behaviors.goal import GoalsReached
 from escort_mj.behaviors.task import Situation
 from escort_mj.behaviors.vertices import turned
@@ -82,7 +83,7 @@ class ReferenceController:
         self._team = Team.whole(self.setup)
         self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
-        self._goals = GoalsReached(self.setup)
+        self._goals, self._places = GoalsReached(self.setup), Places(self.setup)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
         self._supervisor, self._holder = Supervisor(self.setup), Holder(self.setup)
@@ -143,6 +144,7 @@ class ReferenceController:
         held = self._v_d - target_velocity * setup.target_feedforward
         if moved:
             self._goals.choose(q_m, phase)
+            self._places.place(t, target, target_velocity, phase, self._goals)
         fresh = self._holder.fires(t, q_m, target, held, phase, self._avoiding, self._supervisor, lost)
         if moved and fresh.any() and setup.figure is not None:
             self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])

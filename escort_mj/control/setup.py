@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,9 @@ from escort_mj.numerics.thomson import Figure, least_energy
 from escort_mj.sensing.sensors import Sensors
 
 Array = NDArray[np.float64]
+B = TypeVar("B", bound=Behavior)
 
+WAY_SAMPLES = 200  # of the way of a formation
 EASY = 32  # robots whose even points are solved in a few seconds
 MOST_JUDGED = 200  # robots; the energy of more takes long to sum over a trace
 
@@ -60,6 +62,22 @@ class Mover(NamedTuple):
     obstacle: int
 
 
+class Frame(NamedTuple):
+    """The frame of a formation.
+
+    Attributes:
+        offsets: Place of each robot in it, shape (n, p) [m].
+        function: Position, cosine and sine of the heading, and scale: p + 3 components.
+        along: Whether it heads along its way instead.
+        follows: Whether it goes with the target instead.
+    """
+
+    offsets: Array
+    function: FunctionOfTime
+    along: bool
+    follows: bool
+
+
 @dataclass(frozen=True)
 class Setup:
     """The controller's knowledge, and the disturbances and noise that the plant adds around it.
@@ -81,6 +99,7 @@ class Setup:
         disturbance: External force on every robot [N]; None for none.
         goals: By behavior `goal`, as `all_behaviors` has them, the waypoints of each robot, shape
             (waypoints, p) [m].
+        formations: By behavior `formation`, likewise.
         figure: The even figure that vertices keeps; None without vertices.
         failures: Robots whose motors fail.
         reforming: Figures of fewer robots; None without vertices, or where no robot fails.
@@ -116,6 +135,7 @@ class Setup:
     target: FunctionOfTime
     disturbance: FunctionOfTime | None
     goals: tuple[tuple[Array, ...], ...] = ()
+    formations: tuple[Frame, ...] = ()
     figure: Figure | None = None
     failures: tuple[Failure, ...] = ()
     reforming: Reforming | None = None
@@ -141,7 +161,35 @@ class Setup:
     @property
     def headed(self) -> bool:
         """Whether robots have goals."""
-        return bool(self.goals)
+        return bool(self.goals or self.formations)
+
+    def destinations(self, duration: float) -> Array:
+        """Where robots are sent: all waypoints, and corners around the formations on their ways.
+
+        Args:
+            duration: How long formations are looked at [s].
+
+        Returns:
+            Points, shape (k, p) [m]; those of formations that go with the target are left out.
+        """
+        p, times = self.axes, np.linspace(0.0, duration, WAY_SAMPLES)
+        found = [np.zeros((0, p)), *(points for stack in self.goals for points in stack)]
+        for frame in self.formations:
+            if not frame.follows:
+                value = frame.function.position(times)
+                reach = np.abs(value[:, -1]) * np.linalg.norm(frame.offsets, axis=1).max()
+                ways = np.concatenate([np.eye(p), -np.eye(p)])
+                found.append((value[:, None, :p] + reach[:, None, None] * ways).reshape(-1, p))
+        return np.concatenate(found)
+
+    def numbered(self, kind: type[B]) -> list[tuple[int, B]]:
+        """Return the behaviors of a kind, each with the number of its phase, in their order."""
+        return [
+            (number, behavior)
+            for number, phase in enumerate(self.all_phases)
+            for behavior in phase.behaviors
+            if isinstance(behavior, kind)
+        ]
 
     @property
     def kinds(self) -> list[str]:

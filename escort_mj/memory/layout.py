@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 
 from escort_mj.behaviors.chords import ChordParameters, ChordState
+from escort_mj.behaviors.formation import FormationParameters, FormationState
 from escort_mj.behaviors.goal import GoalParameters, GoalState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
@@ -61,6 +62,7 @@ class Plan(
     ChordParameters,
     VertexParameters,
     GoalParameters,
+    FormationParameters,
     FailureParameters,
     ReformingParameters,
     ClearanceParameters,
@@ -86,6 +88,7 @@ class State(
     ChordState,
     VertexState,
     GoalState,
+    FormationState,
     ReformingState,
     CustomState,
     NeighborState,

@@ -108,8 +108,9 @@ def _stretches(sizes: Mapping[str, int]) -> Array:
 def _functions(setup: Setup) -> dict[str, Any]:
     """Programs of the functions of time, and where each has its instructions."""
     code, target, segments = setup.target.programs()
+    moved = [mover.path for mover in setup.movers]
     spans: list[Array] = [np.asarray(target, dtype=float)]
-    for function in (setup.disturbance, *(mover.path for mover in setup.movers)):
+    for function in (setup.disturbance, *moved, *(frame.function for frame in setup.formations)):
         if function is None:
             spans.append(np.zeros((setup.axes, 2)))
             continue
@@ -130,7 +131,8 @@ def _functions(setup: Setup) -> dict[str, Any]:
         **tabulate(sums),
         "target": spans[0],
         "disturbance": spans[1],
-        "mover_paths": np.reshape(spans[2:], (-1, 2)),
+        "mover_paths": np.reshape(spans[2 : 2 + len(moved)], (-1, 2)),
+        "formation_frames": np.reshape(spans[2 + len(moved) :], (-1, 2)),
     }
 
 

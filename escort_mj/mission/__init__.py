@@ -262,8 +262,8 @@ def _simulate(
 
 def bound_of(scenario: Scenario, world: World) -> float:
     """Distance to the target beyond which the mission has diverged [m]."""
-    goals = [points for goals in world.setup.goals for points in goals]
-    places = np.vstack([world.team.position, *goals]) - world.setup.target.position(0.0)
+    sent = world.setup.destinations(scenario.duration)
+    places = np.vstack([world.team.position, sent]) - world.setup.target.position(0.0)
     return DIVERGED_BEYOND * max(scenario.mission.radius, float(np.linalg.norm(places, axis=1).max()))
 
 

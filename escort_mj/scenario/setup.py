@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from escort_mj.behaviors import Behavior, Chords, Vertices
-from escort_mj.control.setup import FunctionOfTime, Mover, Setup
+from escort_mj.behaviors import Behavior, Chords, Formation, Vertices
+from escort_mj.behaviors.formation import ALONG
+from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Setup
 from escort_mj.control.supervisor import Phase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
@@ -16,7 +17,13 @@ from escort_mj.numerics.thomson import Figure, even_figure
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
-from escort_mj.scenario.geometry.trajectory import disturbance_trajectory, target_trajectory, trajectory
+from escort_mj.scenario.geometry.trajectory import (
+    Trajectory,
+    disturbance_trajectory,
+    target_trajectory,
+    trajectory,
+)
+from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import sensors
@@ -46,6 +53,7 @@ def controller_setup(
         max_speed=scenario.mission.max_speed or math.inf,
         arrangement=_arrangement(scenario, robots, target.position(0.0)),
         goals=goals_of(scenario, robots, all_behaviors(scenario)),
+        formations=_formations(scenario),
         figure=_figure(scenario, robots, target.position(0.0)),
         obstacle_position=np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
         obstacle_radius=np.array(
@@ -84,6 +92,23 @@ def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
         Mover(trajectory(motion, scenario.axes), drive.mass, drive.force_limit or math.inf, drive.gain, index)
         for motion, drive, index in driven
     )
+
+
+def _formations(scenario: Scenario) -> tuple[Frame, ...]:
+    """Frames of the formations, in the order of their phases."""
+    found = []
+    for behavior in all_behaviors(scenario):
+        if not isinstance(behavior, Formation):
+            continue
+        way = Motion(
+            position=behavior.position, waypoints=behavior.waypoints, interpolation=behavior.interpolation
+        )
+        along = behavior.heading == ALONG
+        heading = 0.0 if along else behavior.heading
+        turned = [Expression(f"cos({heading})"), Expression(f"sin({heading})"), Expression(behavior.scale)]
+        function = Trajectory((*trajectory(way, scenario.axes).components, *turned))
+        found.append(Frame(np.array(behavior.offsets, dtype=float), function, along, behavior.follows))
+    return tuple(found)
 
 
 def _phases(scenario: Scenario) -> tuple[Phase, ...]:

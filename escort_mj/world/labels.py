@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from escort_mj.behaviors import AvoidObstacles, Goal
+from escort_mj.behaviors import AvoidObstacles, Headed
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario.geometry.bodies import obstacle_names
@@ -65,7 +65,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             **surroundings(world),
             "mission_radius": _size(scenario, world),
             "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
-            "goal_reach": next((b.reach for b in setup.all_behaviors if isinstance(b, Goal)), 0.0),
+            "goal_reach": next((b.reach for b in setup.all_behaviors if isinstance(b, Headed)), 0.0),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
             "height": world.team.height if scenario.axes == 2 else 0.0,
@@ -82,7 +82,7 @@ def _size(scenario: Scenario, world: World) -> float:
     """Distance to keep from the target; without one, how far starts and goals are from their middle [m]."""
     if scenario.target is not None:
         return scenario.mission.radius
-    places = np.vstack([world.team.position, *(points for stack in world.setup.goals for points in stack)])
+    places = np.vstack([world.team.position, world.setup.destinations(scenario.duration)])
     middle = 0.5 * (places.min(axis=0) + places.max(axis=0))
     return float(max(np.linalg.norm(places - middle, axis=1).max(), 4.0 * world.team.radius.max()))
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from escort_mj.behaviors import Goal
+from escort_mj.behaviors import Formation, Goal, Headed
+from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.errors import ScenarioError
 from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.checks.motion import check_defined, check_order
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count, team
+from escort_mj.scenario.schema.expressions import Expression, ExpressionError
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_REPORTED = 20
@@ -40,6 +43,60 @@ def check_target(scenario: Scenario) -> Iterator[Finding]:
                 ("mission", "supervisor", index, "when", "quantity"),
                 f"found {phase.when.quantity}; this mission has no target (target: null)",
             )
+
+
+def check_formations(scenario: Scenario) -> Iterator[Finding]:
+    """Formations have an offset for each robot, and one frame, which is defined through the whole run."""
+    count, axes = robot_count(scenario), scenario.axes
+    for path, formation in behaviors_of(scenario):
+        if not isinstance(formation, Formation):
+            continue
+        if len(formation.offsets) != count:
+            words = f"found {len(formation.offsets)} entries; expected {count}, one for each robot"
+            yield Finding((*path, "offsets"), words, related=(("robots", "count"), ("robots", "positions")))
+        if formation.position is not None and formation.waypoints is not None:
+            yield Finding(path, "found both position and waypoints; give one of them")
+        if formation.follows and scenario.target is None:
+            words = "found a formation that goes with the target; this mission has none: give position"
+            yield Finding(path, words, related=(("target",),))
+        vectors: list[tuple[Path, Sequence[object]]] = [
+            *(((*path, "offsets", i), offset) for i, offset in enumerate(formation.offsets)),
+            *(
+                ((*path, "waypoints", i, "position"), waypoint.position)
+                for i, waypoint in enumerate(formation.waypoints or ())
+            ),
+            *([((*path, "position"), formation.position)] if formation.position is not None else []),
+        ]
+        yield from (Finding(p, _dimension(len(v), axes)) for p, v in vectors if len(v) != axes)
+        yield from check_order((*path, "waypoints"), formation.waypoints or ())
+        heading = () if formation.heading == ALONG else (formation.heading,)
+        yield from _functions(scenario, (*path, "position"), formation.position or ())
+        yield from _functions(scenario, (*path, "heading"), heading)
+        yield from _functions(scenario, (*path, "scale"), (formation.scale,))
+
+
+def _functions(scenario: Scenario, path: Path, components: tuple[float | str, ...]) -> Iterator[Finding]:
+    """Numbers or expressions in t, defined through the whole run."""
+    for axis, component in enumerate(components):
+        place = (*path, axis) if path[-1] == "position" else path
+        try:
+            Expression(component)
+        except ExpressionError as error:
+            yield Finding(place, str(error))
+            continue
+        for finding in check_defined(scenario, path, (component,)):
+            yield finding._replace(path=place)
+
+
+def check_one_way(scenario: Scenario) -> Iterator[Finding]:
+    """No stack sends robots to two places at once."""
+    seen: dict[Path, str] = {}
+    for path, behavior in behaviors_of(scenario):
+        if isinstance(behavior, Headed):
+            if path[:-1] in seen:
+                words = f"found {behavior.behavior} beside {seen[path[:-1]]}; each says where all robots go"
+                yield Finding(path, words)
+            seen[path[:-1]] = behavior.behavior
 
 
 def check_goals(scenario: Scenario) -> Iterator[Finding]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 
+from escort_mj.components.waypoint import Waypoint
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.fields import Component
@@ -30,18 +32,21 @@ def check_motion(scenario: Scenario) -> Iterator[Finding]:
     for path, motion in motions:
         if motion.position is not None and motion.waypoints is not None:
             yield Finding(path, "found both position and waypoints; give one of them")
-        times = [waypoint.time for waypoint in motion.waypoints or ()]
-        for index in range(1, len(times)):
-            if times[index] <= times[index - 1]:
-                yield Finding(
-                    (*path, "waypoints", index, "time"),
-                    f"found {times[index]:g} s after {times[index - 1]:g} s; waypoints are in order of time",
-                )
-        yield from _defined(scenario, (*path, "position"), motion.position or ())
-    yield from _defined(scenario, ("uncertainty", "disturbance"), scenario.uncertainty.disturbance or ())
+        yield from check_order((*path, "waypoints"), motion.waypoints or ())
+        yield from check_defined(scenario, (*path, "position"), motion.position or ())
+    yield from check_defined(scenario, ("uncertainty", "disturbance"), scenario.uncertainty.disturbance or ())
 
 
-def _defined(scenario: Scenario, path: Path, components: tuple[Component, ...]) -> Iterator[Finding]:
+def check_order(path: Path, waypoints: Sequence[Waypoint]) -> Iterator[Finding]:
+    """Waypoints are in order of time."""
+    for index, (before, after) in enumerate(pairwise(waypoints), 1):
+        if after.time <= before.time:
+            words = f"found {after.time:g} s after {before.time:g} s; waypoints are in order of time"
+            yield Finding((*path, index, "time"), words)
+
+
+def check_defined(scenario: Scenario, path: Path, components: tuple[Component, ...]) -> Iterator[Finding]:
+    """Functions of time have finite values and derivatives through the whole run."""
     t = np.linspace(0.0, scenario.duration, SAMPLES)
     for axis, component in enumerate(components):
         value, rate = Expression(component).evaluate(t)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 
-from escort_mj.behaviors import Goal
+from escort_mj.behaviors import Headed
 from escort_mj.numerics.steps import last_step
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.checks.failures import check_failures
-from escort_mj.scenario.checks.goals import check_goals, check_target
+from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
 from escort_mj.scenario.checks.mission import (
     check_behaviors,
     check_formation,
@@ -96,7 +96,7 @@ def trace_size(scenario: Scenario) -> float:
         "group": len(bodies_of(scenario).watched),
     }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
-    headed = any(isinstance(behavior, Goal) for stack in stacks for behavior in stack)
+    headed = any(isinstance(behavior, Headed) for stack in stacks for behavior in stack)
     sizes |= channel_sizes(any(kind.driven for kind in kinds_of(scenario)), headed)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
@@ -121,6 +121,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_team, ("axes", "robots")),
     (check_kinds, ("axes", "robots")),
     (check_motion, ("axes", "duration", "target", "uncertainty", "obstacles")),
+    (check_formations, ("axes", "duration", "target", "robots", "mission")),
     (check_obstacles, ("axes", "physics", "obstacles")),
     (check_walls, ("axes", "walls")),
     (check_environment, ("axes", "environment")),
@@ -137,6 +138,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_trigger, ("mission",)),
     (check_video, ("duration", "video")),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
+    (check_one_way, ("mission",)),
     (check_target, ("target", "mission", "expect")),
     (check_goals, ("axes", "seed", "target", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission")),

@@ -8,6 +8,7 @@ from pydantic import Field, NonNegativeFloat, PlainValidator, PositiveFloat, Wit
 from pydantic_core import PydanticCustomError
 
 from escort_mj.components.parameters import Force, Mass, Parameters, Radius, Vector
+from escort_mj.components.waypoint import Waypoint
 from escort_mj.scenario.schema.fields import BODY_NAME, Component
 
 SPHERE_RADIUS = 0.5
@@ -46,15 +47,6 @@ def _or_table(schema: dict[str, Any]) -> None:
     table = {"type": "string", "pattern": r"\.csv$"}
     listed = {key: schema.pop(key) for key in ("type", "items", "minItems") if key in schema}
     schema["anyOf"] = [listed, table]
-
-
-class Waypoint(Parameters):
-    """Position of a body at a time."""
-
-    time: NonNegativeFloat
-    """Time [s]."""
-    position: Vector
-    """Position, one number per axis [m]."""
 
 
 class Motion(Parameters):

@@ -280,16 +280,11 @@ def _stages(scenario: Scenario, setup: Setup, robots: Placement, bodies: Sequenc
     reach = max(scenario.mission.radius + robots.radius.max(), _target_radius(scenario))
     around = np.concatenate([np.full(len(path), reach), robots.radius])[:, None]
     centers = np.vstack([path, robots.position])
-    goals = [
-        points + side * radius
-        for stack in setup.goals
-        for points, radius in zip(stack, robots.radius, strict=True)
-        for side in (-1.0, 1.0)
-    ]
+    sent, largest = setup.destinations(scenario.duration), robots.radius.max()
     corners = [corner for body in bodies for corner in body.corners(scenario.axes)]
     moments = np.linspace(0.0, scenario.duration, PATH_SAMPLES)
     corners += [mover.path.position(moments) for mover in setup.movers if mover.obstacle >= 0]
-    every = np.vstack([centers - around, centers + around, *goals, *corners])
+    every = np.vstack([centers - around, centers + around, sent - largest, sent + largest, *corners])
     low, high = every.min(axis=0), every.max(axis=0)
     height = robots.height if scenario.axes == 2 else 0.0
     return stages_of(low, high, height, scenario.mission.radius, robots.radius.max(), len(robots.mass))

@@ -1,0 +1,204 @@
+"""Keep a formation: each robot has an offset in a frame that follows a path or the target and may turn."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from escort_mj.behaviors.goal import GoalsReached, Headed, toward_goal
+from escort_mj.behaviors.wish import Wish
+from escort_mj.components.parameters import Vector
+from escort_mj.components.waypoint import Waypoint
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.program import evaluate as evaluate_program
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+ALONG = "along"  # in place of a heading
+TURNED = 3  # functions of a frame beside its position: cosine and sine of its heading, and its scale
+SLOWEST = 1e-9  # m/s; slower frames keep the heading that they had
+
+
+class FormationParameters(Fields):
+    """The frames, of each behavior `formation`."""
+
+    formation_offsets: Annotated[Array, "placed", "p", Value("m", "of each robot; n for each behavior")]
+    formation_frames: Annotated[
+        Array, "framed", 2, Value("1", "first instruction and their number: position, cosine, sine, scale")
+    ]
+    formation_phase: Annotated[Array, "formations", Value("1", "phase that the behavior is of")]
+    formation_along: Annotated[Array, "formations", Value("1", "1 where the frame heads along its way")]
+    formation_follows: Annotated[Array, "formations", Value("1", "1 where the frame is the target's")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        frames = setup.formations
+        return {
+            "formation_offsets": np.concatenate([np.zeros((0, setup.axes)), *(f.offsets for f in frames)]),
+            "formation_phase": [phase for phase, _ in setup.numbered(Formation)],
+            "formation_along": [frame.along for frame in frames],
+            "formation_follows": [frame.follows for frame in frames],
+        }
+
+
+class FormationState(Fields):
+    """Where the frames are, and how fast they move."""
+
+    formation_frame: Annotated[Array, "framed", 2, Value("m or 1", "position, cosine, sine, scale; rates")]
+
+
+class Formation(Headed):
+    """Keep each robot at its offset in a frame that moves, turns and scales."""
+
+    python_only: ClassVar[frozenset[str]] = frozenset(
+        {"behavior", "offsets", "position", "waypoints", "interpolation", "heading", "scale", "reach"}
+    )
+
+    behavior: Literal["formation"] = "formation"
+    offsets: Annotated[tuple[Vector, ...], Field(min_length=1)]
+    """Place of each robot in the frame [m]."""
+    position: tuple[float | str, ...] | None = None
+    """Position of the frame per axis [m]: numbers, or expressions in t; null: see `waypoints`."""
+    waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
+    """Timed waypoints of the frame; null, like `position`: the frame goes with the target."""
+    interpolation: Literal["linear", "smooth"] = "linear"
+    """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline."""
+    heading: float | str = 0.0
+    """Angle of the frame in the plane of the first two axes [rad]: a number, an expression in t, or `along`
+    for the direction in which it moves."""
+    scale: float | str = 1.0
+    """Factor of the offsets [1]: a number, or an expression in t."""
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        return toward_goal(self.gain, i, state, x, wish, at)
+
+    @property
+    def follows(self) -> bool:
+        """Whether the frame goes with the target."""
+        return self.position is None and self.waypoints is None
+
+
+@on_demand
+def place_formations(plan: Plan, state: State) -> None:
+    """Writes where each robot of a formation is to be, and how fast that moves: `goal`, `goal_velocity`.
+
+    Args:
+        plan: Gives the frames.
+        state: Gives time, phases and the measured target.
+    """
+    n, p = state.q.shape
+    for b in range(plan.formation_phase.shape[0]):
+        row = b * (p + TURNED)
+        frame = state.formation_frame
+        _find_frame(b, row, plan, state)
+        cosine, sine, scale = frame[row + p, 0], frame[row + p + 1, 0], frame[row + p + 2, 0]
+        turning, rising, growing = frame[row + p, 1], frame[row + p + 1, 1], frame[row + p + 2, 1]
+        first = b == 0 and state.evaluated[0] == 0.0 and plan.goal_phase.shape[0] == 0
+        for i in range(n):
+            if state.phase[i] != plan.formation_phase[b] and not first:  # first: where it goes once it may
+                continue
+            x, y = plan.formation_offsets[b * n + i, 0], plan.formation_offsets[b * n + i, 1]
+            across, up = cosine * x - sine * y, sine * x + cosine * y
+            state.goal[i, 0] = frame[row, 0] + scale * across
+            state.goal[i, 1] = frame[row + 1, 0] + scale * up
+            state.goal_velocity[i, 0] = frame[row, 1] + growing * across + scale * (turning * x - rising * y)
+            state.goal_velocity[i, 1] = frame[row + 1, 1] + growing * up + scale * (rising * x + turning * y)
+            for k in range(2, p):
+                along = plan.formation_offsets[b * n + i, k]
+                state.goal[i, k] = frame[row + k, 0] + scale * along
+                state.goal_velocity[i, k] = frame[row + k, 1] + growing * along
+            state.goals_left[i] = 0.0
+
+
+@on_demand
+def _find_frame(b: int, row: int, plan: Plan, state: State) -> None:
+    """Writes position, cosine, sine and scale of a frame, and their rates."""
+    p, time, frame = state.q.shape[1], state.time[0], state.formation_frame
+    along, old_cosine, old_sine = plan.formation_along[b] != 0.0, frame[row + p, 0], frame[row + p + 1, 0]
+    for k in range(p + TURNED):
+        first, count = int(plan.formation_frames[row + k, 0]), int(plan.formation_frames[row + k, 1])
+        value, rate = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
+        frame[row + k, 0], frame[row + k, 1] = value, rate
+    x, y, later_x, later_y = frame[row, 1], frame[row + 1, 1], 0.0, 0.0
+    if plan.formation_follows[b] != 0.0:
+        moving = 1.0 if plan.target_feedforward else 0.0
+        for k in range(p):
+            frame[row + k, 0] = state.target_position_measured[k]
+            frame[row + k, 1] = moving * state.target_velocity_measured[k]
+        x, y = state.target_velocity_measured[0], state.target_velocity_measured[1]
+    elif along:
+        for k in range(2):
+            first, count = int(plan.formation_frames[row + k, 0]), int(plan.formation_frames[row + k, 1])
+            _, rate = evaluate_program(
+                plan.code, first, count, plan.segments, time + plan.timestep, state.operands
+            )
+            later_x, later_y = (rate, later_y) if k == 0 else (later_x, rate)
+    if not along:
+        return
+    speed, later = math.sqrt(x * x + y * y), math.sqrt(later_x * later_x + later_y * later_y)
+    frame[row + p, 1] = frame[row + p + 1, 1] = 0.0
+    if speed > SLOWEST:
+        frame[row + p, 0], frame[row + p + 1, 0] = x / speed, y / speed
+        if later > SLOWEST:
+            frame[row + p, 1] = (later_x / later - x / speed) / plan.timestep
+            frame[row + p + 1, 1] = (later_y / later - y / speed) / plan.timestep
+    elif old_cosine != 0.0 or old_sine != 0.0:
+        frame[row + p, 0], frame[row + p + 1, 0] = old_cosine, old_sine
+
+
+# The same in plain NumPy.
+
+
+class Places:
+    """Where robots in formations are to be, step by step."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self._phases = [phase for phase, _ in setup.numbered(Formation)]
+        self._begun = False
+        self._way = [np.array([1.0, 0.0]) for _ in self._phases]
+
+    def place(
+        self, t: float, target: Array, velocity: Array, phase: NDArray[np.int64], goals: GoalsReached
+    ) -> None:
+        """Writes the goals of the robots in formations.
+
+        Args:
+            t: Time [s].
+            target: Measured position of the target, shape (p,) [m].
+            velocity: Measured velocity of the target, shape (p,) [m/s].
+            phase: That rules each robot, shape (n,).
+            goals: Their points, velocities and what is left are changed.
+        """
+        setup, p = self._setup, self._setup.axes
+        for b, (number, frame) in enumerate(zip(self._phases, setup.formations, strict=True)):
+            value, rate = frame.function.position(t), frame.function.velocity(t)
+            center, drift, scale, growing = value[:p], rate[:p], value[p + 2], rate[p + 2]
+            way, turning = value[p : p + 2], rate[p : p + 2]
+            heading = drift[:2]
+            if frame.follows:
+                center, drift, heading = target, velocity * setup.target_feedforward, velocity[:2]
+            if frame.along:
+                way, turning = self._way[b], np.zeros(2)
+                if np.linalg.norm(heading) > SLOWEST:
+                    way = self._way[b] = heading / np.linalg.norm(heading)
+                    later = frame.function.velocity(t + setup.timestep)[:2]
+                    if not frame.follows and np.linalg.norm(later) > SLOWEST:
+                        turning = (later / np.linalg.norm(later) - way) / setup.timestep
+            turn, spin = np.eye(p), np.zeros((p, p))
+            turn[:2, :2] = [[way[0], -way[1]], [way[1], way[0]]]
+            spin[:2, :2] = [[turning[0], -turning[1]], [turning[1], turning[0]]]
+            mine = (phase == number) | (b == 0 and not self._begun and not setup.goals)
+            goals.point[mine] = (center + scale * frame.offsets @ turn.T)[mine]
+            moves = drift + growing * frame.offsets @ turn.T + scale * frame.offsets @ spin.T
+            goals.velocity[mine], goals.left[mine] = moves[mine], 0
+        self._begun = True

@@ -1,0 +1,16 @@
+"""A point of a way, with its time."""
+
+from __future__ import annotations
+
+from pydantic import NonNegativeFloat
+
+from escort_mj.components.parameters import Parameters, Vector
+
+
+class Waypoint(Parameters):
+    """Position of a body at a time."""
+
+    time: NonNegativeFloat
+    """Time [s]."""
+    position: Vector
+    """Position, one number per axis [m]."""
