@@ -37,15 +37,18 @@ MOMENTS = {
     "robots/surface_vessel": 0.25,
     "worlds/pushed": 0.4,
     "worlds/corridor": 0.45,
+    "goals/swap": 0.2,
+    "goals/swap_32": 0.22,
+    "goals/opening": 0.42,
+    "goals/coverage": 0.15,
+    "benchmarks/gcbf": 0.15,
 }
-WHOLE = {
-    "crowd",
-    "head_on",
-    "sixteen_cell",
-    "benchmarks/gcbf",
-}  # pictures of all that there is; others go with the target
+# Pictures of all that there is; others go with the target.
+WHOLE = {"crowd", "head_on", "sixteen_cell", "benchmarks/gcbf"}
+WHOLE |= {f"goals/{name}" for name in ("swap", "swap_32", "opening", "coverage")}
 SECTIONS = {
     "": "Missions",
+    "goals": "Goals and formations",
     "robots": "Kinds of robots",
     "worlds": "Worlds",
     "benchmarks": "Benchmarks",
