@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from escort_mj import palette
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
+from escort_mj.report.figures import style
 from escort_mj.signals import SIGNALS, record_size, truth_sizes
 from tests.synthetic import build_trace
 
@@ -184,3 +186,11 @@ def make_run(tmp_path_factory):
         return folder.path
 
     return make
+
+
+@pytest.fixture(autouse=True, scope="session")
+def coarse() -> Iterator[None]:
+    """Draw figures of fewer pixels, which takes less time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "DPI", 100)
+        yield

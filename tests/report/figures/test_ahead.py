@@ -5,13 +5,14 @@ import shutil
 import pytest
 
 from escort_mj.errors import RunFolderError
-from escort_mj.report.figures import ahead
+from escort_mj.report.figures import ahead, style
 from escort_mj.report.figures.figures import draw_figures
 
 
 @pytest.mark.slow
 def test_another_process_draws_the_same_figures(make_run, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = make_run()
+    monkeypatch.setattr(style, "DPI", 200)  # as the other process does
     expected = {path.name: path.read_bytes() for path in draw_figures(folder)}
     shutil.rmtree(folder / "figures")
     monkeypatch.setattr(ahead, "_cores", lambda: 2)

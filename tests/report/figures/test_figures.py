@@ -66,7 +66,7 @@ def test_missions_in_between_get_theirs(make_run, monkeypatch, shape, more):
 
 
 def figures_of(make_run, monkeypatch, shape, more):
-    monkeypatch.setattr(style, "DPI", 60)  # drawn faster
+    monkeypatch.setattr(style, "DPI", 60)
     written = draw(make_run(**shape))
     assert {path.stem for path in written} == ALWAYS | more
     for path in written:

@@ -7,7 +7,7 @@ from matplotlib.mathtext import MathTextParser
 from PIL import Image
 
 from escort_mj.record.folder import read_run
-from escort_mj.report.figures import letters
+from escort_mj.report.figures import letters, style
 from escort_mj.report.figures.figures import figure_of
 from escort_mj.report.figures.letters import BOX, FONT, finish_texts, font_file, legible
 from escort_mj.report.figures.style import figure
@@ -30,7 +30,7 @@ def test_a_figure_with_letters_that_no_font_has_is_drawn_without_a_warning(tmp_p
             axes.legend()
     assert [text.get_text() for text in canvas.texts] == [f"run {BOX}", f"{BOX}\nends"]
     with Image.open(tmp_path / "a.png") as picture:
-        assert picture.size == (1440, 400)
+        assert picture.size == (round(7.2 * style.DPI), 2 * style.DPI)
 
 
 def test_another_font_of_the_machine_helps_out(monkeypatch, tmp_path):
