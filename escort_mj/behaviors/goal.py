@@ -156,6 +156,7 @@ def choose_goals(plan: Plan, state: State) -> None:
                     _go(i, row, plan, state)
                 continue
             last, square = plan.goal_count[row] - 1.0, 0.0
+            state.goal_at[row] = min(state.goal_at[row], last)  # fewer may be left after a change
             for k in range(p):
                 way = (
                     plan.goal_points[int(plan.goal_first[row] + state.goal_at[row]), k]

@@ -99,11 +99,14 @@ class Senses:
             world: Where.
 
         Raises:
-            UsageError: If its sizes are others, or if forces are to be commanded without a limit.
+            UsageError: If its sizes are others, if there is no target, or if forces are to be commanded
+                without a limit.
         """
         if world.sizes != self._sizes:
             raise UsageError(f"missions of one environment have one size: {world.sizes}, not {self._sizes}")
         setup = world.setup
+        if setup.target_radius is None:
+            raise UsageError("target: found null; what robots of an environment observe is of a target")
         if self._command == "force":
             if not np.isfinite(setup.force_limit).all():
                 raise UsageError("commands of force are shares of robots.force_limit, which is null")

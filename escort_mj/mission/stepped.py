@@ -199,8 +199,10 @@ class SteppedMission:
             velocity: Its velocity from now on, shape (p,) [m/s]; None for rest.
 
         Raises:
-            UsageError: If a shape is another.
+            UsageError: If a shape is another, or if there is no target.
         """
+        if self.scenario.target is None:
+            raise UsageError("there is no target to move (target: null)")
         p = self.scenario.axes
         here = np.asarray(position, dtype=float)
         speed = np.zeros(p) if velocity is None else np.asarray(velocity, dtype=float)
@@ -330,11 +332,10 @@ class SteppedMission:
 
     def _check_sizes(self, scenario: Scenario, world: World) -> None:
         """Refuse a change after which samples or bodies are others."""
-        for name, size in self._world.sizes.items():
-            if world.sizes[name] != size:
-                raise UsageError(
-                    f"change: the number of {name} entries becomes {world.sizes[name]}; it is {size}"
-                )
+        for name in self._world.sizes | world.sizes:
+            size, new_size = self._world.sizes.get(name, 0), world.sizes.get(name, 0)
+            if new_size != size:
+                raise UsageError(f"change: the number of {name} entries becomes {new_size}; it is {size}")
         for name in ("nq", "nv", "na", "nu", "nmocap"):
             before, after = getattr(self._world.model, name), getattr(world.model, name)
             if before != after:

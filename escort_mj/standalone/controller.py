@@ -127,6 +127,8 @@ class Controller:
         if positions is not None:
             place = numbers(positions, "positions", (self.count, self.axes), "one row per robot [m]")
             robots = robots._replace(position=place)
+        if target is not None and self.scenario.target is None:
+            raise UsageError("target: this mission has none (target: null)")
         if target is not None:  # all that counts is where robots are relative to it
             begin = controller_setup(self.scenario, self._robots).target.position(0.0)
             place = numbers(target, "target", (self.axes,), "coordinates [m]")

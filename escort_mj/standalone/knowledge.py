@@ -108,6 +108,8 @@ class Surroundings:
         """Return the target's position and velocity, shape (2, p); None for the scenario's own."""
         if given is None:
             return None
+        if self.setup.target_radius is None:
+            raise UsageError("target: this mission has none (target: null)")
         try:
             position, velocity = given
         except (TypeError, ValueError):

@@ -5,9 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from escort_mj import api
+from escort_mj import Controller, api
 from escort_mj.behaviors import Goal
 from escort_mj.control.supervisor import Condition, Phase
+from escort_mj.environments.simulation import Simulation
+from escort_mj.errors import UsageError
+from escort_mj.mission.stepped import SteppedMission
 from tests.control.twins import AVOID, SURFACE, Kernel, compare, mission
 
 GOAL = Goal(goals=((0.0, 0.0),), gain=0.7, reach=0.5)
@@ -58,3 +61,34 @@ def test_the_distance_to_a_goal_decays_at_the_gain() -> None:
     decay = np.exp(-0.5 * trace["time"].values)[:, None]
     np.testing.assert_allclose(distance, distance[0] * decay, atol=0.02 * distance[0, 0])
     assert np.isinf(trace["clearance"].sel(group="target")).all()
+
+
+def test_goals_change_while_a_mission_runs() -> None:
+    """Fewer waypoints than a robot has passed: it goes to the last one; goals neither come nor go away."""
+    ways = [[[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]], [[0.0, 3.0]]]
+    behaviors = [{"behavior": "goal", "goals": ways, "gain": 3.0, "reach": 0.2}, "surface"]
+    keys = {"robots": {"positions": [[0.0, 0.5], [0.0, 2.0]]}, "target": {"position": [0, 9]}}
+    mission = SteppedMission(api.load_scenario(keys | {"mission": {"behaviors": behaviors}}))
+    mission.step(4.0)
+    assert mission["goals_left"].tolist() == [0.0, 0.0]
+    mission.change({"mission.behaviors[0].goals": [[5.0, 0.0], [[0.0, 3.0], [0.0, 5.0]]]})
+    mission.step(4.0)
+    np.testing.assert_allclose(mission["q"], [[5.0, 0.0], [0.0, 5.0]], atol=0.01)
+    with pytest.raises(UsageError, match="the number of goals entries becomes 0; it is 1"):
+        mission.change({"mission.behaviors": ["avoid_obstacles", "surface"]})
+
+
+def test_what_moves_or_observes_a_target_needs_one() -> None:
+    keys = {"target": None, "robots": {"positions": [[1.0, 0.0]]}}
+    keys |= {"mission": {"behaviors": [{"behavior": "goal", "goals": [[2.0, 0.0]]}]}}
+    controller = Controller(keys)
+    at = controller.start
+    for act in (
+        lambda: controller.reset(target=[0.0, 0.0]),
+        lambda: controller(0.0, at, 0.0 * at, target=([0.0, 0.0], [0.0, 0.0])),
+        lambda: SteppedMission(api.load_scenario(keys)).move_target([0.0, 0.0]),
+        lambda: Simulation(api.load_scenario(keys)),
+    ):
+        with pytest.raises(UsageError, match="target"):
+            act()
+    assert controller(0.0, at, 0.0 * at)[0, 0] > 0.0
