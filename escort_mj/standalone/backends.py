@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -80,6 +81,7 @@ class NativeBackend:
                 state.next_disturbance[:] = self._setup.disturbance.position(now.time)
         if now.obstacles is not None:
             self._plan.obstacle_position[:] = state.obstacle_position[:] = now.obstacles
+            state.obstacle_velocity[:] = now.motion
         if now.points is not None:
             state.obstacle_point[:] = now.points.reshape(state.obstacle_point.shape)
         if now.mass is not None:
@@ -127,6 +129,7 @@ class NumpyBackend:
         if points is None and now.obstacles is not None:
             points = np.broadcast_to(now.obstacles, (self._setup.count + 1, *now.obstacles.shape))
         target = None if now.target is None else (now.target[0], now.target[1])
+        self._law.setup = replace(self._law.setup, obstacle_velocity=now.motion)
         self._last = self._law.evaluate(now.time, now.q, now.v, now.mass, now.bias, points, target)
         self._now = now
 

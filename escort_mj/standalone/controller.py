@@ -189,7 +189,8 @@ class Controller:
         goal = known.target(target)
         centers = known.obstacles(now, obstacles, None if before is None else before.obstacles)
         seen = known.points(now, q, goal, centers, points)
-        self._advance(Knowledge(now, q, v, goal, centers, seen, *known.model(mass, bias)))
+        motion = known.motion(now, centers, obstacles is not None, before)
+        self._advance(Knowledge(now, q, v, goal, centers, motion, seen, *known.model(mass, bias)))
         force = np.array(self._backend.value("force"))
         if not is_finite(force):
             robot = int(np.argwhere(~np.isfinite(force))[0, 0]) + 1

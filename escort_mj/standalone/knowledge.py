@@ -27,6 +27,7 @@ class Knowledge(NamedTuple):
         v: Their velocities, shape (n, p) [m/s].
         target: Position [m] and velocity [m/s] of the target, shape (2, p).
         obstacles: Centers of all obstacles, shape (m, p) [m].
+        motion: Velocities of their centers, shape (m, p) [m/s].
         points: What each robot, and last the target, sees of each obstacle, shape (n + 1, m, p) [m].
         mass: Mass matrices, shape (n, p, p) [kg].
         bias: Bias forces, shape (n, p) [N].
@@ -37,6 +38,7 @@ class Knowledge(NamedTuple):
     v: Array
     target: Array | None = None
     obstacles: Array | None = None
+    motion: Array | None = None
     points: Array | None = None
     mass: Array | None = None
     bias: Array | None = None
@@ -138,6 +140,26 @@ class Surroundings:
             some = "moving " if rows == moving else ""
             centers[rows] = numbers(given, "obstacles", shape, f"centers of the {some}obstacles [m]")
         return centers
+
+    def motion(
+        self, time: float, centers: Array | None, given: bool, before: Knowledge | None
+    ) -> Array | None:
+        """Return the velocities of all obstacles, shape (m, p) [m/s]; None while none has ever moved.
+
+        Args:
+            time: [s].
+            centers: Of all obstacles, shape (m, p) [m].
+            given: Whether they were given: then their way since the time before counts.
+            before: What was known then.
+        """
+        if centers is None:
+            return None
+        if given and before is not None and before.obstacles is not None and time > before.time:
+            return np.asarray((centers - before.obstacles) / (time - before.time))
+        found = np.zeros_like(centers)
+        for index, path in self.paths:
+            found[index] = path.velocity(time)
+        return found
 
     def points(
         self, time: float, q: Array, target: Array | None, centers: Array | None, given: ArrayLike | None

@@ -72,7 +72,7 @@ class BarrierFilter(OuterLoop):
             for level in range(first, first + levels):
                 if plan.level_behavior[level] == AVOID_OBSTACLES:
                     avoid = avoidance_of(level, plan)
-                    count = find_constraints(robot, avoid, rules, plan, state, rows, bounds)
+                    count = find_constraints(robot, UNLIMITED, avoid, rules, plan, state, rows, bounds)
                     moved = nearest_velocity(rows, bounds, count, state.v_d[robot])
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             slow_down(robot, plan, state)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 from escort_mj.sensing.measure import in_range
@@ -60,16 +61,34 @@ def approach(margin: float, rules: Rules) -> float:
 
 
 @inlined
+def escape(rules: Rules, safe_distance: float) -> float:
+    """Return the speed that leads a robot away from a body that it nearly touches [m/s]."""
+    return rules.rate * safe_distance
+
+
+@inlined
+def horizon(speed: float, rules: Rules) -> float:
+    """Return the margin at which `approach` allows a speed [m]."""
+    if rules.cone != 0.0:
+        return 0.0
+    if speed * rules.rate <= rules.braking:
+        return speed / rules.rate
+    return 0.5 * (speed * speed / rules.braking + rules.braking / (rules.rate * rules.rate))
+
+
+@inlined
 def find_constraints(
-    robot: int, avoid: Any, rules: Rules, plan: Plan, state: State, rows: Array, bounds: Array
+    robot: int, speed: float, avoid: Any, rules: Rules, plan: Plan, state: State, rows: Array, bounds: Array
 ) -> int:
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
     Two teammates take half of the closing speed each, relative to the target's motion, which the whole team
-    follows. Failed teammates do not do their half.
+    follows. Failed teammates do not do their half. Bodies that would bind only beyond the speed with which a
+    robot is led away, the wanted one or that of `escape`, are left out.
 
     Args:
         robot: From 0.
+        speed: Wanted [m/s]; UNLIMITED to leave nothing out.
         avoid: Parameters of avoid_obstacles.
         rules: How fast it may come nearer.
         plan: Gives the bodies.
@@ -81,54 +100,104 @@ def find_constraints(
         Number of constraints; where there are more than MOST, the greatest bounds are kept.
     """
     n, p = state.q.shape
-    m, q, center = plan.obstacle_radius.shape[0], state.q_measured, state.target_position_measured
-    position, direction, count = obstacles_seen(robot, plan, state), vector_at(stack_memory(), p), 0
-    for other in range(m + n + 1):
-        share, along, mate = 1.0, 0.0, other - m
-        if mate == n:
-            if rules.target_distance <= 0.0:
+    m, q = plan.obstacle_radius.shape[0], state.q_measured
+    position, count = obstacles_seen(robot, plan, state), 0
+    direction, here = vector_at(stack_memory(), p), q[robot]
+    fastest = max(speed, escape(rules, avoid.safe_distance))
+    own, to_surface = plan.robot_radius[robot], float(avoid.measure)
+    others = max(fastest_mover(state), length_of(state.target_velocity_measured))
+    look = max(avoid.safe_distance, avoid.teammate_distance) + horizon(2.0 * (fastest + others), rules)
+    near_only = plan.failure_start.shape[0] == 0 and speed < UNLIMITED
+    for other in range(m + n):
+        mate = other - m
+        if near_only:
+            square = 0.0
+            for k in range(p):
+                way = here[k] - (position[other, k] if mate < 0 else q[mate, k])
+                square += way * way
+            radius = plan.obstacle_radius[other] if mate < 0 else plan.robot_radius[mate]
+            far = look + to_surface * (own + radius)
+            if square > far * far:
                 continue
-            reach = rules.target_distance
-            reach += float(avoid.measure) * (plan.robot_radius[robot] + rules.target_radius)
-            apart = _from_point(robot, q, center, direction)
-        else:
-            reach, _ = reach_of(robot, other, state.lost, plan.obstacle_radius, plan.robot_radius, avoid)
-            if reach == 0.0:
-                continue
-            apart = bearing(robot, other, q, position, direction)
-            if not in_sight(
-                robot, other, apart, plan.obstacle_radius, plan.robot_radius,
-                plan.sensing_robots, plan.sensing_obstacles,
-            ):  # fmt: skip
-                continue
-        margin = apart - reach
-        if rules.cone != 0.0 and margin > 0.0:
-            continue
-        for k in range(p):
-            if mate < 0:
-                along += direction[k] * state.obstacle_velocity[other, k]
-            elif mate == n:
-                along += direction[k] * state.target_velocity_measured[k]
-            elif state.lost[mate] != 0.0:
-                along += direction[k] * state.v_measured[mate, k]
-            elif plan.target_feedforward:
-                along += direction[k] * state.target_velocity_measured[k]
-        if 0 <= mate < n and state.lost[mate] == 0.0:
-            share = 0.5
-        bound, place = rules.foresees * along - share * approach(margin, rules), count
-        if count == MOST:
-            place = 0
-            for other_place in range(1, MOST):
-                if bounds[other_place] < bounds[place]:
-                    place = other_place
-            if bound <= bounds[place]:
-                continue
-        else:
-            count += 1
-        bounds[place] = bound
-        for k in range(p):
-            rows[place, k] = direction[k]
-    return count
+        count = _consider(
+            robot, other, fastest, avoid, rules, position, direction, plan, state, rows, bounds, count
+        )
+    return int(
+        _consider(robot, m + n, fastest, avoid, rules, position, direction, plan, state, rows, bounds, count)
+    )
+
+
+@inlined
+def fastest_mover(state: State) -> float:
+    """Return the greatest speed of an obstacle that moves [m/s]."""
+    fastest = 0.0
+    for b in range(state.mover_velocity.shape[0]):
+        fastest = max(fastest, length_of(state.mover_velocity[b]))
+    return fastest
+
+
+@inlined
+def length_of(vector: Array) -> float:
+    """Return the length of a vector."""
+    square = 0.0
+    for k in range(vector.shape[0]):
+        square += vector[k] * vector[k]
+    return math.sqrt(square)
+
+
+@inlined
+def _consider(
+    robot: int, other: int, fastest: float, avoid: Any, rules: Rules, position: Array, direction: Array,
+    plan: Plan, state: State, rows: Array, bounds: Array, count: int,
+) -> int:  # fmt: skip
+    """Add the constraint of one body: obstacles first, then robots, last the target; return their number."""
+    n, p = state.q.shape
+    m, q = plan.obstacle_radius.shape[0], state.q_measured
+    share, along, mate = 1.0, 0.0, other - m
+    if mate == n:
+        if rules.target_distance <= 0.0:
+            return count
+        reach = rules.target_distance
+        reach += float(avoid.measure) * (plan.robot_radius[robot] + rules.target_radius)
+        apart = _from_point(robot, q, state.target_position_measured, direction)
+    else:
+        reach, _ = reach_of(robot, other, state.lost, plan.obstacle_radius, plan.robot_radius, avoid)
+        if reach == 0.0:
+            return count
+        apart = bearing(robot, other, q, position, direction)
+        if not in_sight(
+            robot, other, apart, plan.obstacle_radius, plan.robot_radius,
+            plan.sensing_robots, plan.sensing_obstacles,
+        ):  # fmt: skip
+            return count
+    margin = apart - reach
+    if rules.cone != 0.0 and margin > 0.0:
+        return count
+    for k in range(p):
+        if mate < 0:
+            along += direction[k] * state.obstacle_velocity[other, k]
+        elif mate == n:
+            along += direction[k] * state.target_velocity_measured[k]
+        elif state.lost[mate] != 0.0:
+            along += direction[k] * state.v_measured[mate, k]
+        elif plan.target_feedforward:
+            along += direction[k] * state.target_velocity_measured[k]
+    if 0 <= mate < n and state.lost[mate] == 0.0:
+        share = 0.5
+    bound, place = rules.foresees * along - share * approach(margin, rules), count
+    if bound < -fastest:
+        return count
+    if count == MOST:
+        place = 0
+        for at in range(1, MOST):
+            if bounds[at] < bounds[place]:
+                place = at
+        if bound <= bounds[place]:
+            return count
+    bounds[place] = bound
+    for k in range(p):
+        rows[place, k] = direction[k]
+    return min(count + 1, MOST)
 
 
 @inlined
@@ -262,8 +331,18 @@ def _solve(a: Array, b: Array, x: Array) -> None:
 # The same in plain NumPy.
 
 
-def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[tuple[Array, Array]]:
-    """Return the constraints of each robot: rows r, shape (k, p), and bounds b, shape (k,) [m/s]."""
+def constraints_of(
+    avoid: AvoidObstacles, rules: Rules, now: Situation, speed: Array | float = np.inf
+) -> list[tuple[Array, Array]]:
+    """Return the constraints of each robot: rows r, shape (k, p), and bounds b, shape (k,) [m/s].
+
+    Args:
+        avoid: Gives safe distances.
+        rules: How fast robots may come nearer.
+        now: The situation.
+        speed: Wanted by each robot, shape (n,) [m/s].
+    """
+    speed = np.broadcast_to(speed, len(now.q))
     setup, q, lost = now.setup, now.q, now.team.lost
     m, n = setup.obstacle_position.shape[0], len(q)
     away, distance, safe = bodies_nearby(avoid, q, setup, lost)
@@ -289,7 +368,10 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
             velocity, shares = np.vstack([velocity, now.c_dot]), np.append(shares, 1.0)
         bounds = rules.foresees * np.sum(rows * velocity, axis=1)
         bounds -= shares * [approach(float(each), rules) for each in margin]
-        kept = np.flatnonzero(~((rules.cone != 0.0) & (margin > 0.0)))
+        kept = np.flatnonzero(
+            ~((rules.cone != 0.0) & (margin > 0.0))
+            & (bounds >= -speed[i] - escape(rules, avoid.safe_distance))
+        )
         kept = kept[np.argsort(-bounds[kept], kind="stable")][:MOST]
         found.append((rows[kept], bounds[kept]))
     return found

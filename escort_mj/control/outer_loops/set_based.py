@@ -18,7 +18,9 @@ from escort_mj.control.outer_loops.constraints import (
     MOST,
     Rules,
     constraints_of,
+    fastest_mover,
     find_constraints,
+    length_of,
     nearest,
     nearest_velocity,
     speed_along,
@@ -137,7 +139,8 @@ class SetBased(OuterLoop):
         for name, empty in memory_of(now.setup).items():
             memory.setdefault(name, empty)
         for avoid in avoiding:
-            for i, (rows, bounds) in enumerate(constraints_of(avoid, rules, now)):
+            speed = np.linalg.norm(velocity, axis=1)
+            for i, (rows, bounds) in enumerate(constraints_of(avoid, rules, now, speed)):
                 velocity[i], active[i] = self._one(i, avoid.sidestep, rows, bounds, velocity[i], now)
         return slowed(velocity, now.setup.max_speed), active
 
@@ -209,13 +212,7 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         look = rules.target_distance + to_surface * (own + rules.target_radius)
         look = look + _horizon(root(relative), rules)
         found = where(to_target < look * look, 1.0, found)
-    fastest = 0.0
-    for b in range(state.mover_velocity.shape[0]):
-        fast = 0.0
-        for k in range(p):
-            fast += state.mover_velocity[b, k] * state.mover_velocity[b, k]
-        fastest = max(fastest, math.sqrt(fast))
-    horizon = _horizon(speed + fastest, rules)
+    horizon = _horizon(speed + fastest_mover(state), rules)
     for j in range(plan.obstacle_radius.shape[0]):
         square = everywhere(0.0)
         for k in range(p):
@@ -234,10 +231,8 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         for j in range(n):
             safe, ahead = avoid.teammate_distance, horizon
             if failing and state.lost[j] != 0.0:
-                fast = 0.0
-                for k in range(p):
-                    fast += state.v_measured[j, k] * state.v_measured[j, k]
-                safe, ahead = max(safe, avoid.safe_distance), _horizon(speed + math.sqrt(fast), rules)
+                safe = max(safe, avoid.safe_distance)
+                ahead = _horizon(speed + length_of(state.v_measured[j]), rules)
             if safe <= 0.0:
                 continue
             square = everywhere(0.0)
@@ -268,14 +263,14 @@ def _keep_clear(
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
     wanted = vector_at(memory + DOUBLE * MOST * (p + 1), p)
-    count = find_constraints(robot, avoid, rules, plan, state, rows, bounds)
     square, largest_bound = 0.0, -UNLIMITED
     for k in range(p):
         wanted[k] = v[k]
         square += v[k] * v[k]
+    speed = math.sqrt(square)
+    count = find_constraints(robot, speed, avoid, rules, plan, state, rows, bounds)
     for j in range(count):
         largest_bound = max(largest_bound, bounds[j])
-    speed = math.sqrt(square)
     _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
     moved = nearest_velocity(rows, bounds, count, v)
     state.avoidance_active[robot] = 1.0 if moved else 0.0
