@@ -12,16 +12,8 @@ from escort_mj.behaviors.task import Situation
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.failure import Team
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
-from escort_mj.control.outer_loops.constraints import (
-    MOST,
-    STIFFNESS,
-    Rules,
-    approach,
-    constraints_of,
-    least_change,
-    nearest,
-    nearest_velocity,
-)
+from escort_mj.control.outer_loops.constraints import MOST, Rules, approach, constraints_of
+from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, least_change, nearest, nearest_velocity
 from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc

@@ -11,14 +11,8 @@ from escort_mj.behaviors import Behavior
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop
-from escort_mj.control.outer_loops.constraints import (
-    MOST,
-    Rules,
-    constraints_of,
-    find_constraints,
-    nearest,
-    nearest_velocity,
-)
+from escort_mj.control.outer_loops.constraints import MOST, Rules, constraints_of, find_constraints
+from escort_mj.control.outer_loops.nearest_velocity import nearest, nearest_velocity
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, matrix_at, stack_memory, vector_at

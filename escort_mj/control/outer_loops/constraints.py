@@ -13,7 +13,7 @@ from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
-from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.sensing.measure import in_range
 
 if TYPE_CHECKING:
@@ -23,10 +23,6 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MOST = 24  # constraints of one robot: those that demand most
-STIFFNESS = 1e4  # weight of a violated constraint against the change of velocity: violations of 1e-4 of it
-MOST_STEPS = 60  # of the minimization; a handful is needed
-HALVINGS = 40
-CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
 
 
 class Rules(NamedTuple):
@@ -216,118 +212,6 @@ def _from_point(robot: int, q: Array, point: Array, direction: Array) -> float:
     return distance
 
 
-@inlined
-def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
-    """Move a velocity to the nearest one that satisfies all constraints r . v >= b.
-
-    Minimizes |v - v_nominal|^2 / 2 + STIFFNESS / 2 sum_j max(0, b_j - r_j . v)^2, a quadratic program with
-    one slack per constraint: where constraints contradict each other, the sum of the squared violations is
-    least. The function is convex and piecewise quadratic: Newton's method with a line search ends after about
-    as many steps as the set of violated constraints changes.
-
-    Args:
-        rows: Unit vectors r, shape (at least count, p).
-        bounds: b [m/s].
-        count: Number of constraints.
-        v: The nominal velocity, shape (p,) [m/s]; changed in place.
-
-    Returns:
-        Whether it had to move.
-    """
-    p = v.shape[0]
-    memory = stack_memory()
-    nominal = vector_at(memory, p)
-    gradient = vector_at(memory + DOUBLE * p, p)
-    step = vector_at(memory + DOUBLE * 2 * p, p)
-    trial = vector_at(memory + DOUBLE * 3 * p, p)
-    hessian = matrix_at(memory + DOUBLE * 4 * p, p, p)
-    scale = 0.0
-    for k in range(p):
-        nominal[k] = v[k]
-        scale += abs(v[k])
-    moved = False
-    for _ in range(MOST_STEPS):
-        cost, violated = _cost(rows, bounds, count, nominal, v, gradient, hessian, True)
-        if not moved and violated == 0:
-            return False
-        moved = True
-        largest, slope = 0.0, 0.0
-        _solve(hessian, gradient, step)
-        for k in range(p):
-            largest = max(largest, abs(step[k]))
-            slope -= gradient[k] * step[k]
-            scale = max(scale, abs(v[k]))
-        if largest <= CLOSE * scale:
-            break
-        share = 1.0
-        for _halving in range(HALVINGS):
-            for k in range(p):
-                trial[k] = v[k] - share * step[k]
-            better, violated = _cost(rows, bounds, count, nominal, trial, gradient, hessian, False)
-            if better <= cost + 1e-4 * share * slope + 1e-14 * cost:
-                break
-            share *= 0.5
-        for k in range(p):
-            v[k] = trial[k]
-    return moved
-
-
-@inlined
-def speed_along(rows: Array, j: int, v: Array) -> float:
-    """Return r . v for the row r of a constraint [m/s]."""
-    along = 0.0
-    for k in range(v.shape[0]):
-        along += rows[j, k] * v[k]
-    return along
-
-
-@inlined
-def _cost(
-    rows: Array, bounds: Array, count: int, nominal: Array, v: Array, gradient: Array, hessian: Array,
-    differentiated: bool,
-) -> tuple[float, int]:  # fmt: skip
-    """What `nearest_velocity` minimizes, its derivatives where asked for, and how many are violated."""
-    p = v.shape[0]
-    cost, violated = 0.0, 0
-    for k in range(p):
-        cost += 0.5 * (v[k] - nominal[k]) ** 2
-        if differentiated:
-            gradient[k] = v[k] - nominal[k]
-            for column in range(p):
-                hessian[k, column] = 1.0 if k == column else 0.0
-    for j in range(count):
-        missing = bounds[j] - speed_along(rows, j, v)
-        if missing <= 0.0:
-            continue
-        violated += 1
-        cost += 0.5 * STIFFNESS * missing * missing
-        if differentiated:
-            for k in range(p):
-                gradient[k] -= STIFFNESS * missing * rows[j, k]
-                for column in range(p):
-                    hessian[k, column] += STIFFNESS * rows[j, k] * rows[j, column]
-    return cost, violated
-
-
-@inlined
-def _solve(a: Array, b: Array, x: Array) -> None:
-    """Solves a x = b for a symmetric positive definite matrix, which is used up; shape (p, p)."""
-    p = b.shape[0]
-    for k in range(p):
-        x[k] = b[k]
-    for k in range(p):
-        for i in range(k + 1, p):
-            factor = a[i, k] / a[k, k]
-            x[i] -= factor * x[k]
-            for j in range(k, p):
-                a[i, j] -= factor * a[k, j]
-    for back in range(p):
-        k = p - 1 - back
-        for j in range(k + 1, p):
-            x[k] -= a[k, j] * x[j]
-        x[k] /= a[k, k]
-
-
 # The same in plain NumPy.
 
 
@@ -375,32 +259,3 @@ def constraints_of(
         kept = kept[np.argsort(-bounds[kept], kind="stable")][:MOST]
         found.append((rows[kept], bounds[kept]))
     return found
-
-
-def least_change(rows: Array, missing: Array) -> Array:
-    """The change x of a velocity with slacks s, rows x + s >= missing, of least |x|^2 + STIFFNESS |s|^2.
-
-    Lawson and Hanson's least-distance programming: with z = (x, sqrt(STIFFNESS) s) it is the shortest z in a
-    polyhedron G z >= h, which the residual of a non-negative least-squares problem gives.
-
-    Args:
-        rows: Shape (k, p).
-        missing: Shape (k,) [m/s].
-    """
-    from scipy.optimize import nnls
-
-    weights = np.hstack([rows, np.eye(len(rows)) / np.sqrt(STIFFNESS)])
-    system = np.vstack([weights.T, missing])
-    goal = np.zeros(len(system))
-    goal[-1] = 1.0
-    multipliers, _ = nnls(system, goal)
-    residual = goal - system @ multipliers
-    return -residual[: rows.shape[1]] / residual[-1]
-
-
-def nearest(rows: Array, bounds: Array, nominal: Array) -> tuple[Array, bool]:
-    """Return the velocity nearest to a nominal one that satisfies the constraints, and whether it moved."""
-    missing = bounds - rows @ nominal
-    if not (missing > 0.0).any():
-        return nominal, False
-    return nominal + least_change(rows, missing), True

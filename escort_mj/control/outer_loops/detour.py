@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors.avoid_obstacles import POLAR
-from escort_mj.control.outer_loops.constraints import speed_along
+from escort_mj.control.outer_loops.nearest_velocity import speed_along
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at

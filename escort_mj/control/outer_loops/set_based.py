@@ -21,9 +21,6 @@ from escort_mj.control.outer_loops.constraints import (
     fastest_mover,
     find_constraints,
     length_of,
-    nearest,
-    nearest_velocity,
-    speed_along,
 )
 from escort_mj.control.outer_loops.detour import (
     Detour,
@@ -36,6 +33,7 @@ from escort_mj.control.outer_loops.detour import (
     turn,
     turned,
 )
+from escort_mj.control.outer_loops.nearest_velocity import nearest, nearest_velocity, speed_along
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
