@@ -42,9 +42,12 @@ MOMENTS = {
     "goals/opening": 0.42,
     "goals/coverage": 0.15,
     "benchmarks/gcbf": 0.15,
+    "benchmarks/gcbf_space": 0.1,
+    "benchmarks/gcbf_drone": 0.15,
 }
 # Pictures of all that there is; others go with the target.
 WHOLE = {"crowd", "head_on", "sixteen_cell", "benchmarks/gcbf"}
+WHOLE |= {"benchmarks/gcbf_space", "benchmarks/gcbf_drone"}
 WHOLE |= {f"goals/{name}" for name in ("swap", "swap_32", "opening", "coverage")}
 SECTIONS = {
     "": "Missions",

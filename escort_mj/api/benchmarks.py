@@ -10,7 +10,7 @@ from escort_mj.api import load_scenario
 from escort_mj.errors import UsageError
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
-from escort_mj.study.benchmark.gcbf import Benchmark, run_benchmark
+from escort_mj.study.benchmark.gcbf import BASES, Benchmark, run_benchmark
 from escort_mj.study.benchmark.worlds import draw_worlds, read_worlds
 from escort_mj.study.engine.parallel import cores
 
@@ -23,7 +23,8 @@ def gcbf(
     obstacles: int = 8,
     episodes: int | None = None,
     seed: int = 0,
-    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any] = "benchmarks/gcbf",
+    environment: str = "DoubleIntegrator",
+    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any] | None = None,
     overrides: Sequence[str] = (),
     workers: int | None = None,
     progress: bool | Progress | None = None,
@@ -37,7 +38,9 @@ def gcbf(
         obstacles: Number of boxes of drawn worlds.
         episodes: Number of worlds; None for all of a file, or 32 drawn ones.
         seed: Seed of drawn worlds.
-        scenario: Scenario whose behaviors, law and sensing fly, or any source that `load_scenario` accepts.
+        environment: Published dynamics of drawn worlds: DoubleIntegrator, LinearDrone or CrazyFlie.
+        scenario: Scenario whose behaviors, law and sensing fly, or any source that `load_scenario` accepts;
+            None for the one of the environment.
         overrides: Texts `key.path=value` for the scenario.
         workers: Number of threads; None for one per core.
         progress: Function of episodes done and episodes in all; True shows a bar, False none, None decides.
@@ -52,10 +55,11 @@ def gcbf(
     if worlds is not None and agents is not None:
         raise UsageError("worlds and agents: found both; give a file of worlds, or what to draw")
     if agents is not None:
-        drawn = draw_worlds(agents, area, obstacles, 32 if episodes is None else episodes, seed)
+        drawn = draw_worlds(agents, area, obstacles, 32 if episodes is None else episodes, seed, environment)
     else:
         drawn = read_worlds("n8" if worlds is None else worlds)
         drawn = drawn.model_copy(update={"episodes": drawn.episodes[:episodes]})
+    scenario = BASES[drawn.environment] if scenario is None else scenario
     base = scenario if isinstance(scenario, Scenario) else load_scenario(scenario, overrides)
     with shown_progress("flying", " episodes", progress) as update:
         return run_benchmark(drawn, base, cores() if workers is None else workers, update)

@@ -36,12 +36,17 @@ def benchmark_command(
         typer.Option(min=1, help="Number of worlds [default: all of a file, 32 drawn ones]."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of drawn worlds.")] = 0,
+    environment: Annotated[
+        Literal["DoubleIntegrator", "LinearDrone", "CrazyFlie"],
+        typer.Option(help="Published dynamics of drawn worlds."),
+    ] = "DoubleIntegrator",
     scenario: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="Scenario whose behaviors, law and sensing fly.", autocompletion=complete.scenarios
+            help="Scenario whose behaviors, law and sensing fly [default: that of the environment].",
+            autocompletion=complete.scenarios,
         ),
-    ] = "benchmarks/gcbf",
+    ] = None,
     overrides: SetOption = None,
     workers: WorkersOption = None,
     as_json: JsonOption = False,
@@ -51,6 +56,8 @@ def benchmark_command(
     Example: escort-mj benchmark gcbf --worlds n32
 
     Example: escort-mj benchmark gcbf --agents 16 --area 4 --obstacles 8 --episodes 50 --seed 3
+
+    Example: escort-mj benchmark gcbf --environment CrazyFlie --agents 8 --area 2
     """
     from escort_mj.api import benchmarks
 
@@ -62,6 +69,7 @@ def benchmark_command(
             obstacles=obstacles,
             episodes=episodes,
             seed=seed,
+            environment=environment,
             scenario=scenario,
             overrides=overrides or (),
             workers=workers,

@@ -25,7 +25,12 @@ from escort_mj.study.benchmark.worlds import Episode, Worlds
 from escort_mj.study.sweeps.statistics import Proportion, proportion_of
 
 REACH = 2.0  # radii: within this distance of its goal an agent has reached it
-BASE = "benchmarks/gcbf"
+BASES = {
+    "DoubleIntegrator": "benchmarks/gcbf",
+    "LinearDrone": "benchmarks/gcbf_space",
+    "CrazyFlie": "benchmarks/gcbf_drone",
+}
+"""The scenario whose behaviors, law and sensing fly in an environment, where no other is given."""
 SOURCE = "their code (github.com/MIT-REALM/gcbfplus) run on a CPU, JAX 0.4.30, seed 1234"
 
 
@@ -51,6 +56,8 @@ PEERS: dict[tuple[str, int, float, int], tuple[Peer, ...]] = {
         Peer("decentralized CBF-QP", 8, 92.2, 91.4, 85.5),
         Peer("no avoidance (LQR)", 8, None, None, 19.5),
     ),
+    ("LinearDrone", 8, 2.0, 8): (Peer("GCBF+ (learned)", 16, 98.4, 100.0, 98.4),),
+    ("CrazyFlie", 8, 2.0, 8): (Peer("GCBF+ (learned)", 32, 85.2, 100.0, 85.2),),
 }
 """By environment, number of agents, area and number of obstacles."""
 
@@ -62,6 +69,8 @@ DIFFERENCES = (
     "nothing clips the true speed, and the largest one is reported.",
     "Sight here: the nearest point of each box and the positions of other agents within the same distance; "
     "theirs: 32 rays, and positions and velocities of agents.",
+    "In space: their LinearDrone has drag and is a point mass of 0.1 kg with 1 N per axis here; "
+    "their CrazyFlie is a quadrotor of 30 g here, with an attitude loop, motors and a law of its own.",
 )
 
 
@@ -120,7 +129,7 @@ class Benchmark(NamedTuple):
         worlds, broken = self.worlds, sum(row.outcome != Outcome.COMPLETED.value for row in self.rows)
         lines = [
             f"{worlds.environment}: {worlds.robots} agents, {worlds.area:g} m, {worlds.obstacles} obstacles, "
-            f"{len(self.rows)} episodes of {worlds.duration:g} s",
+            f"{len(self.rows)} episodes of {worlds.duration:g} s, seed {worlds.seed}",
             f"  {'percent of agents':<26}{'safe':>8}{'reach':>8}{'success':>9}  success, 95 %",
         ]
         shares = [f"{100.0 * each.share:.1f}" for each in (self.safe, self.reach, self.success)]
@@ -165,13 +174,13 @@ def mission_of(base: Scenario, worlds: Worlds, episode: Episode) -> Scenario:
         episode: The world.
 
     Raises:
-        UsageError: If the base has no behavior `goal`.
+        UsageError: If the base has no behavior `goal`, or as many axes as the world.
         ScenarioError: If the two do not fit.
     """
     places = [key_path(path) for path, behavior in behaviors_of(base) if isinstance(behavior, Goal)]
     if not places:
         raise UsageError(f"{base.name}: has no behavior goal, whose goals would be those of the benchmark")
-    boxes = [
+    boxes: list[dict[str, Any]] = [
         {
             "shape": "box",
             "size": [0.5 * length for length in box.size],
@@ -180,6 +189,10 @@ def mission_of(base: Scenario, worlds: Worlds, episode: Episode) -> Scenario:
         }
         for box in episode.boxes
     ]
+    axes = len(episode.start[0])
+    if base.axes != axes:
+        raise UsageError(f"{base.name}: has {base.axes} axes; the worlds have {axes}")
+    boxes += [{"shape": "sphere", "radius": ball.radius, "position": ball.center} for ball in episode.balls]
     changes: dict[str, Any] = {
         "name": f"{base.name}_{episode.episode}",
         "seed": episode.episode,
@@ -189,7 +202,7 @@ def mission_of(base: Scenario, worlds: Worlds, episode: Episode) -> Scenario:
         "robots.positions": episode.start,
         "robots.mass": worlds.mass,
         "robots.radius": worlds.robot_radius,
-        "robots.force_limit": worlds.force_limit,
+        **({} if worlds.environment == "CrazyFlie" else {"robots.force_limit": worlds.force_limit}),
         "sensing.radius.robots": worlds.sight - 2.0 * worlds.robot_radius,
         "sensing.radius.obstacles": worlds.sight - worlds.robot_radius,
         "expect": [],

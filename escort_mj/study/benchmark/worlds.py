@@ -1,8 +1,9 @@
 """Worlds of the GCBF+ benchmark: read from a file, or drawn by its published rules.
 
-The rules are those of `gcbfplus/env/double_integrator.py` and `utils.py` (github.com/MIT-REALM/gcbfplus):
-boxes anywhere in a square, one over another if it so happens; then for each agent a start and a goal, uniform
-in the square and drawn again until they are four radii away from all boxes and all other starts, or goals.
+The rules are those of github.com/MIT-REALM/gcbfplus, in gcbfplus/env (double_integrator.py, linear_drone.py,
+crazyflie.py and utils.py): boxes anywhere in a square, or spheres anywhere in a cube, perhaps overlapping;
+then for each agent a start and a goal, uniform there and drawn again until they are four radii away
+from all that stands and all other starts, or goals.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,14 +22,22 @@ from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, Validati
 
 from escort_mj.components.parameters import Mass, Parameters, Radius, Vector
 from escort_mj.errors import Fault, ScenarioError, UsageError
-from escort_mj.scenario.findings import key_path
+from escort_mj.scenario.findings import key_path, listed, shown
 from escort_mj.scenario.reader.explain import findings_of
 from escort_mj.scenario.reader.load import tuples
 
 Array = NDArray[np.float64]
 
+Environment = Literal["DoubleIntegrator", "LinearDrone", "CrazyFlie"]
 SHIPPED = {name: f"gcbf_double_integrator_{name}.json" for name in ("n8", "n32")}
-LENGTHS = (0.1, 0.5)  # of the sides of boxes [m]
+LENGTHS = {"DoubleIntegrator": (0.1, 0.5), "LinearDrone": (0.15, 0.3), "CrazyFlie": (0.1, 0.6)}
+"""Sides of boxes and diameters of spheres [m]."""
+BODIES: dict[str, dict[str, float]] = {
+    "DoubleIntegrator": {},
+    "LinearDrone": {},
+    "CrazyFlie": {"mass": 0.0299, "sight": 1.0, "speed_limit_per_axis": 0.3},
+}
+"""What an environment's agents have that is not the default of `Worlds`."""
 APART = 4.0  # radii of a robot between starts, between goals, and from either to boxes
 TRIES = 1024
 
@@ -43,6 +53,15 @@ class Box(Parameters):
     """How far it is turned [rad]."""
 
 
+class Ball(Parameters):
+    """A sphere that stands in the way."""
+
+    center: Vector
+    """Its center [m]."""
+    radius: Radius
+    """Its radius [m]."""
+
+
 class Episode(Parameters):
     """One world: where agents start, where they go, and what stands in the way."""
 
@@ -53,20 +72,22 @@ class Episode(Parameters):
     goal: Annotated[tuple[Vector, ...], Field(min_length=1)]
     """Where each agent goes [m]."""
     boxes: tuple[Box, ...] = ()
-    """What stands in the way."""
+    """What stands in the way in a square."""
+    balls: tuple[Ball, ...] = ()
+    """What stands in the way in a cube."""
 
 
 class Worlds(Parameters):
     """Worlds, and what all of them share."""
 
-    environment: str = "DoubleIntegrator"
-    """Name of the dynamics."""
+    environment: Environment = "DoubleIntegrator"
+    """Name of the published dynamics."""
     robots: PositiveInt
     """Number of agents."""
     area: PositiveFloat = 4.0
-    """Side of the square [m]."""
+    """Side of the square or cube [m]."""
     obstacles: NonNegativeInt = 8
-    """Number of boxes."""
+    """Number of boxes or spheres."""
     timestep: PositiveFloat = 0.03
     """Time between two decisions of the published controllers [s]."""
     steps: PositiveInt = 1024
@@ -125,59 +146,82 @@ def read_worlds(source: str | os.PathLike[str]) -> Worlds:
     return worlds
 
 
-def draw_worlds(agents: int, area: float, obstacles: int, episodes: int, seed: int) -> Worlds:
+def draw_worlds(
+    agents: int, area: float, obstacles: int, episodes: int, seed: int, environment: str = "DoubleIntegrator"
+) -> Worlds:
     """Draw worlds by the published rules.
 
     Args:
         agents: Number of agents.
-        area: Side of the square [m].
-        obstacles: Number of boxes.
+        area: Side of the square or cube [m].
+        obstacles: Number of boxes or spheres.
         episodes: Number of worlds.
         seed: What they are drawn from; each world has a stream of its own.
+        environment: Name of the published dynamics; `DoubleIntegrator` has a square, the others a cube.
 
     Raises:
-        UsageError: If agents find no room.
+        UsageError: If there is no such environment, or agents find no room.
     """
+    if environment not in LENGTHS:
+        allowed = listed(list(get_args(Environment)))
+        raise UsageError(f"environment: found {shown(environment)}; allowed are {allowed}")
     common = {"robots": agents, "area": area, "obstacles": obstacles, "seed": seed}
-    radius = Worlds.model_fields["robot_radius"].default
-    drawn = [_draw(np.random.Generator(np.random.Philox([seed, i])), agents, area, obstacles, radius)
-             for i in range(episodes)]  # fmt: skip
-    numbered = [world | {"episode": i} for i, world in enumerate(drawn)]
-    return Worlds.model_validate(common | {"episodes": numbered})
+    apart = APART * Worlds.model_fields["robot_radius"].default
+    drawn = [
+        _draw(np.random.Generator(np.random.Philox([seed, i])), agents, area, obstacles, apart, environment)
+        | {"episode": i}
+        for i in range(episodes)
+    ]
+    return Worlds.model_validate(
+        common | BODIES[environment] | {"environment": environment, "episodes": drawn}
+    )
 
 
 def _draw(
-    random: np.random.Generator, agents: int, area: float, obstacles: int, radius: float
+    random: np.random.Generator, agents: int, area: float, obstacles: int, apart: float, environment: str
 ) -> dict[str, object]:
     """Draw one world."""
-    centers = random.uniform(0.0, area, (obstacles, 2))
-    sizes = random.uniform(*LENGTHS, (obstacles, 2))
-    angles = random.uniform(0.0, 2.0 * math.pi, obstacles)
-    boxes = centers, sizes, angles
+    axes = 2 if environment == "DoubleIntegrator" else 3
+    centers = random.uniform(0.0, area, (obstacles, axes))
+    if axes == 2:
+        sizes = random.uniform(*LENGTHS[environment], (obstacles, 2))
+        angles = random.uniform(0.0, 2.0 * math.pi, obstacles)
+        standing: dict[str, object] = {
+            "boxes": [
+                {"center": center.tolist(), "size": size.tolist(), "angle": float(angle)}
+                for center, size, angle in zip(centers, sizes, angles, strict=True)
+            ]
+        }
+    else:
+        radii = 0.5 * random.uniform(*LENGTHS[environment], obstacles)
+        balls = zip(centers, radii, strict=True)
+        standing = {"balls": [{"center": at.tolist(), "radius": float(radius)} for at, radius in balls]}
+
+    def clear(point: Array) -> bool:
+        if axes == 2:
+            return bool(np.all(_gaps(point, centers, sizes, angles) >= apart))
+        return bool(np.all(np.linalg.norm(centers - point, axis=1) > radii + apart))
+
     for _ in range(TRIES):  # starts over where an agent finds no room, as the published code does
-        starts, goals = np.zeros((0, 2)), np.zeros((0, 2))
+        starts, goals = np.zeros((0, axes)), np.zeros((0, axes))
         while len(goals) < agents:
-            start = _free(random, area, starts, boxes, APART * radius)
-            goal = _free(random, area, goals, boxes, APART * radius)
+            start = _free(random, area, starts, clear, apart)
+            goal = _free(random, area, goals, clear, apart)
             if start is None or goal is None:
                 break
             starts, goals = np.vstack([starts, start]), np.vstack([goals, goal])
         else:
-            found = [
-                {"center": center.tolist(), "size": size.tolist(), "angle": float(angle)}
-                for center, size, angle in zip(*boxes, strict=True)
-            ]
-            return {"start": starts.tolist(), "goal": goals.tolist(), "boxes": found}
-    raise UsageError(f"found no room for {agents} agents in {area:g} m x {area:g} m; give a larger area")
+            return {"start": starts.tolist(), "goal": goals.tolist()} | standing
+    raise UsageError(f"found no room for {agents} agents in {area:g} m; give a larger area")
 
 
 def _free(
-    random: np.random.Generator, area: float, taken: Array, boxes: tuple[Array, Array, Array], apart: float
+    random: np.random.Generator, area: float, taken: Array, clear: Callable[[Array], bool], apart: float
 ) -> Array | None:
-    """A point that far from points that are taken and from boxes; None after many tries."""
+    """A point that far from points that are taken and from all that stands; None after many tries."""
     for _ in range(TRIES):
-        point = random.uniform(0.0, area, 2)
-        if np.all(np.linalg.norm(taken - point, axis=1) > apart) and np.all(_gaps(point, *boxes) >= apart):
+        point: Array = random.uniform(0.0, area, size=(taken.shape[1],))
+        if np.all(np.linalg.norm(taken - point, axis=1) > apart) and clear(point):
             return point
     return None
 

@@ -12,7 +12,7 @@ from escort_mj.api import benchmarks, load_scenario
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.study.benchmark.gcbf import judge, mission_of
+from escort_mj.study.benchmark.gcbf import BASES, PEERS, judge, mission_of
 from escort_mj.study.benchmark.worlds import Episode, draw_worlds, read_worlds
 
 
@@ -38,6 +38,29 @@ def test_worlds_obey_the_published_rules(source: str | None, agents: int, episod
     if source is None:
         assert draw_worlds(agents, 4.0, 8, episodes, seed=5) == worlds
         assert draw_worlds(agents, 4.0, 8, episodes, seed=6).episodes[0] != worlds.episodes[0]
+
+
+@pytest.mark.parametrize(
+    ("environment", "least", "most"), [("LinearDrone", 0.075, 0.15), ("CrazyFlie", 0.05, 0.3)]
+)
+def test_worlds_in_space(environment: str, least: float, most: float) -> None:
+    worlds = draw_worlds(8, 2.0, 8, 5, seed=5, environment=environment)
+    base = load_scenario(BASES[environment])
+    assert worlds.environment == environment and PEERS[environment, 8, 2.0, 8]
+    for episode in worlds.episodes:
+        start, goal = np.array(episode.start), np.array(episode.goal)
+        assert start.shape == goal.shape == (8, 3) and not episode.boxes
+        assert min(gaps(start).min(), gaps(goal).min()) > 0.2
+        radii = np.array([ball.radius for ball in episode.balls])
+        assert radii.shape == (8,) and least <= radii.min() and radii.max() <= most
+        scenario = mission_of(base, worlds, episode)
+        assert (scenario.robots.mass, scenario.sensing.radius.robots) == (worlds.mass, worlds.sight - 0.1)
+        for body in obstacles_of(scenario):
+            assert body.gaps(np.vstack([start, goal])).min() >= 0.2
+    with pytest.raises(UsageError, match="gcbf: has 2 axes; the worlds have 3"):
+        mission_of(load_scenario("benchmarks/gcbf"), worlds, worlds.episodes[0])
+    with pytest.raises(UsageError, match='environment: found "Dubins"; allowed are DoubleIntegrator, '):
+        draw_worlds(8, 2.0, 8, 5, seed=5, environment="Dubins")
 
 
 def test_agents_are_judged_one_by_one() -> None:
