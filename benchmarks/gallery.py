@@ -3,7 +3,7 @@
 python -m benchmarks.gallery [NAME ...] --docs
 
 Each scenario is run and filmed with few frames; one of them, at a telling moment, is kept. Pictures that are
-there are kept where names are given; the page lists all.
+there are kept where names are given; the page lists all that have one.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def main() -> None:
     PICTURES.mkdir(parents=True, exist_ok=True)
     for name in options.names or shown():
         print(name, picture(name), flush=True)
-    publish("gallery.md", {"gallery": "\n\n".join(map(section, SECTIONS))}, options.docs)
+    publish("gallery.md", {"gallery": "\n\n".join(filter(None, map(section, SECTIONS)))}, options.docs)
 
 
 def shown() -> list[str]:
@@ -99,16 +99,16 @@ def picture(name: str) -> Path:
 
 
 def section(folder: str) -> str:
-    """The scenarios of one folder: what each is about, its picture, and how to run it."""
+    """The scenarios of one folder: what each is about, its picture, and how to run it; empty for none."""
     parts = [f"## {SECTIONS[folder]}"]
     for name in shown():
-        if name.rpartition("/")[0] == folder:
+        if name.rpartition("/")[0] == folder and file_of(name).exists():
             scenario = escort_mj.load_scenario(name)
             path = file_of(name).relative_to(DOCS).as_posix()
             parts.append(f"### {name}")
             parts.append(f"![Frame of the video of {name}]({path})")
             parts.append(f"{scenario.description.strip()}\n`escort-mj run {name}`")
-    return "\n\n".join(parts)
+    return "\n\n".join(parts) if len(parts) > 1 else ""
 
 
 if __name__ == "__main__":

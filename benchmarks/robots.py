@@ -21,9 +21,13 @@ PAGE = "robots.md"
 KINDS = ("slung", "loaded", "quadrotor", "mixed")
 NAMES = ("apd_smc", "asmc", "pd_smc")
 SOFT = {"proportional_gain": 12, "derivative_gain": 12, "adaptation_rate": 6, "slope": 10}
-SEEDS = 5
+SEEDS, MORE_SEEDS = 5, 20
 TAIL = 5.0  # s: robots have passed the last obstacle before
 PLAIN = {"robots.kind": "point_mass"}
+DRIVEN = {  # kinds that cannot move sideways: their gains as far as laws have them
+    "diff_drive": {"proportional_gain": 12, "derivative_gain": 12, "adaptation_rate": 6, "slope": 10},
+    "surface_vessel": {"proportional_gain": 5, "derivative_gain": 15, "adaptation_rate": 2, "slope": 1},
+}
 
 # One hidden effect at a time, on the mission of slung robots with the paper's gains.
 TROUBLES: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -71,10 +75,10 @@ def attempt(trial: Trial) -> Result:
 METRICS = ("obstacle_clearance_min", "robot_clearance_min", "contacts", "saturated_share", "chattering")
 
 
-def gains(law: str, soft: bool) -> tuple[tuple[str, Any], ...]:
-    """A law with the paper's gains, or with the softer ones as far as it has them."""
+def gains(law: str, values: dict[str, Any]) -> tuple[tuple[str, Any], ...]:
+    """A law with gains as far as it has them, and its own defaults: the paper's."""
     (kind,) = (each for each in LAWS if each.model_fields["law"].default == law)
-    chosen = {key: value for key, value in SOFT.items() if soft and key in kind.model_fields}
+    chosen = {key: value for key, value in values.items() if key in kind.model_fields}
     return tuple({"law": law, **chosen}.items())
 
 
@@ -82,11 +86,25 @@ def missions() -> dict[tuple[str, str, str], list[Trial]]:
     """Kind, law and gains, and the missions of each."""
     return {
         (kind, law, "softer" if soft else "the paper's"): [
-            Trial(kind, (("controller", gains(law, soft)),), seed) for seed in range(1, SEEDS + 1)
+            Trial(kind, (("controller", gains(law, SOFT if soft else {})),), seed)
+            for seed in range(1, SEEDS + 1)
         ]
         for kind in KINDS
         for law in NAMES
         for soft in ((False,) if kind in ("slung", "loaded") else (True, False))
+    }
+
+
+def driven() -> dict[tuple[str, str, str], list[Trial]]:
+    """Return the same of kinds that cannot move sideways, with their scenarios' gains and with `auto`."""
+    return {
+        (kind, law, name): [Trial(kind, (("controller", chosen),), seed) for seed in range(1, MORE_SEEDS + 1)]
+        for kind, own in DRIVEN.items()
+        for law in NAMES
+        for name, chosen in (
+            ("the scenario's", gains(law, own if law != "asmc" else {"slope": own["slope"]})),
+            ("auto", (("law", law), ("gains", "auto"))),
+        )
     }
 
 
@@ -128,9 +146,11 @@ def main(arguments: Any = None) -> None:
         if sys.stderr.isatty():
             print(f"\r{done:.0f}/{total:.0f} missions", end="", file=sys.stderr, flush=True)
 
-    cases, more = missions(), troubles()
+    cases, more, sideways = missions(), troubles(), driven()
     todo = list(
-        dict.fromkeys(trial for each in (cases, more) for trials in each.values() for trial in trials)
+        dict.fromkeys(
+            trial for each in (cases, more, sideways) for trials in each.values() for trial in trials
+        )
     )
     found = dict(zip(todo, side_by_side(attempt, todo, cores(), progress), strict=True))
     measured = [
@@ -143,6 +163,7 @@ def main(arguments: Any = None) -> None:
     ]
     tables = {
         "kinds": table(["robots", "law", "gains", *measured], rows(cases, found)),
+        "driven": table(["robots", "law", "gains", *measured], rows(sideways, found)),
         "troubles": table(["hidden effect", *measured], rows(more, found)),
     }
     publish(PAGE, tables, write)

@@ -55,18 +55,7 @@ class Snapshot(NamedTuple):
 
 
 class SteppedMission:
-    """A mission that runs as far as it is asked to, with the controller of its scenario.
-
-    Without interventions, it is the run that `escort_mj.run` makes, bit for bit. What is done between steps
-    acts from the next physics step on and is listed in `notes` and in the attribute `interventions` of the
-    trace: the scenario alone does not repeat the run.
-
-    Attributes:
-        scenario: What is simulated, with all changes so far.
-        outcome: `running` until the mission has reached its duration or failed.
-        message: How it ended, in words; empty while it runs.
-        notes: What was done from outside, with the time of each intervention.
-    """
+    """A mission under way, without `run`: see `LiveMission`, which `escort_mj.start` returns."""
 
     def __init__(self, scenario: Scenario) -> None:
         """Build the world and evaluate the law at the start, time 0.

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,6 +28,9 @@ def circle(robot: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     position = 3.0 * np.column_stack([np.cos(angle), np.sin(angle)])
     velocity = 0.6 * np.pi * np.column_stack([-np.sin(angle), np.cos(angle)])
     return position, velocity, angle + 0.5 * np.pi
+
+
+ODOMETRY = "nav_msgs/msg/Odometry"
 
 
 def test_topics_are_found_by_name() -> None:
@@ -58,40 +62,54 @@ def test_a_velocity_of_odometry_is_turned_into_the_world() -> None:
     assert reading_of({"battery": 3}, 2) == {} and reading_of({"position": [1, 2]}, 2) == {}
 
 
-def test_a_ros_bag(compiled: None, tmp_path: Path) -> None:
-    rosbag2 = pytest.importorskip("rosbags.rosbag2")
-    typesys = pytest.importorskip("rosbags.typesys")
-    store = typesys.get_typestore(typesys.Stores.LATEST)
+def odometry(store: Any, robot: int, time: float, place: Any, speed: Any, heading: float) -> Any:
+    """A message of a robot that looks ahead, in whose frame its speed is."""
     types = store.types
-    kind = "nav_msgs/msg/Odometry"
     vector, point = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Point"]
-    with rosbag2.Writer(tmp_path / "bag", version=9) as bag:
+    stamp = types["builtin_interfaces/msg/Time"](START + int(time), round(1e9 * (time % 1.0)))
+    number = {"seq": 0} if "seq" in types["std_msgs/msg/Header"].__dataclass_fields__ else {}
+    turn = types["geometry_msgs/msg/Quaternion"](
+        0.0, 0.0, float(np.sin(heading / 2)), float(np.cos(heading / 2))
+    )
+    forward = vector(float(np.hypot(*speed)), 0.0, 0.0)
+    return types[ODOMETRY](
+        types["std_msgs/msg/Header"](**number, stamp=stamp, frame_id="world"),
+        f"robot_{robot + 1}",
+        types["geometry_msgs/msg/PoseWithCovariance"](
+            types["geometry_msgs/msg/Pose"](point(*map(float, place), 0.0), turn), np.zeros(36)
+        ),
+        types["geometry_msgs/msg/TwistWithCovariance"](
+            types["geometry_msgs/msg/Twist"](forward, vector(0.0, 0.0, 0.0)), np.zeros(36)
+        ),
+    )
+
+
+@pytest.mark.parametrize("form", ["folder", "db3", "mcap", "bag"])
+def test_a_ros_bag(compiled: None, tmp_path: Path, form: str) -> None:
+    rosbag1, rosbag2 = pytest.importorskip("rosbags.rosbag1"), pytest.importorskip("rosbags.rosbag2")
+    typesys = pytest.importorskip("rosbags.typesys")
+    path = tmp_path / ("log.bag" if form == "bag" else "bag")
+    if form == "bag":
+        store, writer = typesys.get_typestore(typesys.Stores.ROS1_NOETIC), rosbag1.Writer(path)
+    else:
+        plugin = rosbag2.StoragePlugin.MCAP if form == "mcap" else rosbag2.StoragePlugin.SQLITE3
+        store = typesys.get_typestore(typesys.Stores.LATEST)
+        writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
+    written = store.serialize_ros1 if form == "bag" else store.serialize_cdr
+    with writer as bag:
         for robot in range(2):
-            channel = bag.add_connection(f"/robot_{robot + 1}/odom", kind, typestore=store)
-            for time, place, speed, heading in zip(TIMES, *circle(robot), strict=True):
-                stamp = types["builtin_interfaces/msg/Time"](START + int(time), round(1e9 * (time % 1.0)))
-                forward = float(np.hypot(*speed))  # as it is in the frame of a robot that looks ahead
-                turn = types["geometry_msgs/msg/Quaternion"](
-                    0.0, 0.0, float(np.sin(heading / 2)), float(np.cos(heading / 2))
-                )
-                message = types[kind](
-                    types["std_msgs/msg/Header"](stamp, "world"),
-                    f"robot_{robot + 1}",
-                    types["geometry_msgs/msg/PoseWithCovariance"](
-                        types["geometry_msgs/msg/Pose"](point(*map(float, place), 0.0), turn), np.zeros(36)
-                    ),
-                    types["geometry_msgs/msg/TwistWithCovariance"](
-                        types["geometry_msgs/msg/Twist"](vector(forward, 0.0, 0.0), vector(0.0, 0.0, 0.0)),
-                        np.zeros(36),
-                    ),
-                )
-                bag.write(channel, round(1e9 * (time + 5)), store.serialize_cdr(message, kind))
-    judged = escort_mj.judge(tmp_path / "bag", SCENARIO)
+            channel = bag.add_connection(f"/robot_{robot + 1}/odom", ODOMETRY, typestore=store)
+            for time, *state in zip(TIMES, *circle(robot), strict=True):
+                message = odometry(store, robot, time, *state)
+                bag.write(channel, round(1e9 * (time + 5)), written(message, ODOMETRY))
+    if form in ("db3", "mcap"):
+        (path,) = path.glob(f"*.{form}")
+    judged = escort_mj.judge(path, SCENARIO)
     assert judged.passed and judged.trace.attrs["log_start"] == START
     exact = circle(1)[1]
     assert np.abs(judged.trace["v"].values[::5, 1] - exact[np.arange(0, 41, 2)]).max() < 1e-6
     with pytest.raises(LogError, match="robot_2: both|--map robot_2=/rover: there is no such topic"):
-        escort_mj.judge(tmp_path / "bag", SCENARIO, names={"robot_2": "/rover"})
+        escort_mj.judge(path, SCENARIO, names={"robot_2": "/rover"})
 
 
 def test_json_of_others_in_mcap(compiled: None, tmp_path: Path) -> None:
