@@ -13,7 +13,7 @@ from escort_mj.cli.streams import OUTPUT, Output
 
 SECTIONS = {
     "Run and inspect": ("run", "check", "validate", "show", "render", "report", "view", "rerun", "judge"),
-    "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce"),
+    "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce", "benchmark"),
     "Write and convert": ("new", "export", "schema"),
     "Bring your own": ("check-robot", "check-plugin"),
     "Inspect the installation": ("list", "doctor"),

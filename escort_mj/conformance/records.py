@@ -29,6 +29,12 @@ BESIDE: dict[str, dict[str, Any]] = {
     },
     "in space": {"axes": 3},
     "a robot lost": {"robots": {"failures": ({"robot": 2, "at": 0.5},)}},
+    "goals and no target": {
+        "duration": 6.0,
+        "target": None,
+        "robots": {"positions": ((0.0, 0.0), (0.0, 3.0))},
+        "mission": {"behaviors": ({"behavior": "goal", "goals": ((1.0, 0.0), ((1.0, 3.0), (2.0, 3.0)))},)},
+    },
 }
 """Runs on which metrics and expectations are tried, by what is special."""
 

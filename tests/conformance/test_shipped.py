@@ -28,6 +28,7 @@ EXAMPLES: tuple[dict[str, Any], ...] = (
     {"contacts": ["robots", "robots"], "peak_force": 1.0, "impulse": 1.0, "penetration": 0.1},
     {"clearance": ["robots", "robots"], "at_least": 0.5},
     {"settled": 0.5, "by": 1.0},
+    {"reached": 0.5, "by": 1.0},
     {"sanity": "all"},
     {"outcome": "completed"},
     {"outcome": "diverged"},

@@ -18,6 +18,7 @@ GIVEN_APART = {
         "target",
         "disturbance",
         "mover_paths",
+        "formation_frames",
     ),  # functions of time
     *("stride", "extra", "stretches", "truth", "lyapunov", "watched_group", "watched_alone"),  # the record
 }
