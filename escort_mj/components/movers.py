@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.program import evaluate as evaluate_program
+from escort_mj.numerics.program import evaluate_program
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup

@@ -13,7 +13,7 @@ from escort_mj.behaviors.goal import choose_goals
 from escort_mj.behaviors.vertices import turn_figure
 from escort_mj.components.movers import drive
 from escort_mj.control.conflicts import weigh_tasks
-from escort_mj.control.failure import command_motors, notice_losses
+from escort_mj.control.failure import command_failing_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.supervisor import supervise
@@ -24,9 +24,8 @@ from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import WIDTH, copy_lanes, everywhere, load, set_row, stack_rows, store, store_rows
 from escort_mj.native.on_demand import on_demand, on_demand_unrolled
 from escort_mj.numerics.neighbors import keep_all_neighbors
-from escort_mj.numerics.program import evaluate as evaluate_program
-from escort_mj.numerics.program import value_of
-from escort_mj.sensing.measure import measure
+from escort_mj.numerics.program import evaluate_program, value_of
+from escort_mj.sensing.measure import take_measurements
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
@@ -70,7 +69,7 @@ def evaluate(plan: Plan, state: State) -> None:
     follow_time(plan, state)
     if plan.mover_mass.shape[0] > 0:
         drive(plan, state)
-    measure(plan, state)
+    take_measurements(plan, state)
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)
     n, p = state.q.shape
@@ -99,7 +98,7 @@ def evaluate(plan: Plan, state: State) -> None:
     inner_loop(plan, state)
     copy_lanes(state.tau, state.command, n * p)
     if failing:
-        command_motors(plan, state)
+        command_failing_motors(plan, state)
 
 
 @inlined

@@ -112,7 +112,7 @@ def _close_ring(predecessors: np.ndarray, lost: np.ndarray) -> None:
 
 
 @on_demand
-def command_motors(plan: Plan, state: State) -> None:
+def command_failing_motors(plan: Plan, state: State) -> None:
     """Command the motors: the law's force where they work, else what is left of them.
 
     The law asks nothing of a robot that is lost, and neither its reference nor its estimate moves on.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles, Behavior
 from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
-from escort_mj.control.supervisor import Phase
+from escort_mj.control.supervisor import ControlPhase
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import Law
 from escort_mj.numerics.formation import Arrangement
@@ -139,7 +139,7 @@ class Setup:
     figure: Figure | None = None
     failures: tuple[Failure, ...] = ()
     reforming: Reforming | None = None
-    phases: tuple[Phase, ...] = ()
+    phases: tuple[ControlPhase, ...] = ()
     trigger: Trigger | None = None
     outer: OuterLoop = Nsb()
     sensing: Sensors = Sensors()
@@ -198,9 +198,9 @@ class Setup:
         return list(dict.fromkeys(behavior.behavior for stack in stacks for behavior in stack))
 
     @property
-    def all_phases(self) -> list[Phase]:
+    def all_phases(self) -> list[ControlPhase]:
         """All phases; the first one rules where none of the supervisor's does."""
-        return [Phase("", self.behaviors), *self.phases]
+        return [ControlPhase("", self.behaviors), *self.phases]
 
     @property
     def all_behaviors(self) -> list[Behavior]:

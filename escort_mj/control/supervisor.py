@@ -100,7 +100,7 @@ class Condition(Parameters):
         return self.threshold if self.release is None else self.release
 
 
-class Phase(NamedTuple):
+class ControlPhase(NamedTuple):
     """A stretch of the mission with a priority stack of its own.
 
     Attributes:

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Motion:
+class LoggedMotion:
     """Where bodies are in each physics step.
 
     Attributes:
@@ -33,7 +33,7 @@ class Motion:
     others: dict[str, Trajectory]
 
 
-def motion_of(log: Log, robots: tuple[str, ...], start: float, times: Array) -> Motion:
+def motion_of(log: Log, robots: tuple[str, ...], start: float, times: Array) -> LoggedMotion:
     """Put the bodies of a log on the mission's clock.
 
     Args:
@@ -44,7 +44,7 @@ def motion_of(log: Log, robots: tuple[str, ...], start: float, times: Array) -> 
     """
     tracks = [log.tracks[name] for name in robots]
     others = {name: track for name, track in log.tracks.items() if name not in robots}
-    return Motion(
+    return LoggedMotion(
         np.stack([path_of(track, start).position(times) for track in tracks], axis=1),
         np.stack([at(times + start, track.time, velocity_of(track)) for track in tracks], axis=1),
         {name: path_of(track, start) for name, track in others.items()},

@@ -11,9 +11,9 @@ from escort_mj.control.controller import evaluate, follow_time
 from escort_mj.control.inner import DEFAULT_FORCE
 from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
 from escort_mj.native import artifacts
-from escort_mj.native.artifacts import Piece
+from escort_mj.native.artifacts import Artifact
 from escort_mj.native.on_demand import CLASSES, callback, piece_of
-from escort_mj.sensing.measure import measure
+from escort_mj.sensing.measure import take_measurements
 
 
 @callback(*CLASSES)
@@ -41,6 +41,9 @@ def evaluation_of(axes: int) -> Callable[[int, int], None]:
     return ctypes.CFUNCTYPE(None, ctypes.c_ssize_t, ctypes.c_ssize_t)(artifacts.address(pieces[0]))
 
 
-def law_pieces(axes: int | None) -> list[Piece]:
+def law_pieces(axes: int | None) -> list[Artifact]:
     """Return what most missions evaluate the law with, for so many axes; None for more than are unrolled."""
-    return [piece_of(each, axes) for each in (evaluate, measure, weigh_tasks, follow_time, DEFAULT_FORCE)]
+    return [
+        piece_of(each, axes)
+        for each in (evaluate, take_measurements, weigh_tasks, follow_time, DEFAULT_FORCE)
+    ]

@@ -34,7 +34,7 @@ class SamplingState(Fields):
     spare: Annotated[Array, WIDTH, Value("1", "past the last sample: lanes are written whole")]
 
 
-def room_for(record: int) -> int:
+def samples_kept(record: int) -> int:
     """How many samples of so many numbers a mission keeps until Python takes them off.
 
     Crowds of eighty and more keep one: to save their state before each look would cost more than to look.

@@ -26,7 +26,7 @@ POLL = 0.1  # s between two looks at whether anybody still wants what is compile
 _lock = threading.RLock()  # threads that begin together compile once
 
 
-class Piece(NamedTuple):
+class Artifact(NamedTuple):
     """What is compiled and loaded as one.
 
     Attributes:
@@ -48,23 +48,23 @@ class Piece(NamedTuple):
         return f"{self}.o"
 
     @classmethod
-    def named(cls, text: str) -> Piece:
+    def named(cls, text: str) -> Artifact:
         """The piece that has a text for its name."""
         module, function, axes = text.rsplit(".", 2)
         return cls(module, function, None if axes == "None" else int(axes))
 
 
-def keep_artifact(piece: Piece, code: bytes) -> None:
+def keep_artifact(piece: Artifact, code: bytes) -> None:
     """Write a piece to the cache."""
     cache.kernels.write(piece.file, code)
 
 
-def kept(piece: Piece) -> bytes | None:
+def kept(piece: Artifact) -> bytes | None:
     """A piece's machine code; None where it neither ships nor is in the cache."""
-    return shipped.read(piece.file) or cache.kernels.read(piece.file)
+    return shipped.shipped_code(piece.file) or cache.kernels.read(piece.file)
 
 
-def have(pieces: Sequence[Piece]) -> None:
+def have(pieces: Sequence[Artifact]) -> None:
     """Compiles those of some pieces that are not on disk, side by side; begin with those that take longest.
 
     Raises:
@@ -86,7 +86,7 @@ def have(pieces: Sequence[Piece]) -> None:
             keep_artifact(piece, import_module("escort_mj.native.compiler.pieces").compile_piece(piece))
 
 
-def _elsewhere(pieces: Sequence[Piece]) -> None:
+def _elsewhere(pieces: Sequence[Artifact]) -> None:
     """Has pieces compiled in processes of their own; where those cannot be started or fail, they are not."""
     left = list(pieces)
     running: list[subprocess.Popen[str]] = []
@@ -136,11 +136,11 @@ def _elsewhere(pieces: Sequence[Piece]) -> None:
         raise
 
 
-_loaded: dict[Piece, int] = {}
+_loaded: dict[Artifact, int] = {}
 _engines: list[Any] = []  # they own the memory that machine code lies in
 
 
-def address(piece: Piece) -> int:
+def address(piece: Artifact) -> int:
     """Address of a piece's function in this process, compiled, loaded or known already."""
     with _lock:
         if piece not in _loaded:

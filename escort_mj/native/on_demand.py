@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from escort_mj import stopping
 from escort_mj.native import artifacts
-from escort_mj.native.artifacts import Piece
+from escort_mj.native.artifacts import Artifact
 from escort_mj.native.kernels import symbols
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -38,12 +38,12 @@ class Entry(NamedTuple):
     """
 
     slot: ctypes.c_void_p
-    piece: Piece
+    piece: Artifact
 
 
 declared: dict[Any, tuple[int | None, ...]] = {}
 """Kernels on demand, and the classes of axes that each is compiled for; None alone serves all missions."""
-callbacks: list[Piece] = []
+callbacks: list[Artifact] = []
 """What MuJoCo calls, of every class of axes."""
 entries: dict[int, Entry] = {}  # by the slot's address
 _waited = threading.local()
@@ -74,10 +74,10 @@ def _declare(function: F, classes: tuple[int | None, ...]) -> F:
     return function
 
 
-def piece_of(function: Any, axes: int | None) -> Piece:
+def piece_of(function: Any, axes: int | None) -> Artifact:
     """Return the piece of a kernel, or of what makes a callback, that serves missions of so many axes."""
     known = axes if axes in declared.get(function, CLASSES) else None
-    return Piece(function.__module__, function.__qualname__, known)
+    return Artifact(function.__module__, function.__qualname__, known)
 
 
 def callback(*classes: int | None) -> Callable[[F], F]:
@@ -90,7 +90,7 @@ def callback(*classes: int | None) -> Callable[[F], F]:
     return mark
 
 
-def slot_name(piece: Piece) -> str:
+def slot_name(piece: Artifact) -> str:
     """Name of a kernel's slot in machine code."""
     return f"escort_mj.native.on_demand.{piece}"
 

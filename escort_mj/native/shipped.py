@@ -19,7 +19,7 @@ FOLDER = Path(__file__).with_name("machine_code")
 MANIFEST = "manifest.json"
 
 
-def read(name: str) -> bytes | None:
+def shipped_code(name: str) -> bytes | None:
     """Return a file of machine code; None where it does not ship, is damaged, or is of other sources."""
     digest = _manifest().get("files", {}).get(name)
     if digest is None:

@@ -126,7 +126,7 @@ def _piecewise(table: Array, first: int, count: int, t: float) -> tuple[float, f
 
 
 @inlined
-def evaluate(
+def evaluate_program(
     code: Array, first: int, count: int, table: Array, t: float, stack: Array
 ) -> tuple[float, float]:
     """Runs one program; constants and straight lines, the most frequent ones, without its machine.
@@ -146,7 +146,7 @@ def evaluate(
         return 0.0, 0.0
     if count == 1 and int(code[first, 0]) <= Op.AFFINE:
         return code[first, 1] + code[first, 2] * t, code[first, 2]
-    return run(code, first, count, table, t, 1.0, stack)
+    return run_code(code, first, count, table, t, 1.0, stack)
 
 
 @inlined
@@ -156,12 +156,12 @@ def value_of(code: Array, first: int, count: int, table: Array, t: float, stack:
         return 0.0
     if count == 1 and int(code[first, 0]) <= Op.AFFINE:
         return code[first, 1] + code[first, 2] * t
-    value, _ = run(code, first, count, table, t, 0.0, stack)
+    value, _ = run_code(code, first, count, table, t, 0.0, stack)
     return value
 
 
 @kernel
-def run(
+def run_code(
     code: Array, first: int, count: int, table: Array, t: float, rate: float, stack: Array
 ) -> tuple[float, float]:
     """Runs one program on the stack machine; as `evaluate`, with the derivative of t itself, 1 or 0."""

@@ -141,7 +141,7 @@ def axes_toward(force: Array, heading: Array, axes: Array) -> None:
 
 
 @inlined
-def turn(wanted: Array, axes: Array, rate: Array, craft: Array, torque: Array) -> None:
+def turn_craft(wanted: Array, axes: Array, rate: Array, craft: Array, torque: Array) -> None:
     """Torque that turns a body: -J (stiffness e_R + damping w) + w x J w (eqs. 10 and 16 of Lee et al.).
 
     Args:
@@ -185,7 +185,7 @@ def mix(thrust: float, torque: Array, craft: Array, thrusts: Array) -> None:
 
 
 @kernel
-def fly(force: Array, orientation: Array, rate: Array, craft: Array, thrusts: Array) -> None:
+def fly_craft(force: Array, orientation: Array, rate: Array, craft: Array, thrusts: Array) -> None:
     """Thrusts that are to make a force.
 
     Args:
@@ -200,7 +200,7 @@ def fly(force: Array, orientation: Array, rate: Array, craft: Array, thrusts: Ar
     within_reach(force, craft)
     axes_of_body(orientation, axes)
     axes_for(force, wanted)
-    turn(wanted, axes, rate, craft, torque)
+    turn_craft(wanted, axes, rate, craft, torque)
     thrust = force[0] * axes[2, 0] + force[1] * axes[2, 1] + force[2] * axes[2, 2]
     mix(thrust, torque, craft, thrusts)
 
@@ -230,7 +230,7 @@ def wanted_rotation(force: Array, heading: Sequence[float] | Array = (1.0, 0.0, 
     return np.column_stack([np.cross(y, z), y, z])
 
 
-def reachable(force: Array, craft: Craft) -> Array:
+def reachable_force(force: Array, craft: Craft) -> Array:
     """A force cut to what the craft is to be tilted for, world frame, shape (3,) [N]."""
     upward = max(force[2], craft.least_lift)
     across = np.hypot(force[0], force[1])
@@ -250,7 +250,7 @@ def torque_for(wanted: Array, actual: Array, rate: Array, craft: Craft) -> Array
 
 def thrusts_for(force: Array, orientation: Array, rate: Array, craft: Craft) -> Array:
     """Thrusts that are to make a force, shape (4,) [N]; arguments as of `fly`."""
-    actual, force = rotation(orientation), reachable(force, craft)
+    actual, force = rotation(orientation), reachable_force(force, craft)
     torque = torque_for(wanted_rotation(force), actual, rate, craft)
     turning = np.linalg.solve(mixing(craft), [0.0, *torque])
     even = float(force @ actual[:, 2]) / 4.0

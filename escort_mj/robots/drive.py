@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.native.kernels import inlined
-from escort_mj.robots.attitude import Craft, reachable, torque_for, wanted_rotation
+from escort_mj.robots.attitude import Craft, reachable_force, torque_for, wanted_rotation
 
 Array = NDArray[np.float64]
 
@@ -219,7 +219,7 @@ def demand_for(model: DriveModel, wanted: Array, rotation: Array, rate: Array) -
     """
     if model.mode == THRUST:
         assert model.craft is not None
-        force = reachable(wanted, model.craft)
+        force = reachable_force(wanted, model.craft)
         heading = np.array([1.0, 0.0, 0.0]) if model.holds_attitude else rotation[:, 0]
         torque = torque_for(wanted_rotation(force, heading), rotation, rate, model.craft)
         return np.array([force @ rotation[:, 2], *torque, 0.0, 0.0])

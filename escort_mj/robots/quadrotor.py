@@ -26,7 +26,7 @@ from escort_mj.robots.attitude import (
     TURNS,
     Craft,
     axes_of_body,
-    fly,
+    fly_craft,
     hold_height,
 )
 from escort_mj.robots.kind import FREE_COORDINATES, Motor, RobotKind
@@ -212,7 +212,7 @@ def pilot(
         force[k] += min(max(state.command[i, k], -limit), limit)
     if p == 2:
         force[2] += hold_height(craft, qpos[place + 2], qvel[dof + 2])
-    fly(force, qpos[place + 3 : place + 7], qvel[dof + 3 : dof + 6], craft, rotors)
+    fly_craft(force, qpos[place + 3 : place + 7], qvel[dof + 3 : dof + 6], craft, rotors)
 
 
 @merged

@@ -10,7 +10,7 @@ import numpy as np
 from escort_mj.behaviors import Behavior, Chords, Formation, Vertices
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Setup
-from escort_mj.control.supervisor import Phase
+from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
 from escort_mj.numerics.thomson import Figure, even_figure
@@ -111,10 +111,10 @@ def _formations(scenario: Scenario) -> tuple[Frame, ...]:
     return tuple(found)
 
 
-def _phases(scenario: Scenario) -> tuple[Phase, ...]:
+def _phases(scenario: Scenario) -> tuple[ControlPhase, ...]:
     """The supervisor's phases."""
     return tuple(
-        Phase(
+        ControlPhase(
             phase.name or f"phase_{number}",
             phase.behaviors,
             phase.after,

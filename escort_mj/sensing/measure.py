@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 @on_demand_unrolled
-def measure(plan: Plan, state: State) -> None:
+def take_measurements(plan: Plan, state: State) -> None:
     """Measures all robots, and the target once for the team.
 
     Args:

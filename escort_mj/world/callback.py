@@ -19,7 +19,7 @@ import mujoco
 
 from escort_mj.memory.evaluation import law_pieces
 from escort_mj.native import artifacts
-from escort_mj.native.artifacts import Piece
+from escort_mj.native.artifacts import Artifact
 from escort_mj.native.on_demand import piece_of
 from escort_mj.world.loop.library import library
 from escort_mj.world.loop.step import (
@@ -58,7 +58,7 @@ def _of_class(known: int) -> Callbacks:
     return CONTROL(addresses[0]), SENSOR(addresses[1])
 
 
-def class_pieces(axes: int | None) -> list[Piece]:
+def class_pieces(axes: int | None) -> list[Artifact]:
     """The control callback and the sensor callback of a class, then what they call as soon as they run.
 
     Args:

@@ -230,7 +230,7 @@ class Plant:
             mujoco.mj_resetDataKeyframe(self.world.model, self.data, 0)
 
     @property
-    def failure(self) -> native.Failure | None:
+    def failure(self) -> native.PluginFailure | None:
         """The error that a plugin raised in a step; None if there was none."""
         return native.failure(self._memory)
 

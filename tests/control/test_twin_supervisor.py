@@ -7,7 +7,7 @@ import pytest
 
 from escort_mj.behaviors import Surface
 from escort_mj.control.reference import ReferenceController
-from escort_mj.control.supervisor import Condition, Phase
+from escort_mj.control.supervisor import Condition, ControlPhase
 from escort_mj.control.trigger import Trigger
 from tests.control.twins import (
     AVOID,
@@ -22,14 +22,14 @@ from tests.control.twins import (
 )
 
 PHASES = (
-    Phase("late", (SURFACE, AVOID), after=0.004, before=0.012),
-    Phase("near", (AVOID, SURFACE), when=Condition(quantity="obstacle_distance", below=1.5, release=2.0)),
-    Phase("crowd", (Surface(gain=2.0), VERTICES), when=Condition(quantity="robot_distance", below=2.5)),
-    Phase("far", (REPULSION,), when=Condition(quantity="target_distance", above=7.0, release=6.5)),
-    Phase("gate", (AVOID, CHORDS, SURFACE), 0.008, when=Condition(
+    ControlPhase("late", (SURFACE, AVOID), after=0.004, before=0.012),
+    ControlPhase("near", (AVOID, SURFACE), when=Condition(quantity="obstacle_distance", below=1.5, release=2.0)),
+    ControlPhase("crowd", (Surface(gain=2.0), VERTICES), when=Condition(quantity="robot_distance", below=2.5)),
+    ControlPhase("far", (REPULSION,), when=Condition(quantity="target_distance", above=7.0, release=6.5)),
+    ControlPhase("gate", (AVOID, CHORDS, SURFACE), 0.008, when=Condition(
         quantity="target_obstacle_distance", below=2.5, scope="team"
     )),
-    Phase("all", (AVOID, SURFACE), 0.014, when=Condition(
+    ControlPhase("all", (AVOID, SURFACE), 0.014, when=Condition(
         quantity="robot_distance", below=0.6, scope="team"
     )),
 )  # fmt: skip

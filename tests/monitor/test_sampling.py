@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from escort_mj.monitor.sampling import FEW, MOST_NUMBERS, MOST_SAMPLES, room_for
+from escort_mj.monitor.sampling import FEW, MOST_NUMBERS, MOST_SAMPLES, samples_kept
 from escort_mj.scenario.geometry.steps import Schedule
 from escort_mj.signals import columns
 from escort_mj.world.callback import native_loop
@@ -88,7 +88,7 @@ def test_truth_is_looked_at_sample_by_sample(make_world: Callable[..., World]) -
 
 def test_room_is_bounded_for_any_size() -> None:
     for record in (1, 342, 10_000, 10_000_000):
-        room = room_for(record)
+        room = samples_kept(record)
         assert room == 1 or FEW <= room <= MOST_SAMPLES and room * record <= MOST_NUMBERS
 
 

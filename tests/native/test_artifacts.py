@@ -10,9 +10,9 @@ from types import SimpleNamespace
 import pytest
 
 from escort_mj.native import artifacts, cache, shipped
-from escort_mj.native.artifacts import Piece
+from escort_mj.native.artifacts import Artifact
 
-SMALL = Piece("escort_mj.world.loop.step", "any_control_callback", None)
+SMALL = Artifact("escort_mj.world.loop.step", "any_control_callback", None)
 PROGRAM = """
 import sys
 from escort_mj.native import artifacts, cache, shipped
@@ -43,8 +43,8 @@ def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_names_of_pieces() -> None:
-    for piece in (SMALL, Piece("escort_mj.control.conflicts", "weigh_tasks", None)):
-        assert Piece.named(str(piece)) == piece
+    for piece in (SMALL, Artifact("escort_mj.control.conflicts", "weigh_tasks", None)):
+        assert Artifact.named(str(piece)) == piece
 
 
 def test_a_process_compiles_for_another_which_never_sees_numba(tmp_path: Path) -> None:
@@ -83,7 +83,7 @@ def test_a_kernel_that_needs_numba_is_refused(tmp_path: Path, monkeypatch: pytes
 
     monkeypatch.setattr(cache.kernels, "folder", tmp_path)
     with pytest.raises(RuntimeError, match="which only numba has"):
-        compile_piece(Piece(__name__, "that_prints", None))
+        compile_piece(Artifact(__name__, "that_prints", None))
 
 
 def that_prints(axes: int | None):
@@ -96,7 +96,7 @@ def that_prints(axes: int | None):
 def test_what_the_compiler_says_reaches_who_asked(bare: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Another process has tried in vain."""
     without_numba(monkeypatch, sys.executable)
-    wrong = Piece("escort_mj.world.loop.step", "nobody", None)
+    wrong = Artifact("escort_mj.world.loop.step", "nobody", None)
     with pytest.raises(AttributeError, match="nobody"):
         artifacts.have([wrong])
     assert artifacts.kept(wrong) is None

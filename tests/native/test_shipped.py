@@ -10,7 +10,7 @@ import pytest
 
 from escort_mj.errors import CompilerMissingError
 from escort_mj.native import artifacts, cache, levels, shipped
-from escort_mj.native.artifacts import Piece
+from escort_mj.native.artifacts import Artifact
 from escort_mj.native.compiler.ship import every_piece
 
 FILES = {"one.o": b"machine code", "two.o": b"more of it"}
@@ -28,27 +28,27 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
 
 def test_what_is_written_is_read(folder: Path) -> None:
-    assert {name: shipped.read(name) for name in FILES} == FILES
-    assert shipped.read("three.o") is None and shipped.count() == 2
+    assert {name: shipped.shipped_code(name) for name in FILES} == FILES
+    assert shipped.shipped_code("three.o") is None and shipped.count() == 2
     assert shipped.numba_version() == cache.version("numba")
 
 
 def test_what_is_damaged_or_gone_is_not_read(folder: Path) -> None:
     (folder / "one.o").write_bytes(b"machine cod3")
     (folder / "two.o").unlink()
-    assert shipped.read("one.o") is None and shipped.read("two.o") is None
+    assert shipped.shipped_code("one.o") is None and shipped.shipped_code("two.o") is None
 
 
 @pytest.mark.parametrize("content", ["", "{}", "nonsense"])
 def test_a_folder_without_its_manifest_does_not_count(folder: Path, content: str) -> None:
     (folder / shipped.MANIFEST).write_text(content)
-    assert shipped.read("one.o") is None and not shipped.is_current(folder)
+    assert shipped.shipped_code("one.o") is None and not shipped.is_current(folder)
 
 
 def test_other_sources_make_it_stale(folder: Path) -> None:
     manifest = json.loads((folder / shipped.MANIFEST).read_text())
     (folder / shipped.MANIFEST).write_text(json.dumps(manifest | {"sources": "0" * 64}))
-    assert shipped.read("one.o") is None and shipped.count() == 0
+    assert shipped.shipped_code("one.o") is None and shipped.count() == 0
 
 
 def test_writing_again_leaves_nothing_of_before(folder: Path) -> None:
@@ -61,7 +61,7 @@ def test_without_a_compiler_what_does_not_ship_is_told(
 ) -> None:
     monkeypatch.setattr(cache.kernels, "folder", tmp_path)
     monkeypatch.setattr(cache, "version", lambda package: "none")
-    missing = Piece("escort_mj.world.loop.step", "control_callback", 77)
+    missing = Artifact("escort_mj.world.loop.step", "control_callback", 77)
     with pytest.raises(CompilerMissingError, match=r"ships for .*; numba would.*escort-mj\[compile\]"):
         artifacts.have([missing])
 
@@ -69,7 +69,7 @@ def test_without_a_compiler_what_does_not_ship_is_told(
 def test_everything_ships() -> None:
     """`make test` has compiled it: what tests run is what users run."""
     assert shipped.is_current(shipped.FOLDER / levels.level().name), "make machine-code"
-    assert not [piece for piece in every_piece() if shipped.read(piece.file) is None]
+    assert not [piece for piece in every_piece() if shipped.shipped_code(piece.file) is None]
 
 
 def test_a_mission_needs_neither_numba_nor_a_cache(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ CRAFT = Quadrotor().craft(1.2, 0.25, GRAVITY, 0.75)
 RNG = np.random.default_rng(4)
 
 
-fly = jitted(attitude.fly)
+fly = jitted(attitude.fly_craft)
 
 
 def kernel_thrusts(force: np.ndarray, orientation: np.ndarray, rate: np.ndarray, craft: Craft) -> np.ndarray:

@@ -10,7 +10,7 @@ from scipy import stats
 from escort_mj.control.outer_loops import BarrierFilter
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
-from escort_mj.control.supervisor import Condition, Phase
+from escort_mj.control.supervisor import Condition, ControlPhase
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, Kernel, compare, mission
 
@@ -161,7 +161,7 @@ SIGHTS = [(np.inf, np.inf), (4.0, np.inf), (np.inf, 3.0), (5.0, 4.0), (0.5, 0.5)
 def test_sight_of_kernel_and_twin(robots: float, obstacles: float, axes: int) -> None:
     """In repulsion, in the barrier filter, and in the supervisor's conditions."""
     phases = tuple(
-        Phase(quantity, (SURFACE, AVOID), when=Condition(quantity=quantity, below=6.0, scope=scope))
+        ControlPhase(quantity, (SURFACE, AVOID), when=Condition(quantity=quantity, below=6.0, scope=scope))
         for quantity in ("obstacle_distance", "robot_distance", "target_obstacle_distance")
         for scope in ("robot", "team")
     )

@@ -14,7 +14,7 @@ from escort_mj.robots.modeled import RobotModel, Source
 from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import stored_scenario
 from escort_mj.world.model.build import build
-from escort_mj.world.model.robot.reading import read
+from escort_mj.world.model.robot.reading import read_model
 
 HEXAROTOR = (Path(__file__).parents[2] / "scenarios/robots/hexarotor.xml").read_text()
 WHEEL = (
@@ -63,7 +63,7 @@ SLIDES = """
 
 
 def found(text: str) -> RobotModel:
-    return read(Source(text=text, name="robot"))
+    return read_model(Source(text=text, name="robot"))
 
 
 def test_rotors_of_any_geometry_share_the_weight() -> None:

@@ -53,7 +53,7 @@ class Slot(NamedTuple):
     address: int
 
 
-class Failure(NamedTuple):
+class PluginFailure(NamedTuple):
     """An error that a plugin raised in a step.
 
     Attributes:
@@ -67,7 +67,7 @@ class Failure(NamedTuple):
 
 _slots: dict[int, Slot] = {}
 _seen: dict[int, tuple[int, Any, Any]] = {}  # by address of the state: own block, parameters, views
-_failures: dict[int, Failure] = {}  # by address of the state
+_failures: dict[int, PluginFailure] = {}  # by address of the state
 
 
 def block_of(own: Component, axes: int) -> Array:
@@ -156,7 +156,7 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
                     raise TypeError(f"wish returned {returned!r}; expected ALONG, ACROSS or NOTHING")
                 ctypes.c_int64.from_address(result).value = int(returned)
         except BaseException as raised:  # no error can pass through compiled code
-            _failures[state] = Failure(_time(plan, state), place_of(raised, function))
+            _failures[state] = PluginFailure(_time(plan, state), place_of(raised, function))
             return RAISED
         return 0
 
@@ -227,7 +227,7 @@ def forget(state: int) -> None:
     _failures.pop(state, None)
 
 
-def failure(state: int) -> Failure | None:
+def failure(state: int) -> PluginFailure | None:
     """The error that a plugin raised in the mission whose state is at an address; None if there was none."""
     return _failures.get(state)
 
@@ -255,7 +255,7 @@ def _note_failure(own: int, plan: int, state: int, robot: int) -> None:
             _interpret(slot, own, plan, state, robot)
         except BaseException as raised:
             words = place_of(raised, slot.function)
-    _failures[state] = Failure(_time(plan, state), words)
+    _failures[state] = PluginFailure(_time(plan, state), words)
 
 
 table_address = place("escort_mj.plugins.table", ctypes.addressof(_table))

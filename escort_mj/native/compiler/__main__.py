@@ -27,6 +27,6 @@ if __name__ == "__main__":
     cache.kernels.folder = folder  # a temporary one is known to this process alone
     while True:
         name = asked.get()
-        piece = artifacts.Piece.named(name)
+        piece = artifacts.Artifact.named(name)
         artifacts.keep_artifact(piece, compile_piece(piece))
         print(name, flush=True)

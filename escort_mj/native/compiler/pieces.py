@@ -8,7 +8,7 @@ from typing import Any
 from llvmlite import ir
 
 from escort_mj.native import on_demand
-from escort_mj.native.artifacts import Piece
+from escort_mj.native.artifacts import Artifact
 from escort_mj.native.compiler import EVERY_KERNEL
 from escort_mj.native.compiler.declarations import ALONE, OPTIONS, teach, types_of
 from escort_mj.native.compiler.numba_parts import (
@@ -21,7 +21,7 @@ from escort_mj.native.compiler.numba_parts import (
 )
 
 
-def compile_piece(piece: Piece) -> bytes:
+def compile_piece(piece: Artifact) -> bytes:
     """Compile one piece.
 
     Returns:
@@ -65,7 +65,7 @@ def _callable_from_c(symbol: str, typed: Any, compiled: Any) -> Any:
     return library
 
 
-def _check_names(piece: Piece, module: Any) -> None:
+def _check_names(piece: Artifact, module: Any) -> None:
     """Machine code is loaded where there is no numba: what it names must be elsewhere."""
     for function in module.functions:
         if function.is_declaration and function.name.startswith(("numba", "NRT_", "Py", "_Py")):

@@ -15,12 +15,12 @@ from importlib import import_module
 from threading import Lock
 
 from escort_mj.native import levels, on_demand, shipped
-from escort_mj.native.artifacts import Piece
+from escort_mj.native.artifacts import Artifact
 from escort_mj.native.compiler import EVERY_KERNEL
 from escort_mj.native.levels import Level
 
 
-def every_piece() -> list[Piece]:
+def every_piece() -> list[Artifact]:
     """Return all that ships, what takes longest first."""
     for module in EVERY_KERNEL:
         import_module(module)
@@ -37,19 +37,19 @@ def ship(level: Level) -> None:
         shipped.write(folder, {piece.file: code for piece, code in _compiled(every_piece(), level).items()})
 
 
-def _compiled(pieces: Iterable[Piece], level: Level) -> dict[Piece, bytes]:
+def _compiled(pieces: Iterable[Artifact], level: Level) -> dict[Artifact, bytes]:
     """Compile pieces for a level, on all cores.
 
     What pieces of a class of axes call is compiled once in a process: each process stays with its class.
     """
     left = [[piece for piece in pieces if piece.axes == axes] for axes in on_demand.CLASSES]
     not_begun = sorted(filter(None, left), key=len)
-    codes: dict[Piece, bytes] = {}
+    codes: dict[Artifact, bytes] = {}
     lock = Lock()
 
     def serve(_: int) -> None:
         context = multiprocessing.get_context("spawn")  # numba reads the level when it is imported
-        mine: list[Piece] = []
+        mine: list[Artifact] = []
         with ProcessPoolExecutor(1, context, _begin, (level,)) as process:
             while True:
                 with lock:
@@ -74,7 +74,7 @@ def _begin(level: Level) -> None:
     os.environ |= {"NUMBA_CPU_NAME": level.processor, "NUMBA_CPU_FEATURES": level.flags}
 
 
-def _compile(piece: Piece) -> bytes:
+def _compile(piece: Artifact) -> bytes:
     from escort_mj.native.compiler.pieces import compile_piece
 
     return compile_piece(piece)

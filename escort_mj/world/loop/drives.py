@@ -21,7 +21,7 @@ from escort_mj.native.kernels import (
     vector_at,
 )
 from escort_mj.native.on_demand import on_demand
-from escort_mj.robots.attitude import axes_for, axes_toward, hold_height, turn, within_reach
+from escort_mj.robots.attitude import axes_for, axes_toward, hold_height, turn_craft, within_reach
 from escort_mj.robots.drive import (
     BODY,
     COUNT,
@@ -150,7 +150,7 @@ def operate(
                 axes_for(force, wanted)
             else:
                 axes_toward(force, axes[0], wanted)
-            turn(wanted, axes, rate, craft, torque)
+            turn_craft(wanted, axes, rate, craft, torque)
             demand[0] = 0.0
             for k in range(3):
                 demand[0] += force[k] * axes[2, k]
@@ -165,7 +165,7 @@ def operate(
                 for a in range(3):
                     for c in range(3):
                         wanted[a, c] = 1.0 if a == c else 0.0
-                turn(wanted, axes, rate, addresses.crafts[int(addresses.pilot[i])], torque)
+                turn_craft(wanted, axes, rate, addresses.crafts[int(addresses.pilot[i])], torque)
                 for k in range(3):
                     demand[3 + k] = torque[k]
             controls_for(demand, DEMANDS, inputs, first, count, controls)

@@ -17,7 +17,7 @@ from escort_mj.control.setup import FunctionOfTime, Setup
 from escort_mj.memory.layout import state_size
 from escort_mj.memory.packing import pack
 from escort_mj.mjcf import child_named, section, set_attributes
-from escort_mj.monitor.sampling import room_for
+from escort_mj.monitor.sampling import samples_kept
 from escort_mj.scenario.geometry.bodies import Bodies, bodies_of
 from escort_mj.scenario.geometry.crowd import CROWD, contact_physics
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
@@ -187,7 +187,7 @@ def _plan(draft: Draft) -> Array:
         truth,
         sizes["group"],
         draft.bodies.columns,
-        (0 if truth else room_for(record), record),  # truth needs Python at every sample
+        (0 if truth else samples_kept(record), record),  # truth needs Python at every sample
         schedule.extra,
     )
 

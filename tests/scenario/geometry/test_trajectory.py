@@ -4,13 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from escort_mj.native.compiler.declarations import jitted
-from escort_mj.numerics.program import STACK_DEPTH, evaluate
+from escort_mj.numerics.program import STACK_DEPTH, evaluate_program
 from escort_mj.scenario import Scenario, Trajectory, disturbance_trajectory, parse_scenario, target_trajectory
 
 
 @jitted
 def compiled_evaluate(code, first, count, table, t, stack):
-    return evaluate(code, first, count, table, t, stack)
+    return evaluate_program(code, first, count, table, t, stack)
 
 
 def by_machine(trajectory: Trajectory, t: float) -> tuple[np.ndarray, np.ndarray]:

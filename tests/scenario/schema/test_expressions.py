@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from escort_mj.native.compiler.declarations import jitted
-from escort_mj.numerics.program import STACK_DEPTH, Op, evaluate
+from escort_mj.numerics.program import STACK_DEPTH, Op, evaluate_program
 from escort_mj.scenario import Expression, ExpressionError
 from escort_mj.scenario.schema.grammar import MAX_LENGTH, MAX_NESTING, MAX_NODES
 
@@ -15,7 +15,7 @@ NO_TABLE = np.empty((0, 5))
 
 @jitted
 def compiled_evaluate(code, first, count, table, t, stack):
-    return evaluate(code, first, count, table, t, stack)
+    return evaluate_program(code, first, count, table, t, stack)
 
 
 def by_machine(expression: Expression, t: float) -> tuple[float, float]:

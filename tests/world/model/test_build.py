@@ -11,7 +11,7 @@ import pytest
 from escort_mj.errors import MujocoError, ScenarioError
 from escort_mj.memory.packing import pack
 from escort_mj.mjcf import section
-from escort_mj.monitor.sampling import room_for
+from escort_mj.monitor.sampling import samples_kept
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.schema.scenario import Scenario
@@ -323,7 +323,7 @@ def test_the_exported_model_is_the_same_world(keys: dict, compiled) -> None:
 def plan_of(world: World) -> np.ndarray:
     """The plan that a world without the truth channel carries."""
     record = record_size(world.sizes)
-    samples = room_for(record), record
+    samples = samples_kept(record), record
     return pack(
         world.setup, world.schedule.stride, world.sizes["coordinate"], False, 4, world.bodies.columns, samples
     )

@@ -208,7 +208,7 @@ def _clean(values: Array) -> Array:
     return np.where(np.abs(values) < 1e-12 * scale, 0.0, values)
 
 
-def outline(machine: Machine, geom: int) -> Array:
+def geom_outline(machine: Machine, geom: int) -> Array:
     """Points of which the hull contains a geom, world frame, shape (k, 3) [m]; curved ones are boxed in."""
     model, data = machine.model, machine.data
     turn, place = data.geom_xmat[geom].reshape(3, 3), data.geom_xpos[geom]

@@ -17,17 +17,17 @@ from escort_mj.world.model.robot.effects import (
     SMALL,
     VELOCITY_SERVO,
     Machine,
+    geom_outline,
     kind_of,
-    outline,
     solid_geoms,
 )
 from escort_mj.world.model.robot.rolling import rolled, steered
 from escort_mj.world.model.robot.rows import (
     GRAVITY,
     MOST_TILT,
+    actuator_gains,
     at_rate,
     craft_of,
-    gains_of,
     mobility,
     rank,
     reach,
@@ -94,7 +94,7 @@ def _below(machine: Machine, moments: Array, own: NDArray[np.bool_]) -> dict[int
 
 def _touches_lowest(machine: Machine, joint: int) -> bool:
     """Whether what a joint turns reaches as low as the robot does, within a tenth of its height."""
-    heights = {geom: outline(machine, geom)[:, 2] for geom in solid_geoms(machine)}
+    heights = {geom: geom_outline(machine, geom)[:, 2] for geom in solid_geoms(machine)}
     low = min(float(each.min()) for each in heights.values())
     high = max(float(each.max()) for each in heights.values())
     reach = np.inf
@@ -110,7 +110,7 @@ def _touches_lowest(machine: Machine, joint: int) -> bool:
 def _pushed(machine: Machine, keys: DriveKeys, motors: Found) -> DriveModel:
     """Motors that act on the base itself."""
     point = machine.center
-    wrench = machine.on_base(point)[0][:, motors] * gains_of(machine, motors)
+    wrench = machine.on_base(point)[0][:, motors] * actuator_gains(machine, motors)
     flies, full = machine.rises, rank(wrench[:3]) == 3
     if keys.kind == "thrust" or (keys.kind is None and flies and not full and rank(wrench[2:5]) == 3):
         return _thrust(machine, keys, motors, point, wrench)
@@ -129,7 +129,7 @@ def _pushed(machine: Machine, keys: DriveKeys, motors: Found) -> DriveModel:
 def _force(machine: Machine, motors: Found, point: Array, wrench: Array, flies: bool) -> DriveModel:
     """Motors that push along all axes."""
     in_world = machine.frame_of(point, motors)
-    gains = gains_of(machine, motors)
+    gains = actuator_gains(machine, motors)
     rows = [0, 1, 2] if flies else [0, 1]
     turning = [k for k in (3, 4, 5) if np.abs(wrench[k]).max() > SMALL]
     holds = rank(wrench[[*rows, *turning]]) == len(rows) + len(turning) and bool(turning)
@@ -170,7 +170,7 @@ def _thrust(machine: Machine, keys: DriveKeys, motors: Found, point: Array, wren
         raise RobotError(f"{machine.name}: its rotors cannot thrust and turn it about x and y at once")
     mix = np.zeros((len(motors), 4))
     mix[:, [0, *(k - 2 for k in turning)]] = np.linalg.pinv(wrench[kept])
-    inputs = rows_of(machine, motors, mix, wrench[:3] / gains_of(machine, motors))
+    inputs = rows_of(machine, motors, mix, wrench[:3] / actuator_gains(machine, motors))
     weight, lifting = machine.mass * GRAVITY, [row for row in inputs if abs(row.mix_1) > 1e-12]
     ends = np.array([sorted((row.low / row.mix_1, row.high / row.mix_1)) for row in lifting])
     most = float(ends[:, 1].min())
@@ -211,7 +211,7 @@ def _positioned(machine: Machine, servos: Found) -> DriveModel:
     axes = 3 if machine.rises else 2
     if rank(rates[:, :axes].T) < axes:
         raise RobotError(f"{machine.name}: its position servos cannot move it along all axes")
-    gain, bias = gains_of(machine, servos), machine.model.actuator_biasprm[servos]
+    gain, bias = actuator_gains(machine, servos), machine.model.actuator_biasprm[servos]
     ratio = -bias[:, 1] / gain
     trim = ratio * machine.data.actuator_length[servos]
     mix = ratio[:, None] * rates[:, :3]

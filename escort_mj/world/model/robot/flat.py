@@ -78,7 +78,7 @@ def _with_defaults(
     return copy
 
 
-def weigh(root: Element, model: mujoco.MjModel) -> None:
+def write_masses(root: Element, model: mujoco.MjModel) -> None:
     """Write the compiled mass and inertia into each body: the world's own compiler infers none."""
     for number, body in enumerate(root.find("worldbody").iter("body"), 1):  # type: ignore[union-attr]
         for inertial in body.findall("inertial"):

@@ -14,10 +14,10 @@ from escort_mj.errors import RobotError
 from escort_mj.robots.drive import DriveModel
 from escort_mj.robots.modeled import DriveKeys, RobotModel, Source
 from escort_mj.scenario.findings import did_you_mean, listed
-from escort_mj.world.model.robot.effects import SLIDE, Machine, outline, solid_geoms
+from escort_mj.world.model.robot.effects import SLIDE, Machine, geom_outline, solid_geoms
 from escort_mj.world.model.robot.files import PLACE, Files, read_files
 from escort_mj.world.model.robot.finding import find_drive
-from escort_mj.world.model.robot.flat import NAMED, make_solid, weigh, written_out
+from escort_mj.world.model.robot.flat import NAMED, make_solid, write_masses, written_out
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ LEAST_MASS = 1e-9  # kg
 MARGIN = 1.0001  # of the hull, against rounding
 
 
-def read(source: Source) -> RobotModel:
+def read_model(source: Source) -> RobotModel:
     """Return a robot as it was read.
 
     Raises:
@@ -72,7 +72,7 @@ def compiled(files: Files, name: str) -> tuple[mujoco.MjModel, Element]:
                 flag = "limited" if key == "range" else key.replace("range", "limited")
                 if element.get(key) and element.get(flag) is None and element.tag in ("joint", "general"):
                     element.set(flag, "false")
-    weigh(tree, model)
+    write_masses(tree, model)
     return model, tree
 
 
@@ -185,7 +185,7 @@ def _robot(machine: Machine, tree: Element, files: Files, drive: DriveModel) -> 
     left += _left(tree, world, name, model)
     point = data.xpos[machine.base] + machine.rotation @ drive.point
     stands = machine.rises and not drive.lifts
-    points = np.vstack([outline(machine, geom) for geom in solid_geoms(machine)])
+    points = np.vstack([geom_outline(machine, geom) for geom in solid_geoms(machine)])
     ways = (points - point)[:, : 3 if drive.lifts else 2]
     freedoms = [dof for dof in range(model.nv) if model.dof_bodyid[dof] in machine.bodies]
     low = float(points[:, 2].min())

@@ -18,9 +18,9 @@ from escort_mj.world.model.robot.effects import (
 )
 from escort_mj.world.model.robot.rows import (
     MOST_TILT,
+    actuator_gains,
     at_rate,
     craft_of,
-    gains_of,
     reach,
     rows_of,
     servo_of,
@@ -39,7 +39,7 @@ def steered(machine: Machine, keys: DriveKeys, motors: Found, point: Array, wren
     hand = point + [ahead, 0.0, 0.0]
     made = np.array([wrench[0], wrench[5] / ahead])
     mix = np.linalg.pinv(made)
-    inputs = rows_of(machine, motors, mix, made / gains_of(machine, motors))
+    inputs = rows_of(machine, motors, mix, made / actuator_gains(machine, motors))
     mass = machine.mass_matrix
     way = np.zeros((machine.model.nv, 2))
     inverse = np.linalg.pinv(machine.jacobian(point)[:, machine.base_freedoms], rcond=1e-9)
@@ -75,7 +75,7 @@ def rolled(machine: Machine, keys: DriveKeys, below: dict[int, Found], kinds: li
     per_rate = transmissions @ rates  # of each transmission, for a velocity (and turning) of 1
     masses = _rolled_mass(machine, wheels, rates, point)
     if types == {MOTOR}:
-        made = per_rate.T * gains_of(machine, used)
+        made = per_rate.T * actuator_gains(machine, used)
         mix, craft = np.zeros((len(used), DEMANDS)), None
         mix[:, [0, 1, 5][: made.shape[0]]] = np.linalg.pinv(made)
         inputs = rows_of(machine, used, mix, per_rate.T[:2])

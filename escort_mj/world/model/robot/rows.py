@@ -59,7 +59,7 @@ def rows_of(
     return tuple(rows)
 
 
-def gains_of(machine: Machine, actuators: Found) -> Array:
+def actuator_gains(machine: Machine, actuators: Found) -> Array:
     """Force of actuators for a control of 1."""
     return np.asarray(machine.model.actuator_gainprm[actuators, 0])
 
@@ -105,7 +105,7 @@ def craft_of(machine: Machine, torques: list[float], frequency: float | None, ti
 
 def servo_of(machine: Machine, servos: Found) -> tuple[Array, Array]:
     """Control of velocity servos for a rate of 1, and their force for an error of 1."""
-    gain, bias = gains_of(machine, servos), machine.model.actuator_biasprm[servos]
+    gain, bias = actuator_gains(machine, servos), machine.model.actuator_biasprm[servos]
     integrates = machine.model.actuator_dyntype[servos] == mujoco.mjtDyn.mjDYN_INTEGRATOR
     return np.where(integrates, 1.0, -bias[:, 2] / gain), np.where(integrates, np.inf, -bias[:, 2])
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import RobotError
-from escort_mj.world.model.robot.effects import HINGE, Machine, outline
+from escort_mj.world.model.robot.effects import HINGE, Machine, geom_outline
 
 Array = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ def _contact(machine: Machine, joint: int, rollers: list[int]) -> tuple[Array, A
     for geom in np.flatnonzero(np.isin(model.geom_bodyid, wheels)):
         if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
             continue
-        points = outline(machine, int(geom))
+        points = geom_outline(machine, int(geom))
         bottom = float(points[:, 2].min())
         if bottom < lowest - 1e-9:
             near = points[points[:, 2] < bottom + 1e-4 * (1.0 + abs(bottom))]
