@@ -23,8 +23,12 @@ from tests.control.twins import (
 
 PHASES = (
     ControlPhase("late", (SURFACE, AVOID), after=0.004, before=0.012),
-    ControlPhase("near", (AVOID, SURFACE), when=Condition(quantity="obstacle_distance", below=1.5, release=2.0)),
-    ControlPhase("crowd", (Surface(gain=2.0), VERTICES), when=Condition(quantity="robot_distance", below=2.5)),
+    ControlPhase(
+        "near", (AVOID, SURFACE), when=Condition(quantity="obstacle_distance", below=1.5, release=2.0)
+    ),
+    ControlPhase(
+        "crowd", (Surface(gain=2.0), VERTICES), when=Condition(quantity="robot_distance", below=2.5)
+    ),
     ControlPhase("far", (REPULSION,), when=Condition(quantity="target_distance", above=7.0, release=6.5)),
     ControlPhase("gate", (AVOID, CHORDS, SURFACE), 0.008, when=Condition(
         quantity="target_obstacle_distance", below=2.5, scope="team"

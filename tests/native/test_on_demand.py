@@ -22,7 +22,7 @@ MISSION = {
 REACHED = {
     "evaluate",
     "follow_time",
-    "measure",
+    "take_measurements",
     "supervise",
     "_refresh_some",
     "weigh_tasks",
