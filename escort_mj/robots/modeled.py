@@ -209,5 +209,5 @@ def known(source: Source, model: RobotModel | None = None) -> RobotModel:
         _known[source] = model
     elif source not in _known:
         reading: Any = import_module(READER)
-        _known[source] = cast(RobotModel, reading.read(source))
+        _known[source] = cast(RobotModel, reading.read_model(source))
     return _known[source]

@@ -18,7 +18,7 @@ import sys
 from escort_mj.native import artifacts, cache, shipped
 shipped.FOLDER = shipped.FOLDER / 'nowhere'
 import escort_mj.world.loop.step
-address = artifacts.address(artifacts.Piece.named(sys.argv[1]))
+address = artifacts.address(artifacts.Artifact.named(sys.argv[1]))
 print(address != 0, "numba" in sys.modules, cache.kernels.folder)
 """
 
@@ -36,7 +36,7 @@ def loaded(folder: Path, here: Path) -> list[str]:
 @pytest.fixture
 def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache for this process, which has loaded nothing and finds no machine code that ships."""
-    monkeypatch.setattr(shipped, "read", lambda name: None)
+    monkeypatch.setattr(shipped, "shipped_code", lambda name: None)
     monkeypatch.setattr(cache.kernels, "folder", tmp_path)
     monkeypatch.setattr(artifacts, "_loaded", {})
     return tmp_path
