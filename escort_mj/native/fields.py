@@ -62,6 +62,9 @@ class Declared(NamedTuple):
     value: Value | None
 
 
+SCALARS = (float, int, bool)  # else it is an array, whose type releases of NumPy name differently
+
+
 class Fields:
     """Base of classes that declare fields, and of those composed of them; an instance has the values."""
 
@@ -100,7 +103,7 @@ def _declared(hint: Any) -> Declared:
         return Declared(hint, (), None)
     kind, *rest = get_args(hint)
     value = rest.pop() if isinstance(rest[-1], Value) else None
-    return Declared(np.ndarray if get_origin(kind) is np.ndarray else kind, tuple(map(_extent, rest)), value)
+    return Declared(kind if kind in SCALARS else np.ndarray, tuple(map(_extent, rest)), value)
 
 
 def _extent(written: str | int) -> Extent:

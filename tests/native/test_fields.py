@@ -1,6 +1,6 @@
 """Fields as components declare them: in the order of the bases, each name once."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, TypeVar
 
 import numpy as np
 import pytest
@@ -55,3 +55,12 @@ def test_a_name_is_declared_once() -> None:
 
     with pytest.raises(TypeError, match=r"Again\.length: Twice has a field of that name already"):
         declared(Twice)
+
+
+def test_an_array_is_one_whatever_numpy_calls_its_type() -> None:
+    """From NumPy 2.5 on `NDArray` is an alias that is no generic type of `ndarray`."""
+    alias = TypeVar("alias")
+    kind = type(
+        "Own", (Fields,), {"__annotations__": {"place": Annotated[alias, "n", Value("m", "a place")]}}
+    )
+    assert declared(kind)["place"].kind is np.ndarray
