@@ -6,7 +6,8 @@ the velocity that its behaviors want, for as long as its patience lasts. It then
 the most binding constraint, counterclockwise in the plane of the first two axes, to the first direction in
 which its speed is allowed, or half of it, or FREE. It leaves the boundary when LEAVE of the wanted velocity
 is allowed and it has got further along the wanted direction than where it was blocked. After some time it
-turns around.
+turns around, and after twice as long again: the way to an unknown end of the boundary is then at most nine
+times the shortest (Baeza-Yates, Culberson, Rawlins 1993).
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ Array = NDArray[np.float64]
 
 ENTER, LEAVE, FREE = 0.2, 0.6, 0.25  # shares of the wanted speed
 DIRECTIONS = 72  # that a robot looks at, of a full turn
+NAMES = "detour", "detour_for", "detour_progress", "detour_limit"
 HALVINGS = 30  # of the step to the first one that is free
 
 
@@ -41,6 +43,7 @@ class DetourState(Fields):
     detour_time: Annotated[Field, "n", Value("s", "time of the last update")]
     detour_for: Annotated[Field, "n", Value("s", "since it began, or while it is none, blocked since")]
     detour_progress: Annotated[Field, "n", Value("m", "way along the wanted direction since it began")]
+    detour_limit: Annotated[Field, "n", Value("s", "time after which the robot turns around")]
     detour_near: Annotated[Field, "n", Value("1", "whether a constraint may bind")]
 
 
@@ -50,6 +53,7 @@ class Detour(NamedTuple):
     side: float
     held: float
     progress: float
+    limit: float
 
 
 @inlined
@@ -67,19 +71,19 @@ def next_detour(
         advance: Measured speed along the wanted direction [m/s].
         near: Whether some constraint can bind at its speed.
         patience: For how long a robot may be blocked [s].
-        turn_back: After what time it turns around [s].
+        turn_back: After what time it first turns around [s].
     """
     if before.side == 0.0:
         held = before.held + elapsed if moved and share < ENTER else 0.0
         if held <= patience:
-            return Detour(0.0, held, 0.0)
-        return Detour(1.0, 0.0, 0.0)
+            return Detour(0.0, held, 0.0, before.limit)
+        return Detour(1.0, 0.0, 0.0, max(turn_back, before.limit))
     held, progress = before.held + elapsed, before.progress + elapsed * advance
     if not near or (share >= LEAVE and progress > 0.0):
-        return Detour(0.0, 0.0, 0.0)
-    if held > turn_back:
-        return Detour(-before.side, 0.0, 0.0)
-    return Detour(before.side, held, progress)
+        return Detour(0.0, 0.0, 0.0, before.limit)
+    if held > before.limit:
+        return Detour(-before.side, 0.0, 0.0, 2.0 * before.limit)
+    return Detour(before.side, held, progress, before.limit)
 
 
 @inlined
@@ -158,7 +162,12 @@ def turn(rows: Array, j: int, tangent: Array) -> None:
 @inlined
 def detour_of(robot: int, state: State) -> Detour:
     """Return a robot's row of the state."""
-    return Detour(state.detour[robot], state.detour_for[robot], state.detour_progress[robot])
+    return Detour(
+        state.detour[robot],
+        state.detour_for[robot],
+        state.detour_progress[robot],
+        state.detour_limit[robot],
+    )
 
 
 @inlined
@@ -167,6 +176,7 @@ def keep_detour(robot: int, found: Detour, state: State) -> None:
     state.detour[robot] = found.side
     state.detour_for[robot] = found.held
     state.detour_progress[robot] = found.progress
+    state.detour_limit[robot] = found.limit
 
 
 # The same in plain NumPy.
@@ -174,9 +184,7 @@ def keep_detour(robot: int, found: Detour, state: State) -> None:
 
 def memory_of(setup: Setup) -> dict[str, Array]:
     """Return the state as the NumPy form keeps it, each of shape (n,)."""
-    return {
-        name: np.zeros(setup.count) for name in ("detour", "detour_time", "detour_for", "detour_progress")
-    }
+    return {name: np.zeros(setup.count) for name in (*NAMES, "detour_time")}
 
 
 def boundary(side: float, speed: float, rows: Array, bounds: Array) -> Array:

@@ -23,6 +23,7 @@ from escort_mj.control.outer_loops.constraints import (
     length_of,
 )
 from escort_mj.control.outer_loops.detour import (
+    NAMES,
     Detour,
     boundary,
     detour_of,
@@ -91,7 +92,8 @@ class SetBased(OuterLoop):
     patience: Annotated[float, Field(gt=0.0)] | None = 1.0
     """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits."""
     turn_back: PositiveFloat = 12.0
-    """Time after which a robot follows the boundary the other way around [s]."""
+    """Time after which a robot follows the boundary the other way around [s]; each further time after
+    twice as long."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:
@@ -150,15 +152,16 @@ class SetBased(OuterLoop):
         elapsed = now.time - memory["detour_time"][i]
         memory["detour_time"][i] = now.time
         v, moved = nearest(rows, bounds, aside(share, rows, bounds, wanted))
-        if self.patience is None or not len(rows):
+        if self.patience is None:
             return v, moved
         square = max(speed * speed, 1e-300)
-        before = Detour(*(float(memory[name][i]) for name in ("detour", "detour_for", "detour_progress")))
+        before = Detour(*(float(memory[name][i]) for name in NAMES))
         found = next_detour(
             before, elapsed, moved, float(v @ wanted) / square, float(now.v[i] @ wanted) / np.sqrt(square),
-            bool(bounds.max() >= -speed), self.patience, self.turn_back,
+            bool(bounds.max(initial=-np.inf) >= -speed), self.patience, self.turn_back,
         )  # fmt: skip
-        memory["detour"][i], memory["detour_for"][i], memory["detour_progress"][i] = found
+        for name, value in zip(NAMES, found, strict=True):
+            memory[name][i] = value
         if found.side == 0.0:
             return v, moved
         return nearest(rows, bounds, boundary(found.side, speed, rows, bounds))[0], True
@@ -272,7 +275,7 @@ def _keep_clear(
     _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
     moved = nearest_velocity(rows, bounds, count, v)
     state.avoidance_active[robot] = 1.0 if moved else 0.0
-    if patience == 0.0 or count == 0:
+    if patience == 0.0:
         return
     square = max(square, 1e-300)
     share = advance = 0.0
