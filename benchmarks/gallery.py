@@ -48,7 +48,7 @@ MOMENTS = {
 # Pictures of all that there is; others go with the target.
 WHOLE = {"crowd", "head_on", "sixteen_cell", "benchmarks/gcbf"}
 WHOLE |= {"benchmarks/gcbf_space", "benchmarks/gcbf_drone"}
-WHOLE |= {f"goals/{name}" for name in ("swap", "swap_32", "opening", "coverage")}
+WHOLE |= {f"goals/{name}" for name in ("swap", "swap_32", "opening", "coverage", "dead_end")}
 SECTIONS = {
     "": "Missions",
     "goals": "Goals and formations",
