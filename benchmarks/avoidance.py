@@ -1,0 +1,163 @@
+"""`python -m benchmarks.avoidance`: ways to avoid compared, as docs/avoidance.md.
+
+Whole missions with and without noise, straight approaches at several speeds, and worlds that block the way.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+import numpy as np  # noqa: E402
+
+import escort_mj  # noqa: E402
+from benchmarks.document import publish, table, wants_docs  # noqa: E402
+
+PAGE = "avoidance.md"
+MISSIONS = ("main", "main_3d", "head_on", "paper/case2_2d_obstacles", "paper/case3_3d_obstacle")
+WAYS: dict[str, Any] = {
+    "nsb": "nsb",
+    "tangent cone": {"loop": "set_based", "activation": "tangent_cone"},
+    "set-based": "set_based",
+    "barrier filter": "barrier_filter",
+}
+QUIET = {"sensing.position.noise": 0, "sensing.velocity.noise": 0}
+SEEDS = range(1, 21)
+SPEEDS = (1.0, 2.0, 4.0)
+CIRCLING = 0.3  # m: robots that start nearer to each other are drawn again
+Blocked = dict[str, Any]
+BLOCKED: dict[str, Blocked] = {
+    "flat wall": {"walls": [{"points": [[0, -4], [0, 4]]}]},
+    "corner": {"walls": [{"points": [[-2, 4], [1, 1], [1, -1], [-2, -4]]}]},
+    "door": {"walls": [{"points": [[0, -8], [0, 8]], "doors": [{"at": 11, "width": 1.2}]}]},
+    "dead end": {"walls": [{"points": [[-3, 2.5], [2, 2.5], [2, -2.5], [-3, -2.5]]}]},
+    "moving wall": {
+        "obstacles": [
+            {
+                "shape": "box",
+                "size": [0.1, 2.0],
+                "motion": {"position": ["1.2*sin(0.3*t)", "2.5*sin(0.2*t)"]},
+            }
+        ]
+    },
+}
+
+
+def value(run: Any, metric: str) -> float:
+    """A metric of a run; NaN where it has none."""
+    found = run.metrics[metric].get("value")
+    return float("nan") if found is None else float(found)
+
+
+def activity(run: Any) -> tuple[float, float]:
+    """Mean |v_d - v| while robots avoid [m/s], and the total variation of their forces per second [N/s]."""
+    trace = run.trace
+    slip = np.linalg.norm(trace["v_d"].values - trace["v"].values, axis=-1)
+    active = trace["avoidance_active"].values > 0
+    total, time = trace["force_variation"].values, trace["time"].values
+    first, last = np.searchsorted(time, [2.0, 0.8 * time[-1]])
+    return (
+        float(slip[active].mean()) if active.any() else 0.0,
+        float(((total[last] - total[first]) / (time[last] - time[first])).mean()),
+    )
+
+
+def missions() -> Iterator[list[str]]:
+    """Each mission in each way, without and with its noise."""
+    for name in MISSIONS:
+        base = escort_mj.load_scenario(name).replace({"expect": []})
+        noisy = base.sensing.position.noise > 0.0 or base.sensing.velocity.noise > 0.0
+        for noise in (False, True) if noisy else (False,):
+            for way, outer in WAYS.items():
+                run = escort_mj.run(base.replace({"mission.outer": outer, **({} if noise else QUIET)}))
+                slip, variation = activity(run)
+                yield [
+                    name, "yes" if noise else "no", way,
+                    f"{value(run, 'obstacle_clearance_min'):.3f}", f"{value(run, 'robot_clearance_min'):.3f}",
+                    f"{slip:.3f}", f"{variation:.1f}", f"{value(run, 'energy'):.0f}",
+                    f"{value(run, 'settling_time'):.1f}",
+                ]  # fmt: skip
+
+
+def approach(speed: float, outer: Any) -> Any:
+    """A robot of 1 kg with at most 20 N flies straight at a rock, at a speed, to a goal right behind it."""
+    return escort_mj.Scenario(
+        duration=12.0, target=None,
+        robots={"radius": 0.15, "mass": 1.0, "force_limit": 20.0, "positions": [[-6.0, 0.05]]},
+        obstacles=[{"position": [0, 0], "radius": 0.5}],
+        mission={
+            "max_speed": speed, "outer": outer,
+            "behaviors": [
+                {"behavior": "avoid_obstacles", "safe_distance": 0.3},
+                {"behavior": "goal", "gain": 4, "goals": [[6.0, 0.0]]},
+            ],
+        },
+    )  # fmt: skip
+
+
+def approaches() -> Iterator[list[str]]:
+    """How deep a robot gets into the safe distance [mm]."""
+    for way, outer in WAYS.items():
+        runs = [escort_mj.run(approach(speed, outer)) for speed in SPEEDS]
+        yield [way, *(f"{1e3 * max(0.3 - value(run, 'obstacle_clearance_min'), 0.0):.1f}" for run in runs)]
+
+
+def blocked(world: Blocked, seed: int, outer: Any) -> Any:
+    """Four robots on one side of a world, their goals on the other; they see 3 m far."""
+    rng = np.random.default_rng([seed, 7])
+    starts: list[Any] = []
+    while len(starts) < 4:
+        start = [-4.0, 0.0] + rng.uniform(-1.5, 1.5, 2)
+        if all(np.linalg.norm(start - other) > 0.4 + CIRCLING for other in starts):
+            starts.append(start)
+    goals = [[9.0 + x, y + rng.uniform(-0.2, 0.2)] for x, y in starts]
+    noise = {"noise": 0.005}
+    return escort_mj.Scenario(
+        seed=seed, duration=90.0, target=None, **world,
+        robots={"radius": 0.15, "force_limit": 10.0, "positions": starts},
+        mission={
+            "max_speed": 1.0, "outer": outer,
+            "behaviors": [
+                {"behavior": "avoid_obstacles", "safe_distance": 0.15},
+                {"behavior": "goal", "goals": goals},
+            ],
+        },
+        controller={"law": "apd_smc", "gains": "auto"},
+        sensing={"position": noise, "velocity": noise, "radius": {"robots": 3.0, "obstacles": 3.0}},
+    )  # fmt: skip
+
+
+def worlds_that_block() -> Iterator[list[str]]:
+    """Teams that arrive, of 20, and when the last robot does."""
+    for name, world in BLOCKED.items():
+        cells = [name]
+        for way in ("nsb", "barrier filter", "set-based"):
+            runs: Sequence[Any] = escort_mj.run_many([blocked(world, seed, WAYS[way]) for seed in SEEDS])
+            times = [value(run, "arrival_time") for run in runs]
+            touched = sum(value(run, "contacts") > 0 for run in runs)
+            there = [time for time in times if time == time and time < 90.0]
+            when = f", {np.median(there):.0f} s, at most {max(there):.0f} s" if there else ""
+            cells.append(f"{len(there)}{when}" + (f"; {touched} touched" if touched else ""))
+        yield cells
+
+
+def main() -> None:
+    """Flies all."""
+    docs = wants_docs(__doc__, PAGE)
+    head = ["mission", "noise", "way", "to obstacles [m]", "between robots [m]", "slip [m/s]"]
+    head += ["chattering [N/s]", "energy [J]", "settles [s]"]
+    tables = {
+        "avoidance missions": table(head, missions()),
+        "avoidance approaches": table(
+            ["way", *(f"{speed:g} m/s" for speed in SPEEDS)], approaches()
+        ),
+        "avoidance blocked": table(["world", "nsb", "barrier filter", "set-based"], worlds_that_block()),
+    }  # fmt: skip
+    publish(PAGE, tables, docs)
+
+
+if __name__ == "__main__":
+    main()
