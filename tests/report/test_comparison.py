@@ -39,7 +39,7 @@ def test_runs_table_and_figures_are_there(whole):
     out, _, result, steps = whole
     assert result.stated and steps[-1] == (4, 4)
     assert {path.parent.name for path in out.glob("*/outcome.json")} == {
-        f"{law}-nsb-seed{seed}" for law in ("pd", "super_twisting") for seed in (1, 2)
+        f"{law}-set_based-seed{seed}" for law in ("pd", "super_twisting") for seed in (1, 2)
     }
     assert len(json.loads((out / "table.json").read_text())["runs"]) == 4
     assert len((out / "table.csv").read_text().splitlines()) == 5

@@ -76,7 +76,7 @@ def test_names_are_chosen_in_the_order_given_and_once():
 
 
 def test_every_combination_differs_only_in_what_it_is_named_for():
-    base = load_scenario("main")
+    base = load_scenario("main", {"mission.outer": "nsb"})
     wanted = trials(["pd", "asmc"], ["nsb"], [1, 2, 3])
     assert len(set(wanted)) == 6
     for trial in wanted:
