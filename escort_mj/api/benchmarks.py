@@ -21,6 +21,7 @@ def gcbf(
     agents: int | None = None,
     area: float = 4.0,
     obstacles: int = 8,
+    travel: float | None = None,
     episodes: int | None = None,
     seed: int = 0,
     environment: str = "DoubleIntegrator",
@@ -36,6 +37,7 @@ def gcbf(
         agents: Number of agents of worlds that are drawn by the published rules; None: none are drawn.
         area: Side of the square of drawn worlds [m].
         obstacles: Number of boxes of drawn worlds.
+        travel: Farthest that a goal of a drawn world is from its start along an axis [m]; None for anywhere.
         episodes: Number of worlds; None for all of a file, or 32 drawn ones.
         seed: Seed of drawn worlds.
         environment: Published dynamics of drawn worlds: DoubleIntegrator, LinearDrone or CrazyFlie.
@@ -55,7 +57,8 @@ def gcbf(
     if worlds is not None and agents is not None:
         raise UsageError("worlds and agents: found both; give a file of worlds, or what to draw")
     if agents is not None:
-        drawn = draw_worlds(agents, area, obstacles, 32 if episodes is None else episodes, seed, environment)
+        count = 32 if episodes is None else episodes
+        drawn = draw_worlds(agents, area, obstacles, count, seed, environment, travel)
     else:
         drawn = read_worlds("n8" if worlds is None else worlds)
         drawn = drawn.model_copy(update={"episodes": drawn.episodes[:episodes]})

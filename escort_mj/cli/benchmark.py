@@ -31,6 +31,10 @@ def benchmark_command(
     ] = None,
     area: Annotated[float, typer.Option(min=0.5, help="Side of the square of drawn worlds [m].")] = 4.0,
     obstacles: Annotated[int, typer.Option(min=0, help="Number of boxes of drawn worlds.")] = 8,
+    travel: Annotated[
+        float | None,
+        typer.Option(min=0.5, help="Farthest along an axis from start to goal in drawn worlds [m]."),
+    ] = None,
     episodes: Annotated[
         int | None,
         typer.Option(min=1, help="Number of worlds [default: all of a file, 32 drawn ones]."),
@@ -67,6 +71,7 @@ def benchmark_command(
             agents=agents,
             area=area,
             obstacles=obstacles,
+            travel=travel,
             episodes=episodes,
             seed=seed,
             environment=environment,

@@ -147,7 +147,13 @@ def read_worlds(source: str | os.PathLike[str]) -> Worlds:
 
 
 def draw_worlds(
-    agents: int, area: float, obstacles: int, episodes: int, seed: int, environment: str = "DoubleIntegrator"
+    agents: int,
+    area: float,
+    obstacles: int,
+    episodes: int,
+    seed: int,
+    environment: str = "DoubleIntegrator",
+    travel: float | None = None,
 ) -> Worlds:
     """Draw worlds by the published rules.
 
@@ -158,6 +164,7 @@ def draw_worlds(
         episodes: Number of worlds.
         seed: What they are drawn from; each world has a stream of its own.
         environment: Name of the published dynamics; `DoubleIntegrator` has a square, the others a cube.
+        travel: Farthest that a goal is from its start along an axis [m]; None for anywhere.
 
     Raises:
         UsageError: If there is no such environment, or agents find no room.
@@ -168,7 +175,15 @@ def draw_worlds(
     common = {"robots": agents, "area": area, "obstacles": obstacles, "seed": seed}
     apart = APART * Worlds.model_fields["robot_radius"].default
     drawn = [
-        _draw(np.random.Generator(np.random.Philox([seed, i])), agents, area, obstacles, apart, environment)
+        _draw(
+            np.random.Generator(np.random.Philox([seed, i])),
+            agents,
+            area,
+            obstacles,
+            apart,
+            environment,
+            math.inf if travel is None else travel,
+        )
         | {"episode": i}
         for i in range(episodes)
     ]
@@ -178,7 +193,13 @@ def draw_worlds(
 
 
 def _draw(
-    random: np.random.Generator, agents: int, area: float, obstacles: int, apart: float, environment: str
+    random: np.random.Generator,
+    agents: int,
+    area: float,
+    obstacles: int,
+    apart: float,
+    environment: str,
+    travel: float,
 ) -> dict[str, object]:
     """Draw one world."""
     axes = 2 if environment == "DoubleIntegrator" else 3
@@ -202,12 +223,17 @@ def _draw(
             return bool(np.all(_gaps(point, centers, sizes, angles) >= apart))
         return bool(np.all(np.linalg.norm(centers - point, axis=1) > radii + apart))
 
-    for _ in range(TRIES):  # starts over where an agent finds no room, as the published code does
+    room = (area + apart) ** axes / apart**axes  # at most so many even if they stood on a dense grid
+    tries = TRIES if agents < 2.0 * room else 0
+    for _ in range(tries):  # starts over where an agent finds no room, as the published code does
         starts, goals = np.zeros((0, axes)), np.zeros((0, axes))
         while len(goals) < agents:
-            start = _free(random, area, starts, clear, apart)
-            goal = _free(random, area, goals, clear, apart)
-            if start is None or goal is None:
+            start = _free(random, np.zeros(axes), np.full(axes, area), starts, clear, apart)
+            if start is None:
+                break
+            low, high = np.maximum(start - travel, 0.0), np.minimum(start + travel, area)
+            goal = _free(random, low, high, goals, clear, apart)
+            if goal is None:
                 break
             starts, goals = np.vstack([starts, start]), np.vstack([goals, goal])
         else:
@@ -216,11 +242,16 @@ def _draw(
 
 
 def _free(
-    random: np.random.Generator, area: float, taken: Array, clear: Callable[[Array], bool], apart: float
+    random: np.random.Generator,
+    low: Array,
+    high: Array,
+    taken: Array,
+    clear: Callable[[Array], bool],
+    apart: float,
 ) -> Array | None:
     """A point that far from points that are taken and from all that stands; None after many tries."""
     for _ in range(TRIES):
-        point: Array = random.uniform(0.0, area, size=(taken.shape[1],))
+        point: Array = random.uniform(low, high)
         if np.all(np.linalg.norm(taken - point, axis=1) > apart) and clear(point):
             return point
     return None

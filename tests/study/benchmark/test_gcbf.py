@@ -40,6 +40,12 @@ def test_worlds_obey_the_published_rules(source: str | None, agents: int, episod
         assert draw_worlds(agents, 4.0, 8, episodes, seed=6).episodes[0] != worlds.episodes[0]
 
 
+def test_goals_of_drawn_worlds_may_be_near():
+    for episode in draw_worlds(32, 16.0, 8, 2, seed=3, travel=1.5).episodes:
+        way = np.abs(np.array(episode.goal) - episode.start)
+        assert way.max() <= 1.5 and way.max() > 1.2
+
+
 @pytest.mark.parametrize(
     ("environment", "least", "most"), [("LinearDrone", 0.075, 0.15), ("CrazyFlie", 0.05, 0.3)]
 )
