@@ -19,7 +19,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 DOUBLE = 8  # bytes
 NOT_NULL = 4096  # where named numbers count from: no name stands for address 0
-STACK_DOUBLES = 256  # the most that a kernel takes in nine axes: 24 constraints, and what is wanted
+STACK_DOUBLES = 288  # the most that a kernel takes in nine axes: 24 constraints, and what is wanted
 
 
 class External(NamedTuple):

@@ -48,7 +48,7 @@ def test_it_turns_around_after_times_that_double():
 def test_the_boundary_of_one_body_is_followed_along_its_condition(side: float, bound: float):
     """The first free direction: r . v = b at the wanted speed, on the side that was asked for."""
     r = np.array([math.cos(0.7), math.sin(0.7)])
-    v = boundary(side, 1.0, r[None], np.array([bound]))
+    v = boundary(side, 1.0, r[None], np.array([bound]), np.zeros(1))
     assert np.linalg.norm(v) == pytest.approx(1.0)
     assert r @ v == pytest.approx(bound, abs=1e-8)
     assert np.sign(turned(r) @ v) == side
@@ -56,11 +56,11 @@ def test_the_boundary_of_one_body_is_followed_along_its_condition(side: float, b
 
 def test_a_corner_is_left_and_a_narrow_gap_slows_down():
     corner = np.array([[-1.0, 0.0], [0.0, 1.0]])  # a wall ahead, one below
-    v = boundary(-1.0, 1.0, corner, np.array([0.0, -0.1]))
+    v = boundary(-1.0, 1.0, corner, np.array([0.0, -0.1]), np.zeros(2))
     assert v == pytest.approx([0.0, 1.0], abs=1e-8)
     closed = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    assert boundary(1.0, 1.0, closed, np.full(4, -0.17)) == pytest.approx([0.0, 0.0])
-    v = boundary(1.0, 1.0, closed, np.full(4, -0.45))
+    assert boundary(1.0, 1.0, closed, np.full(4, -0.17), np.zeros(4)) == pytest.approx([0.0, 0.0])
+    v = boundary(1.0, 1.0, closed, np.full(4, -0.45), np.zeros(4))
     assert np.linalg.norm(v) == pytest.approx(0.5) and np.abs(v).max() <= 0.45 + 1e-9
 
 
@@ -74,6 +74,6 @@ def test_across_is_a_unit_vector_across(axes: int):
 
 def test_without_patience_a_robot_waits_in_the_dead_end(compiled):
     scenario = load_scenario("goals/dead_end", {"duration": 30.0, "expect": []})
-    waiting = run(scenario.replace({"mission.outer": {"loop": "set_based", "patience": None}}))
+    waiting = run(scenario.replace({"mission.outer": "set_based"}))
     assert waiting.metrics["arrived"]["value"] == 0.0
     assert waiting.trace["q"].values[-1, :, 0].max() < 2.0

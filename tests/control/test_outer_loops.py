@@ -98,7 +98,7 @@ def filtered(rules, setup, avoid, nominal, q, lost, v=None):
     axes = setup.axes
     v = np.zeros_like(q) if v is None else v
     now = Situation(setup, team, np.eye(axes), q, v, 0.0 * q, np.full(axes, 100.0), np.zeros(axes), q, v)
-    found = [nearest(*one, w) for one, w in zip(constraints_of(avoid, rules, now), nominal, strict=True)]
+    found = [nearest(*one[:2], w) for one, w in zip(constraints_of(avoid, rules, now), nominal, strict=True)]
     return np.array([each for each, _ in found]), np.array([moved for _, moved in found])
 
 

@@ -50,7 +50,7 @@ class BarrierFilter(OuterLoop):
         velocity, _ = outer_loop(escorting, now)
         for avoid in avoiding:
             rules = Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
-            for i, (rows, bounds) in enumerate(constraints_of(avoid, rules, now)):
+            for i, (rows, bounds, _) in enumerate(constraints_of(avoid, rules, now)):
                 velocity[i], active[i] = nearest(rows, bounds, velocity[i])
         return slowed(velocity, now.setup.max_speed), active
 
@@ -59,6 +59,7 @@ class BarrierFilter(OuterLoop):
         first, levels, p = int(plan.phase_first[phase]), int(plan.phase_levels[phase]), state.q.shape[1]
         memory, rules = stack_memory(), Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
         rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
+        shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
         for robot in range(i, min(i + WIDTH, state.q.shape[0])):
             if not runs_now(robot, phase, plan, state):
                 continue
@@ -66,7 +67,9 @@ class BarrierFilter(OuterLoop):
             for level in range(first, first + levels):
                 if plan.level_behavior[level] == AVOID_OBSTACLES:
                     avoid = avoidance_of(level, plan)
-                    count = find_constraints(robot, UNLIMITED, avoid, rules, plan, state, rows, bounds)
+                    count = find_constraints(
+                        robot, UNLIMITED, avoid, rules, plan, state, rows, bounds, shared
+                    )
                     moved = nearest_velocity(rows, bounds, count, state.v_d[robot])
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             slow_down(robot, plan, state)

@@ -74,7 +74,15 @@ def horizon(speed: float, rules: Rules) -> float:
 
 @inlined
 def find_constraints(
-    robot: int, speed: float, avoid: Any, rules: Rules, plan: Plan, state: State, rows: Array, bounds: Array
+    robot: int,
+    speed: float,
+    avoid: Any,
+    rules: Rules,
+    plan: Plan,
+    state: State,
+    rows: Array,
+    bounds: Array,
+    shared: Array,
 ) -> int:
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
@@ -91,6 +99,7 @@ def find_constraints(
         state: Gives where they are.
         rows: Result: unit vectors r away from the bodies, shape (MOST, p).
         bounds: Result: b, shape (MOST,) [m/s].
+        shared: Result: 1 for teammates that follow the same target, else 0, shape (MOST,).
 
     Returns:
         Number of constraints; where there are more than MOST, the greatest bounds are kept.
@@ -104,9 +113,9 @@ def find_constraints(
     others = max(fastest_mover(state), length_of(state.target_velocity_measured))
     look = max(avoid.safe_distance, avoid.teammate_distance) + horizon(2.0 * (fastest + others), rules)
     near_only = plan.failure_start.shape[0] == 0 and speed < UNLIMITED
-    for other in range(m + n):
+    for other in range(m + n + 1):
         mate = other - m
-        if near_only:
+        if near_only and mate < n:
             square = 0.0
             for k in range(p):
                 way = here[k] - (position[other, k] if mate < 0 else q[mate, k])
@@ -116,11 +125,9 @@ def find_constraints(
             if square > far * far:
                 continue
         count = _consider(
-            robot, other, fastest, avoid, rules, position, direction, plan, state, rows, bounds, count
+            robot, other, fastest, avoid, rules, position, direction, plan, state, rows, bounds, shared, count
         )
-    return int(
-        _consider(robot, m + n, fastest, avoid, rules, position, direction, plan, state, rows, bounds, count)
-    )
+    return count
 
 
 @inlined
@@ -144,7 +151,7 @@ def length_of(vector: Array) -> float:
 @inlined
 def _consider(
     robot: int, other: int, fastest: float, avoid: Any, rules: Rules, position: Array, direction: Array,
-    plan: Plan, state: State, rows: Array, bounds: Array, count: int,
+    plan: Plan, state: State, rows: Array, bounds: Array, shared: Array, count: int,
 ) -> int:  # fmt: skip
     """Add the constraint of one body: obstacles first, then robots, last the target; return their number."""
     n, p = state.q.shape
@@ -190,7 +197,7 @@ def _consider(
                 place = at
         if bound <= bounds[place]:
             return count
-    bounds[place] = bound
+    bounds[place], shared[place] = bound, 1.0 if share < 1.0 and rules.target_radius > 0.0 else 0.0
     for k in range(p):
         rows[place, k] = direction[k]
     return min(count + 1, MOST)
@@ -217,8 +224,11 @@ def _from_point(robot: int, q: Array, point: Array, direction: Array) -> float:
 
 def constraints_of(
     avoid: AvoidObstacles, rules: Rules, now: Situation, speed: Array | float = np.inf
-) -> list[tuple[Array, Array]]:
-    """Return the constraints of each robot: rows r, shape (k, p), and bounds b, shape (k,) [m/s].
+) -> list[tuple[Array, Array, Mask]]:
+    """Return the constraints of each robot.
+
+    These are rows r, shape (k, p), bounds b, shape (k,) [m/s], and which are of teammates that follow the
+    same target, shape (k,).
 
     Args:
         avoid: Gives safe distances.
@@ -238,7 +248,7 @@ def constraints_of(
     frame = now.c_dot * setup.target_feedforward
     motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame)])
     share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
-    found = []
+    found: list[tuple[Array, Array, Mask]] = []
     for i in range(n):
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
@@ -257,5 +267,5 @@ def constraints_of(
             & (bounds >= -speed[i] - escape(rules, avoid.safe_distance))
         )
         kept = kept[np.argsort(-bounds[kept], kind="stable")][:MOST]
-        found.append((rows[kept], bounds[kept]))
+        found.append((rows[kept], bounds[kept], (shares[kept] < 1.0) & (rules.target_radius > 0.0)))
     return found

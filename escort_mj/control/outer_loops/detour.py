@@ -7,13 +7,14 @@ the most binding constraint, counterclockwise in the plane of the first two axes
 which its speed is allowed, or half of it, or FREE. It leaves the boundary when LEAVE of the wanted velocity
 is allowed and it has got further along the wanted direction than where it was blocked. After some time it
 turns around, and after twice as long again: the way to an unknown end of the boundary is then at most nine
-times the shortest (Baeza-Yates, Culberson, Rawlins 1993).
+times the shortest (Baeza-Yates, Culberson, Rawlins 1993). Teammates that follow the same target get out of
+the way by themselves: only those with goals of their own are followed around.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,12 +70,12 @@ def next_detour(
         moved: Whether constraints change what it wants.
         share: Share of the wanted velocity that they leave.
         advance: Measured speed along the wanted direction [m/s].
-        near: Whether some constraint can bind at its speed.
+        near: Whether an obstacle, the target or a failed robot can bind at its speed.
         patience: For how long a robot may be blocked [s].
         turn_back: After what time it first turns around [s].
     """
     if before.side == 0.0:
-        held = before.held + elapsed if moved and share < ENTER else 0.0
+        held = before.held + elapsed if moved and near and share < ENTER else 0.0
         if held <= patience:
             return Detour(0.0, held, 0.0, before.limit)
         return Detour(1.0, 0.0, 0.0, max(turn_back, before.limit))
@@ -87,7 +88,9 @@ def next_detour(
 
 
 @inlined
-def follow_boundary(side: float, speed: float, rows: Array, bounds: Array, count: int, v: Array) -> None:
+def follow_boundary(
+    side: float, speed: float, rows: Array, bounds: Array, shared: Array, count: int, v: Array
+) -> None:
     """Write the velocity along the boundary of the most binding constraint; rest where no direction is free.
 
     Args:
@@ -95,15 +98,16 @@ def follow_boundary(side: float, speed: float, rows: Array, bounds: Array, count
         speed: Wanted [m/s].
         rows: Unit vectors r of the constraints r . v >= b, shape (at least count, p).
         bounds: b [m/s].
-        count: Number of constraints, at least one.
+        shared: 1 for teammates that follow the same target: these are not followed around.
+        count: Number of constraints.
         v: Result, shape (p,) [m/s].
     """
     p = v.shape[0]
     memory = stack_memory()
     heading, tangent = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
-    binding = 0
-    for j in range(1, count):
-        if bounds[j] > bounds[binding]:
+    binding = -1
+    for j in range(count):
+        if shared[j] == 0.0 and (binding < 0 or bounds[j] > bounds[binding]):
             binding = j
     turn(rows, binding, tangent)
     share = 1.0
@@ -187,9 +191,9 @@ def memory_of(setup: Setup) -> dict[str, Array]:
     return {name: np.zeros(setup.count) for name in (*NAMES, "detour_time")}
 
 
-def boundary(side: float, speed: float, rows: Array, bounds: Array) -> Array:
+def boundary(side: float, speed: float, rows: Array, bounds: Array, shared: NDArray[Any]) -> Array:
     """Return the velocity along the boundary of the most binding constraint, shape (p,) [m/s]."""
-    r, p = rows[int(np.argmax(bounds))], rows.shape[1]
+    r, p = rows[int(np.argmax(np.where(shared, -np.inf, bounds)))], rows.shape[1]
     across = turned(r)
 
     def velocity(angle: float, share: float) -> Array:

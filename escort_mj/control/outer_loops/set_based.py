@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, PositiveFloat
+from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Behavior
 from escort_mj.behaviors.avoid_obstacles import someone_within
@@ -70,7 +70,8 @@ class SetBased(OuterLoop):
     body's velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the
     margin and, farther out, what braking stops in time. The velocity is the one nearest to that of the
     behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two teammates
-    take half of the closing speed each. A robot that is blocked follows the boundary of what blocks it.
+    take half of the closing speed each. With `patience`, a robot that is blocked follows the boundary of what
+    blocks it.
     """
 
     title: ClassVar[str] = "set-based"
@@ -89,8 +90,9 @@ class SetBased(OuterLoop):
     target_distance: NonNegativeFloat | None = None
     """Safe distance to the target [m]; null: `safe_distance`, but at most half the gap between the target and
     the sphere around it; 0: the target is not avoided."""
-    patience: Annotated[float, Field(gt=0.0)] | None = 1.0
-    """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits."""
+    patience: PositiveFloat | None = None
+    """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits, as
+    escorts of a moving target should."""
     turn_back: PositiveFloat = 12.0
     """Time after which a robot follows the boundary the other way around [s]; each further time after
     twice as long."""
@@ -140,12 +142,12 @@ class SetBased(OuterLoop):
             memory.setdefault(name, empty)
         for avoid in avoiding:
             speed = np.linalg.norm(velocity, axis=1)
-            for i, (rows, bounds) in enumerate(constraints_of(avoid, rules, now, speed)):
-                velocity[i], active[i] = self._one(i, avoid.sidestep, rows, bounds, velocity[i], now)
+            for i, (rows, bounds, shared) in enumerate(constraints_of(avoid, rules, now, speed)):
+                velocity[i], active[i] = self._one(i, avoid.sidestep, rows, bounds, shared, velocity[i], now)
         return slowed(velocity, now.setup.max_speed), active
 
     def _one(
-        self, i: int, share: float, rows: Array, bounds: Array, wanted: Array, now: Situation
+        self, i: int, share: float, rows: Array, bounds: Array, shared: Mask, wanted: Array, now: Situation
     ) -> tuple[Array, bool]:
         """Return one robot's velocity, and whether constraints change it."""
         memory, speed = now.memory, float(np.linalg.norm(wanted))
@@ -158,13 +160,13 @@ class SetBased(OuterLoop):
         before = Detour(*(float(memory[name][i]) for name in NAMES))
         found = next_detour(
             before, elapsed, moved, float(v @ wanted) / square, float(now.v[i] @ wanted) / np.sqrt(square),
-            bool(bounds.max(initial=-np.inf) >= -speed), self.patience, self.turn_back,
+            bool(bounds[~shared].max(initial=-np.inf) >= -speed), self.patience, self.turn_back,
         )  # fmt: skip
         for name, value in zip(NAMES, found, strict=True):
             memory[name][i] = value
         if found.side == 0.0:
             return v, moved
-        return nearest(rows, bounds, boundary(found.side, speed, rows, bounds))[0], True
+        return nearest(rows, bounds, boundary(found.side, speed, rows, bounds, shared))[0], True
 
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
@@ -263,15 +265,17 @@ def _keep_clear(
     p, v = state.q.shape[1], state.v_d[robot]
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
-    wanted = vector_at(memory + DOUBLE * MOST * (p + 1), p)
+    shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
+    wanted = vector_at(memory + DOUBLE * MOST * (p + 2), p)
     square, largest_bound = 0.0, -UNLIMITED
     for k in range(p):
         wanted[k] = v[k]
         square += v[k] * v[k]
     speed = math.sqrt(square)
-    count = find_constraints(robot, speed, avoid, rules, plan, state, rows, bounds)
+    count = find_constraints(robot, speed, avoid, rules, plan, state, rows, bounds, shared)
     for j in range(count):
-        largest_bound = max(largest_bound, bounds[j])
+        if shared[j] == 0.0:
+            largest_bound = max(largest_bound, bounds[j])
     _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
     moved = nearest_velocity(rows, bounds, count, v)
     state.avoidance_active[robot] = 1.0 if moved else 0.0
@@ -288,7 +292,7 @@ def _keep_clear(
     )  # fmt: skip
     keep_detour(robot, found, state)
     if found.side != 0.0:
-        follow_boundary(found.side, speed, rows, bounds, count, v)
+        follow_boundary(found.side, speed, rows, bounds, shared, count, v)
         nearest_velocity(rows, bounds, count, v)
         state.avoidance_active[robot] = 1.0
 
