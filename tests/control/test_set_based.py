@@ -50,8 +50,12 @@ def test_the_target_is_kept_clear_of(compiled):
     }
     touched = run(Scenario(**keys))
     assert touched.metrics["contacts"]["value"] > 0.0
-    kept = run(Scenario(**keys).replace({"mission.outer": "set_based"}))
+    kept = run(Scenario(**keys).replace({"mission.outer": {"loop": "set_based", "patience": 1}}))
     assert kept.metrics["contacts"]["value"] == 0.0 and kept.metrics["arrived"]["value"] == 1.0
-    near = run(Scenario(**keys).replace({"mission.outer": {"loop": "set_based", "target_distance": 0.1}}))
+    near = run(
+        Scenario(**keys).replace(
+            {"mission.outer": {"loop": "set_based", "patience": 1, "target_distance": 0.1}}
+        )
+    )
     gaps = [float(each.trace["target_clearance"].values[:, 0].min()) for each in (kept, near)]
     assert gaps[0] > 0.38 and 0.08 < gaps[1] < 0.2
