@@ -163,6 +163,32 @@ class Windowed(Expectation):
         return True
 
 
+class Deadline(Expectation):
+    """An expectation of a distance that holds from some time on."""
+
+    window_key = "by"
+
+    by: NonNegativeFloat
+    """Latest time from which it holds [s]."""
+    before: PositiveFloat | None = None
+    """End of the window [s]; null: the end of the run."""
+
+    @property
+    def demanded(self) -> str:
+        """The bound in words."""
+        return f"within {getattr(self, self.kind):g} m"
+
+    @property
+    def window(self) -> tuple[float, float | None]:
+        """Start and end of the time that it looks at [s]; None is the end of the run."""
+        return self.by, self.before
+
+    @property
+    def when(self) -> str:
+        """Its window in words."""
+        return f" by {self.by:g} s{when(0.0, self.before)}"
+
+
 def when(after: float, before: float | None) -> str:
     """A window in words."""
     start = f" after {after:g} s" if after > 0.0 else ""

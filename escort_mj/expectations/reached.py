@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import NonNegativeFloat, PositiveFloat
+from pydantic import PositiveFloat
 
 from escort_mj.expectations.bound import Limits, held_against, since
-from escort_mj.expectations.expectation import Expectation, Judgment, when
+from escort_mj.expectations.expectation import Deadline, Judgment
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.arrival import NO_GOALS, at_goal, goal_distance
 from escort_mj.metrics.reading import largest_of, robot
@@ -20,20 +20,15 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-class ReachedExpectation(Expectation):
+class ReachedExpectation(Deadline):
     """A time by which every robot has come to its last goal and stays there."""
 
     kind = "reached"
     rank = 45
-    window_key = "by"
     in_unit = "m"
 
     reached: PositiveFloat
     """Largest distance to the last goal [m]."""
-    by: NonNegativeFloat
-    """Latest time of arrival [s]."""
-    before: PositiveFloat | None = None
-    """End of the window [s]; null: the end of the run."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether all robots are near enough to their last goals in the window, and since when they were."""
@@ -50,18 +45,3 @@ class ReachedExpectation(Expectation):
         there = np.asarray(at_goal(part, self.reached))
         absent = f"{np.count_nonzero(~there[-1])} of {there.shape[1]} robots not there at the end"
         return judged._replace(words=judged.words + since(part, np.any(~there, axis=1), absent))
-
-    @property
-    def demanded(self) -> str:
-        """The bound in words."""
-        return f"within {self.reached:g} m"
-
-    @property
-    def window(self) -> tuple[float, float | None]:
-        """Start and end of the time that it looks at [s]; None is the end of the run."""
-        return self.by, self.before
-
-    @property
-    def when(self) -> str:
-        """Its window in words."""
-        return f" by {self.by:g} s{when(0.0, self.before)}"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pydantic import NonNegativeFloat, PositiveFloat
+from pydantic import PositiveFloat
 
 from escort_mj.expectations.bound import Limits, held_against, since
-from escort_mj.expectations.expectation import Expectation, Judgment, when
+from escort_mj.expectations.expectation import Deadline, Judgment
 from escort_mj.measuring import measure
 from escort_mj.metrics.radius_error import radius_error
 from escort_mj.record.window import window
@@ -18,19 +18,14 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-class SettledExpectation(Expectation):
+class SettledExpectation(Deadline):
     """A time by which every robot has reached the mission's radius and stays there."""
 
     kind = "settled"
     rank = 40
-    window_key = "by"
 
     settled: PositiveFloat
     """Largest deviation from the mission's radius [m]."""
-    by: NonNegativeFloat
-    """Latest settling time [s]."""
-    before: PositiveFloat | None = None
-    """End of the window [s]; null: the end of the run."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the largest radius error of the window is small enough, and since when it was."""
@@ -40,18 +35,3 @@ class SettledExpectation(Expectation):
         part = window(trace, 0.0, self.before)
         far = (np.abs(radius_error(part)) > self.settled).any(axis=1)
         return found._replace(words=found.words + since(part, far, "not settled at the end"))
-
-    @property
-    def demanded(self) -> str:
-        """The bound in words."""
-        return f"within {self.settled:g} m"
-
-    @property
-    def window(self) -> tuple[float, float | None]:
-        """Start and end of the time that it looks at [s]; None is the end of the run."""
-        return self.by, self.before
-
-    @property
-    def when(self) -> str:
-        """Its window in words."""
-        return f" by {self.by:g} s{when(0.0, self.before)}"
