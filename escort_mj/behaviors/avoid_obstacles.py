@@ -256,17 +256,25 @@ def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> t
 @inlined
 def someone_within(distance: float, i: int, avoid: Any, q: Array, radius: Array, lists: Array) -> bool:
     """Whether one of robots i to i + 7 has a teammate within a distance [m]."""
+    for robot in range(i, min(i + WIDTH, q.shape[0])):
+        if mate_within(distance, robot, avoid, q, radius, lists):
+            return True
+    return False
+
+
+@inlined
+def mate_within(distance: float, robot: int, avoid: Any, q: Array, radius: Array, lists: Array) -> bool:
+    """Whether a robot has a teammate within a distance [m]."""
     n, p = q.shape
-    for robot in range(i, min(i + WIDTH, n)):
-        for c in range(number_of_candidates(robot, n, lists)):
-            j = candidate(robot, c, lists)
-            square = 0.0
-            for k in range(p):
-                way = q[robot, k] - q[j, k]
-                square += way * way
-            reach = distance + float(avoid.measure) * (radius[robot] + radius[j])
-            if square < reach * reach and j != robot:
-                return True
+    for c in range(number_of_candidates(robot, n, lists)):
+        j = candidate(robot, c, lists)
+        square = 0.0
+        for k in range(p):
+            way = q[robot, k] - q[j, k]
+            square += way * way
+        reach = distance + float(avoid.measure) * (radius[robot] + radius[j])
+        if square < reach * reach and j != robot:
+            return True
     return False
 
 

@@ -89,9 +89,7 @@ def sort_into_cells(
     for i in range(n):
         place, stride = 0, 1
         for k in range(min(p, 3)):
-            x, last = (points[i, k] - corner[k]) * rate[k], counts[k] - 1.0
-            inside = int(min(x, last)) if x > 0.0 else 0  # no number counts as 0, too
-            place += stride * inside
+            place += stride * cell_along(points[i, k], k, corner, rate, counts)
             stride *= int(counts[k])
         cell_of[i] = place
         first[place] += 1.0
@@ -115,6 +113,13 @@ def sort_into_cells(
     first[0] = 0.0
 
 
+@inlined
+def cell_along(x: float, axis: int, corner: Array, rate: Array, counts: Array) -> int:
+    """Return in which cell along an axis a coordinate lies; what is outside the box is in the outermost."""
+    x = (x - corner[axis]) * rate[axis]
+    return int(min(x, counts[axis] - 1.0)) if x > 0.0 else 0  # no number counts as 0, too
+
+
 @merged
 def cell_ends(cells: Array) -> Array:
     """First slot of each cell, and last the number of robots: the rows of the scratch from CELL_FIRST on."""
@@ -134,8 +139,8 @@ def high_end(here: Array, counts: Array, axis: int, around: int) -> int:
 
 
 @inlined
-def slots_of(b: int, c: int, around: int, counts: Array, here: Array, cells: Array) -> tuple[int, int]:
-    """First slot, and one past the last, of a block's cells in one row of the grid: they are neighbors."""
+def slots_of(b: int, c: int, first: int, end: int, counts: Array, cells: Array) -> tuple[int, int]:
+    """First slot, and one past the last, of cells `first` to `end - 1` in a row of the grid: neighbors."""
     row = (c * int(counts[1]) + b) * int(counts[0])
-    first = cell_ends(cells)
-    return int(first[row + low_end(here, 0, around)]), int(first[row + high_end(here, counts, 0, around)])
+    ends = cell_ends(cells)
+    return int(ends[row + first]), int(ends[row + end])

@@ -27,6 +27,7 @@ from escort_mj.numerics.cells import (
     RADIUS,
     SLOTS,
     SQUARES,
+    cell_along,
     choose_cells,
     find_box,
     high_end,
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 
 COUNT, FIRST = 0, 1  # places in a robot's row: how many candidates follow
 ALL = -1.0  # in place of their number: more than a row holds, so all robots have to be looked at
-SKIN, AGE, SPACING, LENGTH = range(4)  # places in the note of a set of lists
+SKIN, AGE, SPACING, LENGTH, WIDEST = range(5)  # places in the note of a set of lists
+CORNER, RATE, COUNTS, NOTE = 5, 8, 11, 14  # of its grid, and the length of the note
 SHORT, LONG = 24.0, 96.0  # steps that a set should hold
 FULL = 8.0  # candidates, in the mean; more cost more than making the lists again
 THINNEST, THICKEST = 0.05, 0.7  # skin, as a share of the spacing
@@ -54,11 +56,12 @@ class NeighborState(Fields):
 
     neighbors: Annotated[Array, "crowd", NEIGHBORS, Value("1", "number of candidates, then which robots")]
     neighbors_places: Annotated[Array, "crowd", "p", Value("m", "positions when the lists were made")]
-    neighbors_note: Annotated[Array, 4, Value("m or 1", "see `keep_neighbors`")]
+    neighbors_note: Annotated[Array, NOTE, Value("m or 1", "see `keep_neighbors`")]
     seen_neighbors: Annotated[Array, "misled", NEIGHBORS, Value("1", "likewise, of measured positions")]
     seen_neighbors_places: Annotated[Array, "misled", "p", Value("m", "likewise")]
-    seen_neighbors_note: Annotated[Array, 4, Value("m or 1", "likewise")]
-    cells: Annotated[Array, CELL_ROWS, "crowd", Value("1", "scratch, see `cells`")]
+    seen_neighbors_note: Annotated[Array, NOTE, Value("m or 1", "likewise")]
+    cells: Annotated[Array, CELL_ROWS, "crowd", Value("1", "see `cells`")]
+    seen_cells: Annotated[Array, CELL_ROWS, "misled", Value("1", "likewise, of measured positions")]
 
 
 @on_demand
@@ -71,7 +74,7 @@ def keep_all_neighbors(plan: Plan, state: State) -> None:
     if state.seen_neighbors.shape[0] > 0:
         keep_neighbors(
             state.q_measured, plan.robot_radius, state.seen_neighbors, state.seen_neighbors_places,
-            state.seen_neighbors_note, state.cells,
+            state.seen_neighbors_note, state.seen_cells,
         )  # fmt: skip
 
 
@@ -87,8 +90,9 @@ def keep_neighbors(
         lists: The set, a row per robot: number of candidates, and they in ascending order.
         places: Positions when the set was made, shape (n, p) [m].
         note: Its skin [m], how many steps it has held, the harmonic mean of the distances to
-            the nearest when it was made [m], and the mean number of candidates, shape (4,).
-        cells: Scratch, shape (CELL_ROWS, n).
+            the nearest when it was made [m], the mean number of candidates, the largest radius [m],
+            and the grid: its corner [m], cells per meter and number of cells, three each; shape (NOTE,).
+        cells: The robots sorted by cells when the set was made, shape (CELL_ROWS, n).
     """
     note[AGE] += 1.0
     if not _holds(points, places, note[SKIN]):  # the skin is 0 at first
@@ -99,6 +103,76 @@ def keep_neighbors(
 def seen_neighbors(state: State) -> Array:
     """The lists that belong to the measured positions; of no rows in a small team."""
     return state.seen_neighbors if state.seen_neighbors.shape[0] > 0 else state.neighbors
+
+
+@inlined
+def find_near(i: int, distance: float, to_surface: float, radius: Array, state: State, found: Array) -> int:
+    """Find the other robots within a distance of one, by measured positions.
+
+    Args:
+        i: Which robot, from 0.
+        distance: From its center [m].
+        to_surface: 1 if the distance ends at surfaces, 0 at centers.
+        radius: Shape (n,) [m].
+        state: Gives positions and lists.
+        found: Result: which robots.
+
+    Returns:
+        How many; `ALL` where there are more than `found` holds.
+    """
+    q, count = state.q_measured, 0
+    n, p = q.shape
+    if seen_neighbors(state).shape[0] == 0:
+        for j in range(n):
+            if j != i:
+                count = _add_near(i, j, distance + to_surface * radius[j], q, found, count)
+        return count if count <= found.shape[0] else int(ALL)
+    misled = state.seen_neighbors.shape[0] > 0
+    cells = state.seen_cells if misled else state.cells
+    places = state.seen_neighbors_places if misled else state.neighbors_places
+    note = state.seen_neighbors_note if misled else state.neighbors_note
+    corner, rate, counts = _grid(note)
+    block = vector_at(stack_memory(), 6)
+    reach = ROUNDING * (distance + to_surface * note[WIDEST] + note[SKIN])
+    for k in range(3):
+        block[k], block[3 + k] = 0.0, 1.0
+        if k < p:
+            block[k] = cell_along(places[i, k] - reach, k, corner, rate, counts)
+            block[3 + k] = 1 + cell_along(places[i, k] + reach, k, corner, rate, counts)
+    for c in range(int(block[2]), int(block[5])):
+        for b in range(int(block[1]), int(block[4])):
+            begin, end = slots_of(b, c, int(block[0]), int(block[3]), counts, cells)
+            for slot in range(begin, end):
+                square = 0.0
+                for k in range(min(p, 3)):
+                    square += (cells[PLACE + k, slot] - places[i, k]) ** 2
+                j = int(cells[ORDER, slot])
+                if square <= reach * reach and j != i:
+                    count = _add_near(i, j, distance + to_surface * cells[RADIUS, slot], q, found, count)
+    return count if count <= found.shape[0] else int(ALL)
+
+
+@inlined
+def _add_near(i: int, j: int, reach: float, q: Array, found: Array, count: int) -> int:
+    """Add robot j to those found, in ascending order, if it is within reach; return their number."""
+    square = 0.0
+    for k in range(q.shape[1]):
+        square += (q[i, k] - q[j, k]) ** 2
+    if square > reach * reach:
+        return count
+    place = count
+    if place < found.shape[0]:
+        while place > 0 and found[place - 1] > j:
+            found[place] = found[place - 1]
+            place -= 1
+        found[place] = j
+    return count + 1
+
+
+@inlined
+def _grid(note: Array) -> tuple[Array, Array, Array]:
+    """Return the grid's corner [m], its cells per meter and their number along each axis, in a note."""
+    return note[CORNER:RATE], note[RATE:COUNTS], note[COUNTS:NOTE]
 
 
 @inlined
@@ -173,12 +247,8 @@ def _list_neighbors(
     """Makes a set of lists from scratch, with a grid of cells."""
     n, p = points.shape
     memory = stack_memory()
-    corner, width, rate = (
-        vector_at(memory, 3),
-        vector_at(memory + 3 * DOUBLE, 3),
-        vector_at(memory + 6 * DOUBLE, 3),
-    )
-    counts, here = vector_at(memory + 9 * DOUBLE, 3), vector_at(memory + 12 * DOUBLE, 3)
+    width, here = vector_at(memory, 3), vector_at(memory + 3 * DOUBLE, 3)
+    corner, rate, counts = _grid(note)
     find_box(points, corner, width)
     least = 1.5 * note[SPACING] + 2.0 * note[SKIN]
     size = choose_cells(n, least, width, rate, counts)
@@ -201,7 +271,7 @@ def _list_neighbors(
     for i in range(n):
         length += lists[i, COUNT] if lists[i, COUNT] != ALL else lists.shape[1]
     note[SPACING], note[LENGTH] = n / total, length / n
-    note[AGE] = 0.0
+    note[AGE], note[WIDEST] = 0.0, largest
 
 
 @inlined
@@ -278,7 +348,9 @@ def _list_block(
     nearest = clearance = math.inf
     for c in range(low_end(here, 2, around), high_end(here, counts, 2, around)):
         for b in range(low_end(here, 1, around), high_end(here, counts, 1, around)):
-            begin, end = slots_of(b, c, around, counts, here, cells)
+            begin, end = slots_of(
+                b, c, low_end(here, 0, around), high_end(here, counts, 0, around), counts, cells
+            )
             for other in range(begin, end):
                 apart = (
                     (x - cells[PLACE, other]) ** 2

@@ -12,6 +12,7 @@ from escort_mj.behaviors.task import Situation
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.failure import Team
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
+from escort_mj.control.outer_loops.barrier_filter import filtered as filtered_by
 from escort_mj.control.outer_loops.constraints import MOST, Rules, approach, constraints_of
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, least_change, nearest, nearest_velocity
 from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
@@ -98,7 +99,8 @@ def filtered(rules, setup, avoid, nominal, q, lost, v=None):
     axes = setup.axes
     v = np.zeros_like(q) if v is None else v
     now = Situation(setup, team, np.eye(axes), q, v, 0.0 * q, np.full(axes, 100.0), np.zeros(axes), q, v)
-    found = [nearest(*one[:2], w) for one, w in zip(constraints_of(avoid, rules, now), nominal, strict=True)]
+    constraints = constraints_of(avoid, rules, now)
+    found = [filtered_by(one, w) for one, w in zip(constraints, nominal, strict=True)]
     return np.array([each for each, _ in found]), np.array([moved for _, moved in found])
 
 

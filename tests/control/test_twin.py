@@ -300,3 +300,7 @@ def test_a_crowd_that_keeps_lists_of_neighbors(noise: float, measure: str, axes:
     for each in (setup, replace(setup, failures=failures, behaviors=(setup.behaviors[0], SURFACE))):
         active = compare(each, q, v, steps=4)
         assert active.any() and not active.all()
+    setup = replace(setup, law=ComputedTorque(), target_feedforward=noise > 0.0, max_speed=1.5)
+    for outer in (SetBased(rate=3.0), BarrierFilter()):
+        active = compare(replace(setup, outer=outer), q, v, tolerance=1e-8)
+        assert active.any() and not active.all()

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.numerics.cells import CELL_ROWS
-from escort_mj.numerics.neighbors import ALL, COUNT, FIRST, NEIGHBORS, keep_neighbors
+from escort_mj.numerics.neighbors import ALL, COUNT, FIRST, NEIGHBORS, NOTE, keep_neighbors
 
 
 @jitted
@@ -22,7 +22,7 @@ class Lists:
     def __init__(self, radius: np.ndarray, axes: int) -> None:
         n = len(radius)
         self.radius, self.lists = radius, np.zeros((n, NEIGHBORS))
-        self.rest = np.zeros((n, axes)), np.zeros(4), np.zeros((CELL_ROWS, n))
+        self.rest = np.zeros((n, axes)), np.zeros(NOTE), np.zeros((CELL_ROWS, n))
 
     def keep(self, points: np.ndarray) -> int:
         """Keeps them valid; returns how many steps they have held."""

@@ -11,7 +11,14 @@ from escort_mj.behaviors import Behavior
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop
-from escort_mj.control.outer_loops.constraints import MOST, Rules, constraints_of, find_constraints
+from escort_mj.control.outer_loops.constraints import (
+    MOST,
+    Constraints,
+    Rules,
+    constraints_of,
+    find_constraints,
+    length_of,
+)
 from escort_mj.control.outer_loops.nearest_velocity import nearest, nearest_velocity
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
 from escort_mj.native.fields import Array
@@ -50,8 +57,8 @@ class BarrierFilter(OuterLoop):
         velocity, _ = outer_loop(escorting, now)
         for avoid in avoiding:
             rules = Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
-            for i, (rows, bounds, _) in enumerate(constraints_of(avoid, rules, now)):
-                velocity[i], active[i] = nearest(rows, bounds, velocity[i])
+            for i, found in enumerate(constraints_of(avoid, rules, now)):
+                velocity[i], active[i] = filtered(found, velocity[i])
         return slowed(velocity, now.setup.max_speed), active
 
     def velocity_lanes(self, i: int, phase: int, plan: Plan, state: State) -> None:
@@ -60,16 +67,38 @@ class BarrierFilter(OuterLoop):
         memory, rules = stack_memory(), Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
         rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
         shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
+        wanted = vector_at(memory + DOUBLE * MOST * (p + 2), p)
         for robot in range(i, min(i + WIDTH, state.q.shape[0])):
             if not runs_now(robot, phase, plan, state):
                 continue
-            moved = False
+            moved, v = False, state.v_d[robot]
             for level in range(first, first + levels):
                 if plan.level_behavior[level] == AVOID_OBSTACLES:
                     avoid = avoidance_of(level, plan)
-                    count = find_constraints(
-                        robot, UNLIMITED, avoid, rules, plan, state, rows, bounds, shared
-                    )
-                    moved = nearest_velocity(rows, bounds, count, state.v_d[robot])
+                    for k in range(p):
+                        wanted[k] = v[k]
+                    while True:
+                        speed = length_of(v)
+                        count = find_constraints(
+                            robot, speed, speed, avoid, rules, plan, state, rows, bounds, shared
+                        )
+                        for k in range(p):
+                            v[k] = wanted[k]
+                        moved = nearest_velocity(rows, bounds, count, v)
+                        if length_of(v) <= speed:
+                            break
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             slow_down(robot, plan, state)
+
+
+# The same in plain NumPy.
+
+
+def filtered(found: Constraints, wanted: Array) -> tuple[Array, bool]:
+    """Return the velocity nearest to a wanted one, shape (p,) [m/s], and whether it is another."""
+    v = wanted
+    while True:
+        speed = float(np.linalg.norm(v))
+        v, moved = nearest(*found.within(speed, speed)[:2], wanted)
+        if np.linalg.norm(v) <= speed:
+            return v, moved

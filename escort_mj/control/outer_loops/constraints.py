@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacles_seen
-from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
-from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
+from escort_mj.numerics.neighbors import ALL, find_near
 from escort_mj.sensing.measure import in_range
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MOST = 24  # constraints of one robot: those that demand most
+NEAR = 64  # teammates that may be near enough to demand something; of more, all are looked at
 
 
 class Rules(NamedTuple):
@@ -57,12 +58,6 @@ def approach(margin: float, rules: Rules) -> float:
 
 
 @inlined
-def escape(rules: Rules, safe_distance: float) -> float:
-    """Return the speed that leads a robot away from a body that it nearly touches [m/s]."""
-    return rules.rate * safe_distance
-
-
-@inlined
 def horizon(speed: float, rules: Rules) -> float:
     """Return the margin at which `approach` allows a speed [m]."""
     if rules.cone != 0.0:
@@ -74,25 +69,19 @@ def horizon(speed: float, rules: Rules) -> float:
 
 @inlined
 def find_constraints(
-    robot: int,
-    speed: float,
-    avoid: Any,
-    rules: Rules,
-    plan: Plan,
-    state: State,
-    rows: Array,
-    bounds: Array,
-    shared: Array,
-) -> int:
+    robot: int, speed: float, beside: float, avoid: Any, rules: Rules, plan: Plan, state: State,
+    rows: Array, bounds: Array, shared: Array,
+) -> int:  # fmt: skip
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
     Two teammates take half of the closing speed each, relative to the target's motion, which the whole team
-    follows. Failed teammates do not do their half. Bodies that would bind only beyond the speed with which a
-    robot is led away, the wanted one or that of `escape`, are left out.
+    follows. Failed teammates do not do their half. Bodies that no velocity within the two speeds could
+    violate are left out.
 
     Args:
         robot: From 0.
-        speed: Wanted [m/s]; UNLIMITED to leave nothing out.
+        speed: Largest |v| that matters [m/s].
+        beside: Largest speed relative to the motion of the team, see `team_motion` [m/s].
         avoid: Parameters of avoid_obstacles.
         rules: How fast it may come nearer.
         plan: Gives the bodies.
@@ -102,32 +91,41 @@ def find_constraints(
         shared: Result: 1 for teammates that follow the same target, else 0, shape (MOST,).
 
     Returns:
-        Number of constraints; where there are more than MOST, the greatest bounds are kept.
+        Number of constraints; where there are more than MOST, those that could be violated most are kept.
     """
     n, p = state.q.shape
-    m, q = plan.obstacle_radius.shape[0], state.q_measured
-    position, count = obstacles_seen(robot, plan, state), 0
-    direction, here = vector_at(stack_memory(), p), q[robot]
-    fastest = max(speed, escape(rules, avoid.safe_distance))
-    own, to_surface = plan.robot_radius[robot], float(avoid.measure)
-    others = max(fastest_mover(state), length_of(state.target_velocity_measured))
-    look = max(avoid.safe_distance, avoid.teammate_distance) + horizon(2.0 * (fastest + others), rules)
-    near_only = plan.failure_start.shape[0] == 0 and speed < UNLIMITED
-    for other in range(m + n + 1):
-        mate = other - m
-        if near_only and mate < n:
-            square = 0.0
+    m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
+    memory = stack_memory()
+    direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
+    spare = vector_at(memory + DOUBLE * (p + NEAR), MOST)
+    own, to_surface, mates = plan.robot_radius[robot], float(avoid.measure), int(ALL)
+    if plan.failure_start.shape[0] == 0:
+        look = avoid.teammate_distance + to_surface * own + horizon(2.0 * beside, rules)
+        mates = 0
+        if avoid.teammate_distance > 0.0:
+            mates = find_near(robot, look, to_surface, plan.robot_radius, state, near)
+    everyone = mates == int(ALL)
+    look = avoid.safe_distance + to_surface * own + horizon(speed + fastest_mover(state), rules)
+    last = m + (n if everyone else mates)
+    for place in range(last + 1):
+        other = place if place < m or everyone else m + n if place == last else m + int(near[place - m])
+        if place < m:
+            far, square = look + to_surface * plan.obstacle_radius[place], 0.0
             for k in range(p):
-                way = here[k] - (position[other, k] if mate < 0 else q[mate, k])
-                square += way * way
-            radius = plan.obstacle_radius[other] if mate < 0 else plan.robot_radius[mate]
-            far = look + to_surface * (own + radius)
+                square += (state.q_measured[robot, k] - position[place, k]) ** 2
             if square > far * far:
                 continue
         count = _consider(
-            robot, other, fastest, avoid, rules, position, direction, plan, state, rows, bounds, shared, count
-        )
+            robot, other, speed, beside, avoid, rules, position, direction, plan, state, rows, bounds,
+            shared, spare, count,
+        )  # fmt: skip
     return count
+
+
+@inlined
+def team_motion(k: int, rules: Rules, plan: Plan, state: State) -> float:
+    """Return the velocity along an axis relative to which teammates keep their distances [m/s]."""
+    return rules.foresees * state.target_velocity_measured[k] if plan.target_feedforward else 0.0
 
 
 @inlined
@@ -150,8 +148,9 @@ def length_of(vector: Array) -> float:
 
 @inlined
 def _consider(
-    robot: int, other: int, fastest: float, avoid: Any, rules: Rules, position: Array, direction: Array,
-    plan: Plan, state: State, rows: Array, bounds: Array, shared: Array, count: int,
+    robot: int, other: int, speed: float, beside: float, avoid: Any, rules: Rules, position: Array,
+    direction: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array, spare: Array,
+    count: int,
 ) -> int:  # fmt: skip
     """Add the constraint of one body: obstacles first, then robots, last the target; return their number."""
     n, p = state.q.shape
@@ -176,28 +175,31 @@ def _consider(
     margin = apart - reach
     if rules.cone != 0.0 and margin > 0.0:
         return count
+    square = 0.0
     for k in range(p):
         if mate < 0:
-            along += direction[k] * state.obstacle_velocity[other, k]
+            motion = state.obstacle_velocity[other, k]
         elif mate == n:
-            along += direction[k] * state.target_velocity_measured[k]
+            motion = state.target_velocity_measured[k]
         elif state.lost[mate] != 0.0:
-            along += direction[k] * state.v_measured[mate, k]
-        elif plan.target_feedforward:
-            along += direction[k] * state.target_velocity_measured[k]
-    if 0 <= mate < n and state.lost[mate] == 0.0:
-        share = 0.5
-    bound, place = rules.foresees * along - share * approach(margin, rules), count
-    if bound < -fastest:
+            motion = state.v_measured[mate, k]
+        else:
+            motion, share = team_motion(k, rules, plan, state), 0.5
+        along += direction[k] * motion
+        square += motion * motion
+    closing, place = share * approach(margin, rules), count
+    could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - closing
+    if could < 0.0:
         return count
     if count == MOST:
         place = 0
         for at in range(1, MOST):
-            if bounds[at] < bounds[place]:
+            if spare[at] < spare[place]:
                 place = at
-        if bound <= bounds[place]:
+        if could <= spare[place]:
             return count
-    bounds[place], shared[place] = bound, 1.0 if share < 1.0 and rules.target_radius > 0.0 else 0.0
+    bounds[place], spare[place] = rules.foresees * along - closing, could
+    shared[place] = 1.0 if share < 1.0 and rules.target_radius > 0.0 else 0.0
     for k in range(p):
         rows[place, k] = direction[k]
     return min(count + 1, MOST)
@@ -222,21 +224,41 @@ def _from_point(robot: int, q: Array, point: Array, direction: Array) -> float:
 # The same in plain NumPy.
 
 
-def constraints_of(
-    avoid: AvoidObstacles, rules: Rules, now: Situation, speed: Array | float = np.inf
-) -> list[tuple[Array, Array, Mask]]:
-    """Return the constraints of each robot.
+class Constraints(NamedTuple):
+    """All that one robot's velocity v may have to satisfy, r . v >= b, a row for each body that it sees.
 
-    These are rows r, shape (k, p), bounds b, shape (k,) [m/s], and which are of teammates that follow the
-    same target, shape (k,).
+    Attributes:
+        rows: r, shape (k, p).
+        bounds: b, shape (k,) [m/s].
+        closing: Speed relative to the body below which it is satisfied in any case, shape (k,) [m/s].
+        motion: Speed of the body, shape (k,) [m/s].
+        mates: Whether it is a teammate that has not failed, shape (k,).
+        followed: Whether the team follows a target.
+    """
+
+    rows: Array
+    bounds: Array
+    closing: Array
+    motion: Array
+    mates: Mask
+    followed: bool
+
+    def within(self, speed: float, beside: float) -> tuple[Array, Array, Mask]:
+        """Return the rows and bounds that count up to two speeds, and whose are not followed around."""
+        could = np.where(self.mates, beside, speed + self.motion) - self.closing
+        kept = np.flatnonzero(could >= 0.0)
+        kept = kept[np.argsort(-could[kept], kind="stable")][:MOST]
+        return self.rows[kept], self.bounds[kept], self.mates[kept] & self.followed
+
+
+def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[Constraints]:
+    """Return the constraints of each robot.
 
     Args:
         avoid: Gives safe distances.
         rules: How fast robots may come nearer.
         now: The situation.
-        speed: Wanted by each robot, shape (n,) [m/s].
     """
-    speed = np.broadcast_to(speed, len(now.q))
     setup, q, lost = now.setup, now.q, now.team.lost
     m, n = setup.obstacle_position.shape[0], len(q)
     away, distance, safe = bodies_nearby(avoid, q, setup, lost)
@@ -248,7 +270,7 @@ def constraints_of(
     frame = now.c_dot * setup.target_feedforward
     motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame)])
     share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
-    found: list[tuple[Array, Array, Mask]] = []
+    found: list[Constraints] = []
     for i in range(n):
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
@@ -260,12 +282,10 @@ def constraints_of(
             rows = np.vstack([rows, x / length if length > 0.0 else np.eye(len(x))[0]])
             margin = np.append(margin, length - bodies - rules.target_distance)
             velocity, shares = np.vstack([velocity, now.c_dot]), np.append(shares, 1.0)
-        bounds = rules.foresees * np.sum(rows * velocity, axis=1)
-        bounds -= shares * [approach(float(each), rules) for each in margin]
-        kept = np.flatnonzero(
-            ~((rules.cone != 0.0) & (margin > 0.0))
-            & (bounds >= -speed[i] - escape(rules, avoid.safe_distance))
-        )
-        kept = kept[np.argsort(-bounds[kept], kind="stable")][:MOST]
-        found.append((rows[kept], bounds[kept], (shares[kept] < 1.0) & (rules.target_radius > 0.0)))
+        kept = ~((rules.cone != 0.0) & (margin > 0.0))
+        rows, margin, velocity, shares = rows[kept], margin[kept], velocity[kept], shares[kept]
+        closing = shares * [approach(float(each), rules) for each in margin]
+        bounds = rules.foresees * np.sum(rows * velocity, axis=1) - closing
+        speed = rules.foresees * np.linalg.norm(velocity, axis=1)
+        found.append(Constraints(rows, bounds, closing, speed, shares < 1.0, rules.target_radius > 0.0))
     return found

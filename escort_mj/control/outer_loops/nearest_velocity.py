@@ -33,7 +33,14 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
     Returns:
         Whether it had to move.
     """
-    p = v.shape[0]
+    p, only, number = v.shape[0], -1, 0
+    for j in range(count):
+        if speed_along(rows, j, v) < bounds[j]:
+            only, number = j, number + 1
+    if number == 0:
+        return False
+    if number == 1 and _yield_to(only, rows, bounds, count, v):
+        return True
     memory = stack_memory()
     nominal = vector_at(memory, p)
     gradient = vector_at(memory + DOUBLE * p, p)
@@ -44,12 +51,8 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
     for k in range(p):
         nominal[k] = v[k]
         scale += abs(v[k])
-    moved = False
     for _ in range(MOST_STEPS):
-        cost, violated = _cost(rows, bounds, count, nominal, v, gradient, hessian, True)
-        if not moved and violated == 0:
-            return False
-        moved = True
+        cost = _cost(rows, bounds, count, nominal, v, gradient, hessian, True)
         largest, slope = 0.0, 0.0
         _solve(hessian, gradient, step)
         for k in range(p):
@@ -62,13 +65,28 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
         for _halving in range(HALVINGS):
             for k in range(p):
                 trial[k] = v[k] - share * step[k]
-            better, violated = _cost(rows, bounds, count, nominal, trial, gradient, hessian, False)
+            better = _cost(rows, bounds, count, nominal, trial, gradient, hessian, False)
             if better <= cost + 1e-4 * share * slope + 1e-14 * cost:
                 break
             share *= 0.5
         for k in range(p):
             v[k] = trial[k]
-    return moved
+    return True
+
+
+@inlined
+def _yield_to(only: int, rows: Array, bounds: Array, count: int, v: Array) -> bool:
+    """Move a velocity to the nearest one that satisfies one constraint, unless that breaks another."""
+    p = v.shape[0]
+    change = (bounds[only] - speed_along(rows, only, v)) * STIFFNESS / (1.0 + STIFFNESS)
+    for k in range(p):
+        v[k] += change * rows[only, k]
+    for j in range(count):
+        if j != only and speed_along(rows, j, v) < bounds[j]:
+            for k in range(p):
+                v[k] -= change * rows[only, k]
+            return False
+    return True
 
 
 @inlined
@@ -84,10 +102,10 @@ def speed_along(rows: Array, j: int, v: Array) -> float:
 def _cost(
     rows: Array, bounds: Array, count: int, nominal: Array, v: Array, gradient: Array, hessian: Array,
     differentiated: bool,
-) -> tuple[float, int]:  # fmt: skip
-    """What `nearest_velocity` minimizes, its derivatives where asked for, and how many are violated."""
+) -> float:  # fmt: skip
+    """What `nearest_velocity` minimizes, and its derivatives where asked for."""
     p = v.shape[0]
-    cost, violated = 0.0, 0
+    cost = 0.0
     for k in range(p):
         cost += 0.5 * (v[k] - nominal[k]) ** 2
         if differentiated:
@@ -98,14 +116,13 @@ def _cost(
         missing = bounds[j] - speed_along(rows, j, v)
         if missing <= 0.0:
             continue
-        violated += 1
         cost += 0.5 * STIFFNESS * missing * missing
         if differentiated:
             for k in range(p):
                 gradient[k] -= STIFFNESS * missing * rows[j, k]
                 for column in range(p):
                     hessian[k, column] += STIFFNESS * rows[j, k] * rows[j, column]
-    return cost, violated
+    return cost
 
 
 @inlined

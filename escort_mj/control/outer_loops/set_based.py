@@ -9,18 +9,20 @@ import numpy as np
 from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Behavior
-from escort_mj.behaviors.avoid_obstacles import someone_within
+from escort_mj.behaviors.avoid_obstacles import mate_within
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacle_places
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop, ruled
 from escort_mj.control.outer_loops.constraints import (
     MOST,
+    Constraints,
     Rules,
     constraints_of,
     fastest_mover,
     find_constraints,
     length_of,
+    team_motion,
 )
 from escort_mj.control.outer_loops.detour import (
     NAMES,
@@ -44,13 +46,11 @@ from escort_mj.native.lanes import (
     any_of,
     everywhere,
     lane_numbers,
-    largest,
     load,
     load_rows,
     row_of,
     stack_rows,
     store,
-    there,
     where,
 )
 from escort_mj.numerics.elementary import root
@@ -141,32 +141,43 @@ class SetBased(OuterLoop):
         for name, empty in memory_of(now.setup).items():
             memory.setdefault(name, empty)
         for avoid in avoiding:
-            speed = np.linalg.norm(velocity, axis=1)
-            for i, (rows, bounds, shared) in enumerate(constraints_of(avoid, rules, now, speed)):
-                velocity[i], active[i] = self._one(i, avoid.sidestep, rows, bounds, shared, velocity[i], now)
+            for i, found in enumerate(constraints_of(avoid, rules, now)):
+                frame = now.c_dot * rules.foresees * now.setup.target_feedforward
+                velocity[i], active[i] = self._one(i, avoid.sidestep, found, velocity[i], frame, now)
         return slowed(velocity, now.setup.max_speed), active
 
     def _one(
-        self, i: int, share: float, rows: Array, bounds: Array, shared: Mask, wanted: Array, now: Situation
+        self, i: int, share: float, all_constraints: Constraints, wanted: Array, frame: Array, now: Situation
     ) -> tuple[Array, bool]:
         """Return one robot's velocity, and whether constraints change it."""
-        memory, speed = now.memory, float(np.linalg.norm(wanted))
-        elapsed = now.time - memory["detour_time"][i]
+        memory, nominal, side = now.memory, wanted, 0.0
+        speed, beside = float(np.linalg.norm(wanted)), float(np.linalg.norm(wanted - frame))
+        elapsed, fastest = now.time - memory["detour_time"][i], speed
         memory["detour_time"][i] = now.time
-        v, moved = nearest(rows, bounds, aside(share, rows, bounds, wanted))
-        if self.patience is None:
-            return v, moved
-        square = max(speed * speed, 1e-300)
-        before = Detour(*(float(memory[name][i]) for name in NAMES))
-        found = next_detour(
-            before, elapsed, moved, float(v @ wanted) / square, float(now.v[i] @ wanted) / np.sqrt(square),
-            bool(bounds[~shared].max(initial=-np.inf) >= -speed), self.patience, self.turn_back,
-        )  # fmt: skip
-        for name, value in zip(NAMES, found, strict=True):
-            memory[name][i] = value
-        if found.side == 0.0:
-            return v, moved
-        return nearest(rows, bounds, boundary(found.side, speed, rows, bounds, shared))[0], True
+        if self.patience is not None:
+            beside += 2.0 * float(np.linalg.norm(now.c_dot))
+        while True:
+            rows, bounds, shared = all_constraints.within(fastest, beside)
+            v, moved = nearest(rows, bounds, aside(share, rows, bounds, wanted) if side == 0.0 else nominal)
+            reached, relative = float(np.linalg.norm(v)), float(np.linalg.norm(v - frame))
+            if reached > fastest or relative > beside:
+                fastest, beside = max(fastest, reached), max(beside, relative)
+                continue
+            if self.patience is None or side != 0.0:
+                return v, moved or side != 0.0
+            square = max(speed * speed, 1e-300)
+            advance = float(now.v[i] @ wanted) / math.sqrt(square)
+            found = next_detour(
+                Detour(*(float(memory[name][i]) for name in NAMES)), elapsed, moved,
+                float(v @ wanted) / square, advance,
+                bool(bounds[~shared].max(initial=-np.inf) >= -speed), self.patience, self.turn_back,
+            )  # fmt: skip
+            for name, value in zip(NAMES, found, strict=True):
+                memory[name][i] = value
+            side = found.side
+            if side == 0.0:
+                return v, moved
+            nominal = boundary(side, speed, rows, bounds, shared)
 
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
@@ -226,9 +237,12 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
     horizon = _horizon(2.0 * root(beside), rules)
     lists = seen_neighbors(state)
     if avoid.teammate_distance > 0.0 and lists.shape[0] > 0:
-        within = avoid.teammate_distance + largest(where(there(n - i), horizon, 0.0))
-        if someone_within(within, i, avoid, q, plan.robot_radius, lists):
-            found = everywhere(1.0)
+        store(state.detour_near, i, avoid.teammate_distance + horizon)
+        for robot in range(i, min(i + WIDTH, n)):
+            within = state.detour_near[robot]
+            near = mate_within(within, robot, avoid, q, plan.robot_radius, lists)
+            state.detour_near[robot] = 1.0 if near else 0.0
+        found = where(load(state.detour_near, i) > 0.5, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and lists.shape[0] == 0):
         for j in range(n):
@@ -266,35 +280,51 @@ def _keep_clear(
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
     shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
-    wanted = vector_at(memory + DOUBLE * MOST * (p + 2), p)
-    square, largest_bound = 0.0, -UNLIMITED
+    wanted, nominal = vector_at(memory + DOUBLE * MOST * (p + 2), p), vector_at(stack_memory(), p)
     for k in range(p):
-        wanted[k] = v[k]
-        square += v[k] * v[k]
-    speed = math.sqrt(square)
-    count = find_constraints(robot, speed, avoid, rules, plan, state, rows, bounds, shared)
-    for j in range(count):
-        if shared[j] == 0.0:
-            largest_bound = max(largest_bound, bounds[j])
-    _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
-    moved = nearest_velocity(rows, bounds, count, v)
-    state.avoidance_active[robot] = 1.0 if moved else 0.0
-    if patience == 0.0:
-        return
-    square = max(square, 1e-300)
-    share = advance = 0.0
-    for k in range(p):
-        share += v[k] * wanted[k] / square
-        advance += state.v_measured[robot, k] * wanted[k] / math.sqrt(square)
-    found = next_detour(
-        detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance,
-        largest_bound >= -speed, patience, turn_back,
-    )  # fmt: skip
-    keep_detour(robot, found, state)
-    if found.side != 0.0:
-        follow_boundary(found.side, speed, rows, bounds, shared, count, v)
-        nearest_velocity(rows, bounds, count, v)
-        state.avoidance_active[robot] = 1.0
+        wanted[k] = nominal[k] = v[k]
+    speed = fastest = length_of(v)
+    beside, side = _beside(v, rules, plan, state), 0.0
+    if patience > 0.0:  # it may go in any direction
+        beside += 2.0 * length_of(state.target_velocity_measured)
+    while True:
+        count = find_constraints(robot, fastest, beside, avoid, rules, plan, state, rows, bounds, shared)
+        for k in range(p):
+            v[k] = nominal[k]
+        if side == 0.0:
+            _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
+        moved = nearest_velocity(rows, bounds, count, v) or side != 0.0
+        now, relative = length_of(v), _beside(v, rules, plan, state)
+        if now > fastest or relative > beside:  # it is led away: what is behind it counts, too
+            fastest, beside = max(fastest, now), max(beside, relative)
+            continue
+        state.avoidance_active[robot] = 1.0 if moved else 0.0
+        if patience == 0.0 or side != 0.0:
+            return
+        square, share, advance, near = max(speed * speed, 1e-300), 0.0, 0.0, False
+        for k in range(p):
+            share += v[k] * wanted[k] / square
+            advance += state.v_measured[robot, k] * wanted[k] / math.sqrt(square)
+        for j in range(count):
+            near = near or (shared[j] == 0.0 and bounds[j] >= -speed)
+        found = next_detour(
+            detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance, near,
+            patience, turn_back,
+        )  # fmt: skip
+        keep_detour(robot, found, state)
+        side = found.side
+        if side == 0.0:
+            return
+        follow_boundary(side, speed, rows, bounds, shared, count, nominal)
+
+
+@inlined
+def _beside(v: Array, rules: Rules, plan: Plan, state: State) -> float:
+    """Return the speed of a velocity relative to the team's motion [m/s]."""
+    square = 0.0
+    for k in range(v.shape[0]):
+        square += (v[k] - team_motion(k, rules, plan, state)) ** 2
+    return math.sqrt(square)
 
 
 @inlined
