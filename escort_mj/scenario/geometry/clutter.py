@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.scenario.geometry.obstacle_body import Body, least_gaps
+from escort_mj.scenario.geometry.obstacle_body import Body, clear_of
 from escort_mj.scenario.geometry.trajectory import target_trajectory
 from escort_mj.scenario.schema.obstacle_tables import Clutter
 from escort_mj.scenario.schema.scenario import Scenario
@@ -92,7 +92,7 @@ def _place(
         points = low + random.random((TRIES_AT_ONCE, len(low))) * (high - low)
         difference = points[:, np.newaxis] - taken
         clear = ((difference * difference).sum(axis=2) >= apart * apart).all(axis=1)
-        clear &= least_gaps(placed, points) >= radius + clutter.passage
+        clear[clear] = clear_of(placed, points[clear], radius + clutter.passage)
         if clear.any():
             return np.asarray(points[np.argmax(clear)])
     return None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.scenario.geometry.clutter import drawn
-from escort_mj.scenario.geometry.obstacle_body import NO_VERTICES, Body, least_gaps
+from escort_mj.scenario.geometry.obstacle_body import NO_VERTICES, Body
 from escort_mj.scenario.geometry.shapes import bounding_radius, quaternion
 from escort_mj.scenario.geometry.trajectory import trajectory
 from escort_mj.scenario.geometry.walls import parts
@@ -85,4 +85,4 @@ def sizes(obstacle: Obstacle, axes: int, height: float) -> tuple[tuple[float, ..
     return size, NO_VERTICES
 
 
-__all__ = ["Body", "fixed_obstacles", "least_gaps", "obstacles_of"]
+__all__ = ["Body", "fixed_obstacles", "obstacles_of"]

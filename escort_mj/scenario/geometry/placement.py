@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.robots.kind import MOST_MOTORS, RobotKind
-from escort_mj.scenario.geometry.obstacles import Body, least_gaps, obstacles_of
+from escort_mj.scenario.geometry.obstacle_body import Body, clear_of
+from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.trajectory import target_trajectory
 from escort_mj.scenario.schema.environment import tilted
 from escort_mj.scenario.schema.robots import Actuators
@@ -221,8 +222,7 @@ def _draw(
         tried += len(points)
         difference = points[:, np.newaxis] - taken
         clear = ((difference * difference).sum(axis=2) >= reach * reach).all(axis=1)
-        if others and len(points):
-            clear &= least_gaps(others, points) >= apart
+        clear[clear] = clear_of(others, points[clear], apart)
         if clear.any():
             return np.asarray(points[np.argmax(clear)])
     return None

@@ -29,7 +29,7 @@ from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.schema.fields import RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.parameters import NAME, names_in_braces
-from escort_mj.study.sweeps.ranges import Box, Levels, Range, Steps
+from escort_mj.study.sweeps.ranges import Draw, Levels, Range, Steps
 from escort_mj.study.sweeps.searches import Falsify, Tune
 
 MOST_CELLS = 10_000  # each is tried before anything runs, 10 ms
@@ -38,16 +38,20 @@ PARAMETER = rf"^{NAME}$"
 
 
 class Sample(Parameters):
-    """Points drawn from a box of ranges."""
+    """Points drawn from ranges and lists."""
 
     method: Literal["sobol", "latin_hypercube", "random"] = "sobol"
     """`sobol` and `latin_hypercube` cover the box more evenly than `random`."""
     count: Annotated[int, Field(ge=1, le=MOST_CELLS)]
-    """How many points."""
+    """How many points; without `paired`, how many for each combination of cases and values."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
     """Seed of the drawing."""
-    over: Box
-    """Scenario keys or parameters, and the range of each."""
+    over: Annotated[dict[str, Draw], Field(min_length=1, max_length=64)]
+    """Scenario keys or parameters, and the range of each, or a list of values that are equally likely; what a
+    case sets is not drawn for it."""
+    paired: bool = True
+    """Whether all combinations of cases and values share the points, and all points the seeds; otherwise each
+    combination has points of its own, and each point seeds of its own."""
 
 
 class Limit(Parameters):
@@ -179,13 +183,14 @@ def _written(data: Mapping[str, Any]) -> str:
 def _findings(study: Study) -> list[Finding]:
     """What is wrong between the keys of a study."""
     found = [*_key_findings(study), *_parameter_findings(study)]
-    found += [Finding(("vary", key), "has no values") for key, value in study.vary.items() if value == ()]
+    for where, table in ((("vary",), study.vary), (("sample", "over"), draws_of(study))):
+        found += [Finding((*where, key), "has no values") for key, values in table.items() if values == ()]
     for key, levels in study.vary.items():
         if isinstance(levels, Range):
             found += levels.findings(("vary", key))
     for path, box in _boxes(study):
         for key, bounds in box.items():
-            found += bounds.findings((*path, key))
+            found += bounds.findings((*path, key)) if isinstance(bounds, Range) else ()
     found += list(study.tune.findings()) if study.tune is not None else []
     return found or list(_size_findings(study))
 
@@ -193,6 +198,11 @@ def _findings(study: Study) -> list[Finding]:
 def values_of(levels: tuple[Any, ...] | Steps) -> list[Any]:
     """The values of one factor."""
     return levels.values() if isinstance(levels, Steps) else list(levels)
+
+
+def draws_of(study: Study) -> Mapping[str, Any]:
+    """What the points of a study are drawn from, by scenario key or parameter."""
+    return study.sample.over if study.sample is not None else {}
 
 
 def cells_of(study: Study) -> int:
@@ -213,8 +223,8 @@ def _size_findings(study: Study) -> Iterator[Finding]:
         yield Finding(("seeds",), f"{words}; allowed are {MOST_RUNS:,}")
 
 
-def _boxes(study: Study) -> Iterator[tuple[Path, dict[str, Range]]]:
-    """Every table of ranges, and where it stands."""
+def _boxes(study: Study) -> Iterator[tuple[Path, Mapping[str, tuple[Any, ...] | Range]]]:
+    """Every table of ranges and lists, and where it stands."""
     for name in ("sample", "tune", "falsify"):
         if (part := getattr(study, name)) is not None:
             yield (name, "over"), part.over
@@ -246,6 +256,11 @@ def _parameter_findings(study: Study) -> Iterator[Finding]:
             yield Finding(("parameters", name), "is a key of scenarios; choose another name", at_key=True)
     values: list[tuple[Path, Any]] = [(("set", key), value) for key, value in study.set.items()]
     values += [(("cases", name, key), v) for name, case in study.cases.items() for key, v in case.items()]
+    for key, draw in draws_of(study).items():
+        if not isinstance(draw, Range):
+            values += [(("sample", "over", key), draw)]
+            if key in study.parameters and not all(isinstance(one, int | float) for one in draw):
+                yield Finding(("sample", "over", key), "is a parameter; expected numbers")
     for path, value in values if study.parameters else ():
         for name in names_in_braces(value):
             if name not in study.parameters:

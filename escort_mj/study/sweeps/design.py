@@ -26,11 +26,14 @@ from escort_mj.scenario.reader.plugins import placed_in
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.definition import Sample, Study, StudyFile, values_of
 from escort_mj.study.sweeps.parameters import filled
+from escort_mj.study.sweeps.ranges import drawn
 from escort_mj.world.model.parts import models_folder
 
 AROUND = {"cli", "conformance", "environments", "report", "study", "view"}  # rooms that no run comes from
 CASE, SAMPLE = "case", "point"
 MOST_FAULTS = 20
+Point = tuple[dict[str, Any], dict[str, Any]]
+"""Number of a drawn point, and its values by key."""
 DIGITS = 32
 
 
@@ -106,7 +109,8 @@ class Design:
         digests = [_digest(self.template.overridden(cell.settings), self._folder) for cell in self.cells]
         for seed in self.seeds:
             for index, digest in enumerate(digests):
-                yield Planned(index, seed, _with_seed(digest, seed))
+                own = seed + self._apart(self.cells[index])
+                yield Planned(index, own, _with_seed(digest, own))
 
     def cells_at(self, point: Mapping[str, Any]) -> tuple[Cell, ...]:
         """All cells with what a search sets beside them: scenario keys or parameters, and their values."""
@@ -115,6 +119,11 @@ class Design:
     def key(self, cell: Cell, seed: int) -> str:
         """Digest of everything that a run of a cell depends on."""
         return _with_seed(_digest(self.template.overridden(cell.settings), self._folder), seed)
+
+    def _apart(self, cell: Cell) -> int:
+        """How far its seeds are from the first ones: points that are not paired have seeds of their own."""
+        sample = self.study.sample
+        return 0 if sample is None or sample.paired else int(cell.labels[SAMPLE]) * len(self.seeds)
 
     def _own_seed(self) -> int:
         """The scenario's own seed; what is wrong with it shows when cells are tried."""
@@ -125,7 +134,7 @@ class Design:
         return len(self.cells) * len(self.seeds)
 
     def _try_cells(self) -> None:
-        """Check every cell with the first seed.
+        """Check every cell with its first seed.
 
         Raises:
             ScenarioError: With the faults of the cells; each fault once.
@@ -133,7 +142,7 @@ class Design:
         faults: dict[Fault, None] = {}
         for cell in self.cells:
             try:
-                self.scenario(cell, self.seeds[0])
+                self.scenario(cell, self.seeds[0] + self._apart(cell))
             except ScenarioError as error:
                 faults |= {self._placed(fault, cell): None for fault in error.faults}
             if len(faults) > MOST_FAULTS:
@@ -259,17 +268,16 @@ def _cells(file: StudyFile, searched: Mapping[str, Any] = MappingProxyType({})) 
     cases: list[tuple[dict[str, Any], dict[str, Any]]]
     cases = [({CASE: name}, case) for name, case in study.cases.items()] or [({}, {})]
     levels = [[(key, value) for value in values_of(values)] for key, values in study.vary.items()]
-    points = list(_points(study.sample)) if study.sample is not None else [({}, {})]
-    for label, case in cases:
-        for combination in product(*levels):
-            varied = dict(combination)
-            for number, point in points:
-                labels = label | varied | point
-                settings = dict(study.set) | case | varied | point | dict(searched)
-                settled = _settled(study, settings)
-                if "plugins" in settled:
-                    settled["plugins"] = placed_in(file.path.parent, settled["plugins"])
-                yield Cell(labels | number, settled)
+    rounds = [(case, dict(combination)) for case in cases for combination in product(*levels)]
+    for ((label, case), varied), points in zip(rounds, _points(study.sample, len(rounds)), strict=True):
+        for number, point in points:
+            own = {key: case.get(key, value) for key, value in point.items()}
+            labels = label | varied | own
+            settings = dict(study.set) | case | varied | own | dict(searched)
+            settled = _settled(study, settings)
+            if "plugins" in settled:
+                settled["plugins"] = placed_in(file.path.parent, settled["plugins"])
+            yield Cell(labels | number, settled)
 
 
 def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -284,21 +292,28 @@ def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
     return {key: filled(given[key], numbers) if numbers else given[key] for key in keys}
 
 
-def _points(sample: Sample) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Points drawn from the box, each with its number."""
+def _points(sample: Sample | None, rounds: int) -> Iterator[list[Point]]:
+    """Points of each combination of cases and values, each with its number."""
     from scipy.stats import qmc
 
-    size = len(sample.over)
+    if sample is None:
+        for _ in range(rounds):
+            yield [({}, {})]
+        return
+    size, count = len(sample.over), sample.count * (1 if sample.paired else rounds)
     if sample.method == "random":
-        unit = np.random.Generator(np.random.Philox(sample.seed)).random((sample.count, size))
+        unit = np.random.Generator(np.random.Philox(sample.seed)).random((count, size))
     elif sample.method == "latin_hypercube":
-        unit = qmc.LatinHypercube(size, rng=sample.seed).random(sample.count)
+        unit = qmc.LatinHypercube(size, rng=sample.seed).random(count)
     else:
-        unit = qmc.Sobol(size, rng=sample.seed).random_base2(math.ceil(math.log2(sample.count)))[
-            : sample.count
-        ]
-    for number, row in enumerate(unit):
-        yield (
+        unit = qmc.Sobol(size, rng=sample.seed).random_base2(math.ceil(math.log2(count)))[:count]
+    points: list[Point] = [
+        (
             {SAMPLE: number},
-            {key: box.at(float(u)) for (key, box), u in zip(sample.over.items(), row, strict=True)},
+            {key: drawn(draw, float(u)) for (key, draw), u in zip(sample.over.items(), row, strict=True)},
         )
+        for number, row in enumerate(unit)
+    ]
+    for one in range(rounds):
+        first = 0 if sample.paired else one * sample.count
+        yield points[first : first + sample.count]

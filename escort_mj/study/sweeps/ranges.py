@@ -59,5 +59,15 @@ Levels = Annotated[
     Discriminator(lambda value: "steps" if isinstance(value, dict | Steps) else "list"),
 ]
 """Values of one factor: written out, or evenly spread."""
+Draw = Annotated[
+    Annotated[tuple[Any, ...], Tag("list")] | Annotated[Range, Tag("range")],
+    Discriminator(lambda value: "range" if isinstance(value, dict | Range) else "list"),
+]
+"""What one value is drawn from: values written out, each as likely, or numbers between two bounds."""
 Box = Annotated[dict[str, Range], Field(min_length=1, max_length=64)]
 """Scenario keys, such as `robots.mass`, or parameters of the study, and the range of each."""
+
+
+def drawn(draw: tuple[Any, ...] | Range, share: float) -> Any:
+    """Return the value at a share of the way through, from 0 to less than 1."""
+    return draw.at(share) if isinstance(draw, Range) else draw[int(share * len(draw))]

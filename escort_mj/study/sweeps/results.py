@@ -20,7 +20,7 @@ from escort_mj.scenario.findings import key_path, parse_key_path
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.paths import locate
 from escort_mj.study.engine.store import Row, open_store
-from escort_mj.study.sweeps.definition import Steps
+from escort_mj.study.sweeps.definition import Range, Steps, draws_of
 from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Design, Planned
 from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, QUANTITIES, SAFETY, VALUES, quantity_of
 from escort_mj.study.sweeps.statistics import (
@@ -280,8 +280,8 @@ def facts_of(design: Design) -> dict[str, Any]:
     """What a report has to know of a design, as JSON can hold it."""
     study = design.study
     log = {key for key, value in study.vary.items() if isinstance(value, Steps) and value.scale == "log"}
-    drawn = study.sample.over if study.sample is not None else {}
-    log |= {key for key, value in drawn.items() if value.scale == "log"}
+    drawn = {key: draw for key, draw in draws_of(study).items() if isinstance(draw, Range)}
+    log |= {key for key, draw in drawn.items() if draw.scale == "log"}
     return {
         "study": study.study,
         "description": study.description,

@@ -7,7 +7,8 @@ import pytest
 
 from escort_mj.palette import NAMED
 from escort_mj.scenario import parse_scenario
-from escort_mj.scenario.geometry.obstacles import Body, least_gaps, obstacles_of
+from escort_mj.scenario.geometry.obstacle_body import clear_of
+from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.schema.obstacle_tables import Color
 
@@ -23,6 +24,11 @@ def test_spheres_are_named_and_numbered() -> None:
 
 def bodies(text: str) -> list[Body]:
     return list(obstacles_of(parse_scenario(text)))
+
+
+def least_gaps(parts: list[Body], points: np.ndarray) -> np.ndarray:
+    """How far points are from the nearest of some bodies, shape (k,) [m]."""
+    return np.min([part.gaps(points) for part in parts], axis=0)
 
 
 def test_walls_leave_doors_open():
@@ -113,3 +119,17 @@ def test_clutter_is_the_same_everywhere():
 
 def test_colors_are_those_of_the_palette():
     assert set(get_args(Color)) == set(NAMED)
+
+
+def test_points_are_clear_of_bodies_as_their_gaps_say() -> None:
+    """The sphere around a body spares work and changes no answer: of lifted walls, of meshes off center."""
+    parts = bodies(
+        "walls: [{points: [[-4, 2], [4, 2]], height: 3}]\n"
+        "obstacles: [{shape: mesh, position: [-3, -3], vertices: [[0, 0], [2, 0], [2, 1]]}]\n"
+        "clutter: {count: 5, low: [-8, -8], high: [8, 8], shapes: [box, capsule, ellipsoid]}"
+    )
+    points = np.random.Generator(np.random.Philox(1)).uniform(-8, 8, (500, 2))
+    for apart in (0.0, 0.5, 2.0):
+        clear = clear_of(parts, points, apart)
+        assert 0 < clear.sum() < len(points)
+        np.testing.assert_array_equal(clear, least_gaps(parts, points) >= apart)

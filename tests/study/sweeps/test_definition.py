@@ -62,6 +62,11 @@ def test_a_study_says_what_it_varies(tmp_path: Path) -> None:
         (("robots.mass", "robots..mass"), "12:3: vary.robots..mass: is no key path of a scenario"),
         (("robots.mass", "seed"), "12:3: vary.seed: seed cannot be varied; seeds and first_seed say which"),
         (("sensing.position.noise", "robots.mass"), "13:52: sample.over.robots.mass: is given"),
+        (("{low: 0, high: 0.1}", "[]"), "13:76: sample.over.sensing.position.noise: has no values"),
+        (("{low: 0, high: 0.1}", "[0.1, -1]"), "13:76: sample.over.sensing.position.noise: with sensing.pos"),
+        (("sample: {method: latin_hypercube, count: 4, over: {sensing.position.noise: {low: 0, high: 0.1}}",
+          "parameters: {push: 1}\nsample: {count: 4, over: {push: [1, much]}"),
+         "14:33: sample.over.push: is a parameter; expected numbers"),
         (("scenario: main", "scenario: mian"), '3:11: scenario: found mian; there is no such file'),
         (("scenario: main", "scenario: " + "x" * 100_000), f"3:11: scenario: found {'x' * 200}... (1000"),
         (("sample:", "tune: {over: {robots.mass: {low: 1, high: 2}}, objectives: [{metric: energy}],\n"

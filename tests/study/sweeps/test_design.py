@@ -75,6 +75,29 @@ def test_points_fill_their_box(tmp_path: Path, method: str) -> None:
         assert sorted(np.floor((radius - 4) / 2 * 50)) == list(range(50))
 
 
+def test_points_that_are_not_paired_have_values_and_seeds_of_their_own(tmp_path: Path) -> None:
+    """Lists are drawn like ranges, parameters fill drawn tables, and what a case sets is not drawn for it."""
+    text = (
+        "parameters: {away: 0}\n"
+        "cases: {free: {}, pd: {controller: pd}}\n"
+        "sample: {count: 20, paired: false, method: random, over: {away: [8, 9],\n"
+        "  controller: [asmc, apd_smc], obstacles: [[], [{position: ['{away}', 0]}]],\n"
+        "  robots.mass: {low: 1, high: 2}}}\n"
+        "seeds: 2\n"
+    )
+    laid_out = design(tmp_path, text)
+    free, fixed = laid_out.cells[:20], laid_out.cells[20:]
+    assert len({cell.settings["robots.mass"] for cell in laid_out.cells}) == 40
+    assert {cell.settings["controller"] for cell in free} == {"asmc", "apd_smc"}
+    assert {(cell.labels["controller"], cell.settings["controller"]) for cell in fixed} == {("pd", "pd")}
+    placed = {str(cell.settings["obstacles"]) for cell in laid_out.cells}
+    assert placed == {"()", "({'position': (8, 0)},)", "({'position': (9, 0)},)"}
+    assert len({run.seed for run in laid_out.runs()}) == len(laid_out) == 80
+    paired = design(tmp_path, text.replace("paired: false, ", ""))
+    assert len({cell.settings["robots.mass"] for cell in paired.cells}) == 20
+    assert {run.seed for run in paired.runs()} == {1, 2}
+
+
 def test_a_scenario_beside_the_study_comes_first(tmp_path: Path) -> None:
     (tmp_path / "own.yaml").write_text("name: own\nduration: 1\n")
     laid_out = design(tmp_path, "", "study: s\nscenario: own.yaml\n")
