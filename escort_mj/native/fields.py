@@ -13,7 +13,10 @@ name of a dimension or a product of such, as in "n*p". What a run records has a 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
@@ -87,14 +90,21 @@ def declared(kind: type) -> dict[str, Declared]:
     Raises:
         TypeError: If two of them declare a field of the same name.
     """
-    hints = get_type_hints(kind, include_extras=True)
     found: dict[str, Declared] = {}
     for owner in kind.__mro__:
-        for name in owner.__dict__.get("__annotations__", ()):
+        for name, field in _own(owner).items():
             if name in found:
                 raise TypeError(f"{owner.__name__}.{name}: {kind.__name__} has a field of that name already")
-            found[name] = _declared(hints[name])
+            found[name] = field
     return found
+
+
+@cache
+def _own(owner: type) -> Mapping[str, Declared]:
+    """Return the fields that a class itself annotates."""
+    names = owner.__dict__.get("__annotations__", ())
+    hints = get_type_hints(owner, include_extras=True) if names else {}
+    return MappingProxyType({name: _declared(hints[name]) for name in names})
 
 
 def _declared(hint: Any) -> Declared:

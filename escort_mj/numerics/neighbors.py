@@ -78,7 +78,7 @@ def keep_all_neighbors(plan: Plan, state: State) -> None:
         )  # fmt: skip
 
 
-@merged
+@kernel
 def keep_neighbors(
     points: Array, radius: Array, lists: Array, places: Array, note: Array, cells: Array
 ) -> None:

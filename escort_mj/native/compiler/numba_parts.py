@@ -7,7 +7,7 @@ holds it against the releases that were tried.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 from numba import config, njit, types
@@ -62,6 +62,7 @@ __all__ = [
     "make_intrinsic_template",
     "models",
     "njit",
+    "not_optimized",
     "not_run",
     "object_file",
     "optimized",
@@ -75,11 +76,23 @@ __all__ = [
 ]
 
 
-@contextmanager
-def not_run() -> Iterator[None]:
+def not_run() -> AbstractContextManager[None]:
     """What is compiled inside is not put into memory."""
-    skipped: list[tuple[Any, str]] = [(codegen.JITCodeLibrary, "_finalize_specific")]
-    skipped += [(codegen.JITCPUCodegen, name) for name in ("_add_module", "set_env")]
+    return _skipping(
+        (codegen.JITCodeLibrary, "_finalize_specific"),
+        (codegen.JITCPUCodegen, "_add_module"),
+        (codegen.JITCPUCodegen, "set_env"),
+    )
+
+
+def not_optimized() -> AbstractContextManager[None]:
+    """What is compiled inside is left as it is: it is optimized together with what it becomes a part of."""
+    return _skipping((codegen.CPUCodeLibrary, "_optimize_final_module"))
+
+
+@contextmanager
+def _skipping(*skipped: tuple[Any, str]) -> Iterator[None]:
+    """Methods of numba's classes that do nothing inside."""
     before = [getattr(owner, name) for owner, name in skipped]
     for owner, name in skipped:
         setattr(owner, name, lambda *arguments: None)

@@ -15,6 +15,7 @@ from escort_mj.native.compiler.numba_parts import (
     cpu_target,
     global_compiler_lock,
     njit,
+    not_optimized,
     not_run,
     object_file,
     optimized,
@@ -38,7 +39,7 @@ def compile_piece(piece: Artifact) -> bytes:
     teach()
     typed = types_of(function, piece.axes)
     with global_compiler_lock:
-        with not_run():
+        with not_run(), not_optimized():
             dispatcher = njit(**ALONE, **OPTIONS)(function)
             dispatcher.compile(typed.args)
         library = _callable_from_c(str(piece), typed, dispatcher.overloads[typed.args])
