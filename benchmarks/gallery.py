@@ -39,6 +39,7 @@ MOMENTS = {
     "worlds/corridor": 0.45,
     "goals/swap": 0.2,
     "goals/swap_32": 0.22,
+    "goals/swap_space_100": 0.22,
     "goals/opening": 0.42,
     "goals/coverage": 0.15,
     "benchmarks/gcbf": 0.15,
@@ -48,7 +49,8 @@ MOMENTS = {
 # Pictures of all that there is; others go with the target.
 WHOLE = {"crowd", "head_on", "sixteen_cell", "benchmarks/gcbf"}
 WHOLE |= {"benchmarks/gcbf_space", "benchmarks/gcbf_drone"}
-WHOLE |= {f"goals/{name}" for name in ("swap", "swap_32", "opening", "coverage", "dead_end")}
+WHOLE |= {f"goals/swap{rest}" for rest in ("", "_32", "_space_100")}
+WHOLE |= {f"goals/{name}" for name in ("opening", "coverage", "dead_end")}
 SECTIONS = {
     "": "Missions",
     "goals": "Goals and formations",

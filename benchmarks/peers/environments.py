@@ -10,6 +10,7 @@ from pathlib import Path
 CACHE = Path(".cache") / "peers"
 REQUIREMENTS: dict[str, tuple[str, ...]] = {
     "irsim": ("ir-sim==2.12.0",),
+    "orca": ("pyrvo==0.4.3", "numpy"),
     "vmas": ("torch==2.13.0", "vmas==1.5.2"),
     "pybullet": ("pybullet==3.2.7", "numpy"),
     "crazyflow": ("crazyflow==0.4.0",),

@@ -30,6 +30,18 @@ def test_a_detour_ends_where_the_way_is_free_and_further_than_it_began():
     assert after(before, near=False).side == 0.0, "nothing left to follow"
 
 
+def test_a_detour_around_teammates_alone_ends_anywhere():
+    before = Detour(0.0, 1.0, 0.0, 0.0)
+    around = after(before, near=0.5)
+    assert around.side == 1.0
+    around = after(around, near=0.5, advance=-3.0)
+    assert after(around, near=0.5, share=1.0).side == 0.0
+    wall = after(around, near=1.0, advance=-3.0, share=1.0)
+    assert wall.side == 1.0 and after(wall, near=0.5, share=1.0).side == 1.0, "a wall may lead it back"
+    turned_back = after(around._replace(held=10.0), near=0.5)
+    assert turned_back.side == -1.0 and after(turned_back, near=0.5, share=1.0).side == 0.0
+
+
 def test_it_turns_around_after_times_that_double():
     before, turns = Detour(1.0, 0.0, 0.0, 10.0), []
     for second in range(75):

@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 MOST = 24  # constraints of one robot: those that demand most
+SHARED = 0.5  # marks constraints by teammates with goals of their own
 NEAR = 64  # teammates that may be near enough to demand something; of more, all are looked at
 
 
@@ -88,7 +89,8 @@ def find_constraints(
         state: Gives where they are.
         rows: Result: unit vectors r away from the bodies, shape (MOST, p).
         bounds: Result: b, shape (MOST,) [m/s].
-        shared: Result: 1 for teammates that follow the same target, else 0, shape (MOST,).
+        shared: Result: 1 for teammates that follow the same target, `SHARED` for those with goals of their
+            own, 0 for all else, shape (MOST,).
 
     Returns:
         Number of constraints; where there are more than MOST, those that could be violated most are kept.
@@ -199,7 +201,7 @@ def _consider(
         if could <= spare[place]:
             return count
     bounds[place], spare[place] = rules.foresees * along - closing, could
-    shared[place] = 1.0 if share < 1.0 and rules.target_radius > 0.0 else 0.0
+    shared[place] = 0.0 if share == 1.0 else 1.0 if rules.target_radius > 0.0 else SHARED
     for k in range(p):
         rows[place, k] = direction[k]
     return min(count + 1, MOST)
@@ -243,12 +245,13 @@ class Constraints(NamedTuple):
     mates: Mask
     followed: bool
 
-    def within(self, speed: float, beside: float) -> tuple[Array, Array, Mask]:
-        """Return the rows and bounds that count up to two speeds, and whose are not followed around."""
+    def within(self, speed: float, beside: float) -> tuple[Array, Array, Array]:
+        """Return the rows and bounds that count up to two speeds, and with whom each is shared."""
         could = np.where(self.mates, beside, speed + self.motion) - self.closing
         kept = np.flatnonzero(could >= 0.0)
         kept = kept[np.argsort(-could[kept], kind="stable")][:MOST]
-        return self.rows[kept], self.bounds[kept], self.mates[kept] & self.followed
+        shared = np.where(self.mates, 1.0 if self.followed else SHARED, 0.0)
+        return self.rows[kept], self.bounds[kept], shared[kept]
 
 
 def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[Constraints]:

@@ -5,7 +5,8 @@ and for robots that know only what they see. A robot is blocked when its constra
 the velocity that its behaviors want, for as long as its patience lasts. It then turns from the direction into
 the most binding constraint, counterclockwise in the plane of the first two axes, to the first direction in
 which its speed is allowed, or half of it, or FREE. It leaves the boundary when LEAVE of the wanted velocity
-is allowed and it has got further along the wanted direction than where it was blocked. After some time it
+is allowed and it has got further along the wanted direction than where it was blocked, or has followed
+nothing but teammates, which have no corners that could lead it back. After some time it
 turns around, and after twice as long again: the way to an unknown end of the boundary is then at most nine
 times the shortest (Baeza-Yates, Culberson, Rawlins 1993). Teammates that follow the same target get out of
 the way by themselves: only those with goals of their own are followed around.
@@ -14,7 +15,7 @@ the way by themselves: only those with goals of their own are followed around.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 ENTER, LEAVE, FREE = 0.2, 0.6, 0.25  # shares of the wanted speed
+ANYWHERE = 1e6  # progress of a detour around teammates alone, which may end anywhere [m]
 DIRECTIONS = 72  # that a robot looks at, of a full turn
 NAMES = "detour", "detour_for", "detour_progress", "detour_limit"
 HALVINGS = 30  # of the step to the first one that is free
@@ -59,7 +61,7 @@ class Detour(NamedTuple):
 
 @inlined
 def next_detour(
-    before: Detour, elapsed: float, moved: bool, share: float, advance: float, near: bool, patience: float,
+    before: Detour, elapsed: float, moved: bool, share: float, advance: float, near: float, patience: float,
     turn_back: float,
 ) -> Detour:  # fmt: skip
     """Decide whether a robot is on a detour.
@@ -70,20 +72,23 @@ def next_detour(
         moved: Whether constraints change what it wants.
         share: Share of the wanted velocity that they leave.
         advance: Measured speed along the wanted direction [m/s].
-        near: Whether an obstacle, the target or a failed robot can bind at its speed.
+        near: 1 where an obstacle, the target or a failed robot can bind at its speed, less where only
+            teammates with goals of their own can, 0 where nothing is followed around.
         patience: For how long a robot may be blocked [s].
         turn_back: After what time it first turns around [s].
     """
     if before.side == 0.0:
-        held = before.held + elapsed if moved and near and share < ENTER else 0.0
+        held = before.held + elapsed if moved and near > 0.0 and share < ENTER else 0.0
         if held <= patience:
             return Detour(0.0, held, 0.0, before.limit)
-        return Detour(1.0, 0.0, 0.0, max(turn_back, before.limit))
-    held, progress = before.held + elapsed, before.progress + elapsed * advance
-    if not near or (share >= LEAVE and progress > 0.0):
+        return Detour(1.0, 0.0, 0.0 if near == 1.0 else ANYWHERE, max(turn_back, before.limit))
+    anywhere = near < 1.0 and before.progress == ANYWHERE
+    start = 0.0 if before.progress == ANYWHERE else before.progress
+    held, progress = before.held + elapsed, ANYWHERE if anywhere else start + elapsed * advance
+    if near == 0.0 or (share >= LEAVE and progress > 0.0):
         return Detour(0.0, 0.0, 0.0, before.limit)
     if held > before.limit:
-        return Detour(-before.side, 0.0, 0.0, 2.0 * before.limit)
+        return Detour(-before.side, 0.0, ANYWHERE if anywhere else 0.0, 2.0 * before.limit)
     return Detour(before.side, held, progress, before.limit)
 
 
@@ -98,7 +103,7 @@ def follow_boundary(
         speed: Wanted [m/s].
         rows: Unit vectors r of the constraints r . v >= b, shape (at least count, p).
         bounds: b [m/s].
-        shared: 1 for teammates that follow the same target: these are not followed around.
+        shared: See `find_constraints`; what is 1 is not followed around.
         count: Number of constraints.
         v: Result, shape (p,) [m/s].
     """
@@ -107,7 +112,7 @@ def follow_boundary(
     heading, tangent = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
     binding = -1
     for j in range(count):
-        if shared[j] == 0.0 and (binding < 0 or bounds[j] > bounds[binding]):
+        if shared[j] < 1.0 and (binding < 0 or bounds[j] > bounds[binding]):
             binding = j
     turn(rows, binding, tangent)
     share = 1.0
@@ -191,9 +196,9 @@ def memory_of(setup: Setup) -> dict[str, Array]:
     return {name: np.zeros(setup.count) for name in (*NAMES, "detour_time")}
 
 
-def boundary(side: float, speed: float, rows: Array, bounds: Array, shared: NDArray[Any]) -> Array:
+def boundary(side: float, speed: float, rows: Array, bounds: Array, shared: Array) -> Array:
     """Return the velocity along the boundary of the most binding constraint, shape (p,) [m/s]."""
-    r, p = rows[int(np.argmax(np.where(shared, -np.inf, bounds)))], rows.shape[1]
+    r, p = rows[int(np.argmax(np.where(shared < 1.0, bounds, -np.inf)))], rows.shape[1]
     across = turned(r)
 
     def velocity(angle: float, share: float) -> Array:

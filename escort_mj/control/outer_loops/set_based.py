@@ -170,7 +170,7 @@ class SetBased(OuterLoop):
             found = next_detour(
                 Detour(*(float(memory[name][i]) for name in NAMES)), elapsed, moved,
                 float(v @ wanted) / square, advance,
-                bool(bounds[~shared].max(initial=-np.inf) >= -speed), self.patience, self.turn_back,
+                float((1.0 - shared)[bounds >= -speed].max(initial=0.0)), self.patience, self.turn_back,
             )  # fmt: skip
             for name, value in zip(NAMES, found, strict=True):
                 memory[name][i] = value
@@ -301,12 +301,13 @@ def _keep_clear(
         state.avoidance_active[robot] = 1.0 if moved else 0.0
         if patience == 0.0 or side != 0.0:
             return
-        square, share, advance, near = max(speed * speed, 1e-300), 0.0, 0.0, False
+        square, share, advance, near = max(speed * speed, 1e-300), 0.0, 0.0, 0.0
         for k in range(p):
             share += v[k] * wanted[k] / square
             advance += state.v_measured[robot, k] * wanted[k] / math.sqrt(square)
         for j in range(count):
-            near = near or (shared[j] == 0.0 and bounds[j] >= -speed)
+            if bounds[j] >= -speed:
+                near = max(near, 1.0 - shared[j])
         found = next_detour(
             detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance, near,
             patience, turn_back,

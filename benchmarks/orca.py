@@ -1,0 +1,126 @@
+"""`python -m benchmarks.orca`: robots that change places, here and by ORCA from the same starts.
+
+ORCA has an environment of its own, made on first use; without it, its rows say so.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+import numpy as np  # noqa: E402
+from numpy.typing import NDArray  # noqa: E402
+
+import escort_mj  # noqa: E402
+from benchmarks.document import publish, table, wants_docs  # noqa: E402
+from benchmarks.peers.environments import NotInstalled, python_of  # noqa: E402
+
+PAGE = "goals.md"
+ADAPTER = Path(__file__).parent / "peers" / "fly_orca.py"
+REACH = 0.05  # m from its goal a robot has arrived
+DRAWN = 10  # teams whose starts are off the circle
+OFF = 0.3  # by at most so much along each axis [m]
+PLAIN = {"step": 0.02, "horizon": 2.0, "sees": 3.0, "neighbors": 10, "turn": 0.0}
+WAYS = {
+    "ORCA": PLAIN,
+    "ORCA, sees 15 m, 10 s ahead": PLAIN | {"horizon": 10.0, "sees": 15.0},
+    "ORCA, steps of 0.1 s": PLAIN | {"step": 0.1},
+    "ORCA, turned by 0.1 rad": PLAIN | {"turn": 0.1},
+}
+Flown = dict[str, float]
+
+
+def ours(scenario: Any) -> Flown:
+    """A mission flown here."""
+    found = escort_mj.run(scenario.replace({"expect": []})).metrics
+    names = {"makespan": "arrival_time", "gap": "robot_clearance_min", "arrived": "arrived"}
+    row = {short: found[name]["value"] for short, name in names.items()}
+    row["way"] = found["path_length"]["value"]
+    return {name: float("nan") if value is None else float(value) for name, value in row.items()}
+
+
+def theirs(teams: list[Any], way: dict[str, Any]) -> list[Flown]:
+    """The same starts by ORCA; discs are larger by half the safe distance, so that both keep it.
+
+    Raises:
+        NotInstalled: Why it cannot be flown.
+    """
+    told = []
+    for team in teams:
+        starts = np.array(team.robots.positions)
+        margin = 0.5 * team.mission.behaviors[0].safe_distance
+        told.append(
+            way | {
+                "starts": starts.tolist(), "goals": (2.0 * starts.mean(axis=0) - starts).tolist(),
+                "radius": team.robots.radius + margin, "speed": team.mission.max_speed,
+                "duration": team.duration, "reach": REACH, "seed": team.seed,
+            }
+        )  # fmt: skip
+    command = [str(python_of("orca")), str(ADAPTER)]
+    done = subprocess.run(command, input=json.dumps(told), capture_output=True, text=True, check=True)
+    found: list[Flown] = json.loads(done.stdout)
+    for row, team in zip(found, teams, strict=True):
+        row["gap"] += team.mission.behaviors[0].safe_distance
+    return found
+
+
+def line(name: str, teams: str, found: list[Flown], best: list[Flown]) -> list[str]:
+    """One row: medians over teams, and of the ratios to ours where both arrive."""
+    whole = [row["arrived"] == 1.0 for row in found]
+    cells = [teams, name, f"{sum(whole)} of {len(found)}"]
+    for key, digits in (("makespan", 1), ("way", 2)):
+        values = np.array([row[key] for row in found])[whole]
+        ratios = np.array([row[key] / mine[key] for row, mine in zip(found, best, strict=True)])[whole]
+        cells.append(f"{_median(values):.{digits}f} ({_median(ratios):.2f})" if any(whole) else "")
+    return [*cells, f"{min(row['gap'] for row in found):.3f}"]
+
+
+def _median(values: NDArray[np.float64]) -> float:
+    return float(np.nanmedian(values))
+
+
+def off_the_circle(circle: Any) -> list[Any]:
+    """Teams whose starts are drawn near those of the circle."""
+    teams = []
+    for seed in range(1, DRAWN + 1):
+        starts = np.array(circle.robots.positions)
+        starts += np.random.default_rng(seed).uniform(-OFF, OFF, starts.shape)
+        teams.append(circle.replace({"seed": seed, "robots.positions": starts.tolist()}))
+    return teams
+
+
+def main() -> None:
+    """Flies all."""
+    docs = wants_docs(__doc__, PAGE)
+    circle = escort_mj.load_scenario("goals/swap_32")
+    space = escort_mj.load_scenario("goals/swap_space_100")
+    rows = []
+    for name, teams in (("circle of 32", [circle]), ("32 near a circle", off_the_circle(circle))):
+        best = [ours(team) for team in teams]
+        rows.append(line("here", name, best, best))
+        try:
+            for way, numbers in WAYS.items():
+                rows.append(line(way, name, theirs(teams, numbers), best))
+        except NotInstalled as reason:
+            rows.append([name, f"ORCA: not installed ({reason})", "", "", "", ""])
+    mine, starts = ours(space), np.array(space.robots.positions)
+    straight = 2.0 * np.linalg.norm(starts - starts.mean(axis=0), axis=1)
+    least = {
+        "makespan": float(straight.max()) / space.mission.max_speed, "way": float(straight.mean()),
+        "gap": float("nan"), "arrived": 1.0,
+    }  # fmt: skip
+    rows += [
+        line("here", "sphere of 100", [mine], [mine]),
+        [*line("straight through each other", "sphere of 100", [least], [mine])[:-1], ""],
+    ]
+    head = ["starts", "way", "arrive", "makespan [s] (ratio)", "mean way [m] (ratio)", "least gap [m]"]
+    publish(PAGE, {"orca": table(head, rows)}, docs)
+
+
+if __name__ == "__main__":
+    main()
