@@ -1,12 +1,13 @@
 """What tests of several floors share."""
 
+import fcntl
 import gc
 import os
 
 # Pytest's workers have the cores already; threads of BLAS would wait for each other there, and burn time so.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
@@ -16,6 +17,16 @@ from tests import synthetic
 
 # Looking for garbage after every 700 new objects took a twelfth of the time.
 gc.set_threshold(100_000, 20, 20)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[Any]:
+    """Workers take turns with each file: one rewrites its asserts, the others read what it has written."""
+    if not isinstance(collector, pytest.Module):
+        return (yield)
+    with collector.path.open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        return (yield)
 
 
 @pytest.fixture(scope="session")

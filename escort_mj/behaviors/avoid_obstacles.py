@@ -156,8 +156,8 @@ class AvoidObstacles(Behavior):
             below: What the behaviors below want within the speed limit, shape (n, p) [m/s].
         """
         q, (depth, intruder) = now.q, self._worst(now)
-        axes = q.shape[1]
-        r = np.stack([distance(q, intruder).jacobian[i, i * axes : (i + 1) * axes] for i in range(len(q))])
+        robots, axes = np.arange(len(q)), q.shape[1]
+        r = distance(q, intruder).jacobian.reshape(len(q), *q.shape)[robots, robots]
         outward = np.sum(r * below, axis=1)
         left = np.linalg.norm(below - outward[:, None] * r, axis=1)
         speed = np.where(depth > 0.0, np.maximum(-self.sidestep * outward - left, 0.0), 0.0)

@@ -76,6 +76,8 @@ class Function(NamedTuple):
 def resolve_all(tasks: tuple[Task, ...]) -> tuple[Array, Array]:
     """Return velocity and null space of tasks of one priority: sum J^+ rate, sum (I - J^+ J)."""
     parts = [resolve(*task) for task in tasks]
+    if len(parts) == 1:
+        return parts[0]
     return np.sum([part[0] for part in parts], axis=0), np.sum([part[1] for part in parts], axis=0)
 
 

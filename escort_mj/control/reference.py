@@ -193,8 +193,8 @@ class ReferenceController:
         chosen: dict[int, Tasks] = {}
         v_d, avoiding = self._v_d.copy(), self._avoiding.copy()
         memory = {name: array.copy() for name, array in self._memory.items()}
-        for number in np.unique(phase):
-            stack = self._supervisor.stack(int(number))
+        for number in sorted(set(phase.tolist())):
+            stack = self._supervisor.stack(number)
             then = replace(now, memory={name: array.copy() for name, array in self._memory.items()})
             wanted, active = self.setup.outer.velocities(stack, then)
             mine = (phase == number) & fresh
@@ -202,7 +202,7 @@ class ReferenceController:
                 memory.setdefault(name, array.copy())[mine] = array[mine]
             v_d[mine], avoiding[mine] = wanted[mine], active[mine]
             if sampled:
-                chosen[int(number)] = weigh(stack, now)
+                chosen[number] = weigh(stack, now)
         v_d[team.lost], avoiding[team.lost] = 0.0, False
         self._v_d, self._avoiding, self._memory = v_d, avoiding, memory
         if not sampled:

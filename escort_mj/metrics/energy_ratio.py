@@ -43,8 +43,9 @@ def energy_ratios(trace: Recorded) -> Array | None:
     length = np.linalg.norm(offset, axis=2, keepdims=True)
     directions = np.divide(offset, length, out=np.zeros_like(offset), where=length > 0.0)
     gone, ratios = lost(trace), np.full(len(offset), np.nan)
-    for count in np.unique(gone.sum(axis=1)):  # robots are lost for good: as many, the same
-        rows = gone.sum(axis=1) == count
+    number = gone.sum(axis=1)
+    for count in {*number.tolist()}:  # robots are lost for good: as many, the same
+        rows = number == count
         team = directions[rows][:, ~gone[np.argmax(rows)]]
         if team.shape[1] > 1:
             ratios[rows] = _energy(team) / least[count]

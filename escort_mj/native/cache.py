@@ -46,8 +46,9 @@ def sources(package: Path) -> list[Path]:
 
 def _read_sources(package: Path) -> dict[str, bytes]:
     """The same files by their names in the package, with their contents."""
+    begin = len(f"{package}/")
     names = {
-        os.path.relpath(os.path.join(folder, name), package)
+        f"{folder}/{name}"[begin:]
         for folder, _, files in os.walk(package)
         for name in files
         if name.endswith(".py")
