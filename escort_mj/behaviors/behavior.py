@@ -49,9 +49,13 @@ class Behavior(Component):
         """Return its tasks, summed up where there are several; by default robot by robot, from `wish`."""
         return _tasks_by_robot(self, now)
 
+    def asked(self, now: Situation) -> tuple[Task, ...]:
+        """Return `team_tasks`, found once."""
+        return now.once((id(self), "asked"), lambda: self.team_tasks(now))
+
     def resolved(self, now: Situation) -> tuple[Array, Array]:
         """Return velocity and null space of its tasks, see `resolve_all`."""
-        return now.once((id(self), "resolved"), lambda: resolve_all(self.team_tasks(now)))
+        return now.once((id(self), "resolved"), lambda: resolve_all(self.asked(now)))
 
     def active(self, now: Situation) -> Mask:
         """Return which robots it asks for anything, shape (n,)."""

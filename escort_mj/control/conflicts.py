@@ -195,7 +195,7 @@ def weigh(stack: tuple[Behavior, ...], now: Situation) -> Tasks:
         active = behavior.active(now)
         velocity, projector = behavior.resolved(now)
         rows: list[list[Array]] = [[] for _ in range(n)]
-        for task in behavior.team_tasks(now) if len(stack) > 1 else ():
+        for task in behavior.asked(now) if len(stack) > 1 else ():
             for i, basis in enumerate(_bases(row_spaces(task, now.setup.axes))):
                 if active[i] and basis.size:
                     rows[i].append(basis)

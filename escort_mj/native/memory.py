@@ -54,7 +54,7 @@ class Layout:
     def __init__(
         self, magic: float, plan: type, state: type | None = None, whole: tuple[str, ...] = ()
     ) -> None:
-        self.magic, self.whole = magic, whole
+        self.magic, self.whole = magic, {(name,) for name in whole}
         known = {kind: declared(kind) for kind in (plan, state) if kind is not None}
         names = [AXES, *(name for fields in known.values() for name in _dimensions(fields.values()))]
         self.dimensions = {name: FIRST + k for k, name in enumerate(dict.fromkeys(names))}
@@ -110,12 +110,12 @@ class Layout:
             if field.kind is not np.ndarray:
                 header[field.place] = values[name]
                 continue
-            block = np.asarray(values[name], dtype=float)
-            if block.shape != _shape(field, sizes):
-                raise ValueError(f"{name} has the shape {block.shape}; expected {_shape(field, sizes)}")
+            block, shape = np.asarray(values[name], dtype=float), _shape(field, sizes)
+            if block.shape != shape:
+                raise ValueError(f"{name} has the shape {block.shape}; expected {shape}")
             header[field.place] = end
             plan[end : end + block.size] = block.ravel()
-            end += self._room(field, sizes)
+            end += self._room(field, shape)
         header[LENGTH] = end
         for name, (start, _) in self.places(sizes).items():
             assert self.state is not None
@@ -125,7 +125,7 @@ class Layout:
     def plan_size(self, sizes: Mapping[str, int]) -> int:
         """Length of a plan with dimensions of these sizes."""
         arrays = (field for field in self.fields[self.plan].values() if field.kind is np.ndarray)
-        return self.header_size + sum(self._room(field, sizes) for field in arrays)
+        return self.header_size + sum(self._room(field, _shape(field, sizes)) for field in arrays)
 
     def places(self, sizes: Mapping[str, int]) -> dict[str, tuple[int, int]]:
         """Where each array of the state begins, and how many numbers it has.
@@ -135,15 +135,16 @@ class Layout:
         """
         found, end = {}, 0
         for name, field in self.fields[self.state].items() if self.state is not None else ():
-            found[name] = end, prod(_shape(field, sizes))
-            end += self._room(field, sizes)
+            shape = _shape(field, sizes)
+            found[name] = end, prod(shape)
+            end += self._room(field, shape)
         return found
 
     def state_size(self, plan: Array) -> int:
         """Length of the state vector that belongs to a plan."""
         assert self.state is not None
         last = list(self.fields[self.state].values())[-1]
-        return int(plan[last.place]) + self._room(last, self._sizes(plan))
+        return int(plan[last.place]) + self._room(last, _shape(last, self._sizes(plan)))
 
     def read(self, kind: type, plan: int, memory: int) -> Any:
         """NumPy views of all fields, as an instance of the class that declared them.
@@ -166,10 +167,10 @@ class Layout:
             values[name] = flat.reshape(shape)
         return kind(**values)
 
-    def _room(self, field: Field, sizes: Mapping[str, int]) -> int:
-        """How many numbers an array has room for."""
-        rows, *others = _shape(field, sizes)
-        if field.shape[0] in [(name,) for name in self.whole]:
+    def _room(self, field: Field, shape: tuple[int, ...]) -> int:
+        """How many numbers an array of a shape has room for."""
+        rows, *others = shape
+        if field.shape[0] in self.whole:
             rows = room_for(rows)
         return room_for(rows * prod(others))
 

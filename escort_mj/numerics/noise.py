@@ -8,6 +8,7 @@ velocity's, from one stream of coordinates, two to each word.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -235,6 +236,7 @@ def uniform(robot: int, most: float, seed: int, draw: int, result: Array) -> Non
 # The same in plain NumPy.
 
 
+@lru_cache(maxsize=256)  # a step may be evaluated several times
 def ball_noise(seed: int, robot: int, step: int, axes: int, balls: int = 2, use: int = 0) -> Array:
     """Draws points from the unit ball, uniformly, by rejection; shape (balls, axes).
 
