@@ -37,6 +37,7 @@ MOMENTS = {
     "robots/surface_vessel": 0.25,
     "worlds/pushed": 0.4,
     "worlds/corridor": 0.45,
+    "worlds/squeeze": 0.42,
     "goals/swap": 0.2,
     "goals/swap_32": 0.22,
     "goals/swap_space_100": 0.22,

@@ -17,7 +17,7 @@ from escort_mj.mission import Progress, fly
 from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.checks.whole import trace_note
+from escort_mj.scenario.notes import notes
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
 from escort_mj.study.checked import Case
@@ -98,7 +98,7 @@ def run(
         scenario = load_scenario(scenario)
     if out is None:
         return Run(fly(scenario, None, progress))
-    if note := trace_note(scenario):
+    for note in notes(scenario):
         warnings.warn(note, stacklevel=2)
     with RunFolder.create(Path(out), overwrite=overwrite) as folder:
         flight = fly(scenario, folder, progress)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -70,6 +71,17 @@ class AvoidObstacles(Behavior):
     head-on approaches do not stop (remark 6); 0: none, only noise ends such a stop (the paper)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "teammates"})
+
+    @staticmethod
+    def margin(behaviors: Iterable[Behavior], radius: float) -> float:
+        """Return how far a robot's center keeps from obstacles [m].
+
+        Args:
+            behaviors: Of the mission.
+            radius: The robot's [m].
+        """
+        avoids = [each for each in behaviors if isinstance(each, AvoidObstacles)]
+        return max((a.safe_distance + radius * (a.measure == "surface") for a in avoids), default=radius)
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

@@ -1,42 +1,202 @@
-"""Stay on the circle or sphere around the target (paper eq. 5)."""
+"""Stay on the circle or sphere around the target (paper eq. 5), whose radius may change."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
+from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, half_squared_distance
 from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_point
+from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.native.fields import Array as Field
+from escort_mj.native.fields import Fields, Value
+from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import everywhere
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.formation import widest_spacing
+from escort_mj.numerics.program import evaluate_program
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
+
+SOFT = 0.25  # of the mission's radius: what is missing of room where shrinking is in full swing
+
+
+class RadiusParameters(Fields):
+    """Radii that change, of each behavior `surface` that has one of its own."""
+
+    radius_functions: Annotated[Field, "radii", 2, Value("1", "first instruction and their number")]
+    radius_fits: Annotated[Field, "radii", Value("1", "1 where it shrinks to the free space")]
+    radius_least: Annotated[Field, "radii", Value("m", "to which it shrinks at most")]
+    radius_margin: Annotated[Field, "radii", Value("m", "between the sphere and an obstacle")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        own = [surface for _, surface in setup.numbered(Surface) if surface.changes]
+        return {
+            "radius_fits": [surface.fit for surface in own],
+            "radius_least": [surface.least_radius(setup) for surface in own],
+            "radius_margin": [_margin(setup)] * len(own),
+        }
+
+
+class RadiusState(Fields):
+    """These radii now."""
+
+    radius_now: Annotated[Field, "radii", 2, Value("m", "radius, and its rate [m/s]")]
 
 
 class Surface(Behavior):
     """Keep each robot at the mission's radius from the target."""
 
+    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "radius", "fit", "least"})
+
     behavior: Literal["surface"] = "surface"
     gain: PositiveFloat = 0.8
     """Gain of the task error [1/s] (paper: Lambda_3)."""
+    radius: float | str | None = None
+    """Distance to the target [m]: a number, or an expression in t; null: `mission.radius`."""
+    fit: bool = False
+    """Whether the radius shrinks where obstacles leave less room around the target, and grows again."""
+    least: PositiveFloat | None = None
+    """Smallest radius to which it shrinks [m]; null: what the bodies and their safe distances need."""
+
+    @classmethod
+    def numbers(cls) -> dict[str, type]:
+        """Return its parameters as kernels see them: the gain, and which of the radii that change is its."""
+        return {"gain": float, "place": int}
+
+    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+        """Return its parameters as numbers."""
+        return {"gain": self.gain, "place": -1.0 if setup is None else float(self.place(setup))}
+
+    @property
+    def changes(self) -> bool:
+        """Whether it has a radius of its own."""
+        return self.fit or self.radius is not None
+
+    def place(self, setup: Setup) -> int:
+        """Return its place among the behaviors whose radius changes; -1 where it does not."""
+        own = [surface for _, surface in setup.numbered(Surface) if surface.changes]
+        return own.index(self) if self.changes else -1
+
+    def least_radius(self, setup: Setup) -> float:
+        """Return the radius below which the team does not shrink [m]."""
+        if self.least is not None:
+            return self.least
+        body = float(setup.robot_radius.max())
+        avoids = [each for each in setup.all_behaviors if isinstance(each, AvoidObstacles)]
+        apart = max((2.0 * body + setup.teammate_distance(each) for each in avoids), default=2.0 * body)
+        return max(
+            apart / widest_spacing(setup.count, setup.axes, 1.0),
+            body + (setup.target_radius or 0.0) + setup.outer.target_margin(setup),
+        )
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
-        """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2."""
+        """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2, which may change."""
         sigma, jacobian = half_squared_distance(now.q, now.c)
-        return (Task(jacobian, self.gain * (0.5 * now.setup.radius**2 - sigma)),)
+        radius, rate = self._radius(now)
+        return (Task(jacobian, self.gain * (0.5 * _ahead(radius, rate, self.gain) ** 2 - sigma)),)
 
     def error(self, now: Situation) -> Array:
         """Return | |q - c| - radius |."""
-        return np.abs(np.linalg.norm(now.q - now.c, axis=1) - now.setup.radius)
+        return np.abs(np.linalg.norm(now.q - now.c, axis=1) - self._radius(now)[0])
 
-    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+    def _radius(self, now: Situation) -> tuple[float, float]:
+        setup, place = now.setup, self.place(now.setup)
+        if place < 0:
+            return setup.radius, 0.0
+        wanted, rate = (
+            float(f(now.time)[0]) for f in (setup.radii[place].position, setup.radii[place].velocity)
+        )
+        if not self.fit:
+            return wanted, rate
+        room, opening = math.inf, 0.0
+        for point, size, velocity in zip(
+            setup.obstacles_seen()[-1], setup.obstacle_radius, setup.obstacle_velocities(), strict=True
+        ):
+            way = now.c - point
+            apart = float(np.linalg.norm(way))
+            if apart - size < min(room, wanted + setup.sensing.obstacles):
+                room, opening = apart - size, float(way @ (now.c_dot - velocity)) / max(apart, 1e-300)
+        soft = SOFT * setup.radius
+        return fitted(wanted, rate, room - _margin(setup), opening, soft, self.least_radius(setup))
+
+    def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
         look_at_point(i, state.q_measured, state.target_position_measured, x)
-        weight, error = keep_distance(state.q.shape[1], plan.radius, self.gain, x, 0, wish, at)
-        return along(weight, everywhere(1.0), abs(error))
+        radius = ahead = plan.radius
+        if self.place >= 0:
+            radius = state.radius_now[self.place, 0]
+            ahead = _ahead(radius, state.radius_now[self.place, 1], self.gain)
+        weight, error = keep_distance(state.q.shape[1], ahead, self.gain, x, 0, wish, at)
+        return along(weight, everywhere(1.0), abs(error + (ahead - radius)))
+
+
+def _margin(setup: Setup) -> float:
+    return AvoidObstacles.margin(setup.all_behaviors, float(setup.robot_radius.max()))
+
+
+@inlined
+def _ahead(radius: float, rate: float, gain: float) -> float:
+    """Return the distance to keep for which the task's velocity contains the rate of the radius [m]."""
+    return math.sqrt(max(radius * radius + 2.0 * radius * rate / gain, 0.0))
+
+
+@inlined
+def fitted(
+    wanted: float, rate: float, room: float, opening: float, soft: float, least: float
+) -> tuple[float, float]:
+    """Return the radius that fits into a room, and its rate; it begins to shrink and ends growing gently.
+
+    Args:
+        wanted: Radius without obstacles [m].
+        rate: Its rate [m/s].
+        room: Largest radius that is free [m].
+        opening: Its rate [m/s].
+        soft: Missing room over which shrinking sets in [m].
+        least: Smallest radius [m].
+    """
+    missing = wanted - room
+    if missing <= -0.5 * soft:
+        return wanted, rate
+    share = min(missing / soft + 0.5, 1.0)
+    radius = wanted - (0.5 * soft * share * share if share < 1.0 else missing)
+    if radius < min(least, wanted):
+        return min(least, wanted), rate if wanted < least else 0.0
+    return radius, rate - share * (rate - opening)
+
+
+@on_demand
+def choose_radii(plan: Plan, state: State) -> None:
+    """Write the radii that change, and their rates."""
+    p, m, time = state.q.shape[1], plan.obstacle_radius.shape[0], state.time[0]
+    position, room, opening = obstacles_seen(state.q.shape[0], plan, state), math.inf, 0.0
+    for j in range(m):
+        square, along_way = 0.0, 0.0
+        for k in range(p):
+            way = state.target_position_measured[k] - position[j, k]
+            square += way * way
+            along_way += way * (state.target_velocity_measured[k] - state.obstacle_velocity[j, k])
+        apart = math.sqrt(square)
+        if apart - plan.obstacle_radius[j] < room:
+            room, opening = apart - plan.obstacle_radius[j], along_way / max(apart, 1e-300)
+    for place in range(plan.radius_least.shape[0]):
+        first, count = int(plan.radius_functions[place, 0]), int(plan.radius_functions[place, 1])
+        radius, rate = evaluate_program(plan.code, first, count, plan.segments, time, state.operands)
+        if plan.radius_fits[place] != 0.0 and room < radius + plan.sensing_obstacles:
+            radius, rate = fitted(
+                radius, rate, room - plan.radius_margin[place], opening, SOFT * plan.radius,
+                plan.radius_least[place],
+            )  # fmt: skip
+        state.radius_now[place, 0], state.radius_now[place, 1] = radius, rate

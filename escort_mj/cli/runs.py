@@ -67,7 +67,7 @@ def run_command(
     """
     from escort_mj import api
     from escort_mj.record.folder import RunFolder
-    from escort_mj.scenario.checks.whole import trace_note
+    from escort_mj.scenario.notes import notes
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     usual = Path("renders") / mission.name
@@ -79,7 +79,7 @@ def run_command(
     else:
         created = RunFolder.create(out if out is not None else usual, overwrite=overwrite)
     path = created.path
-    if (note := trace_note(mission)) and not OUTPUT.quiet:
+    for note in () if OUTPUT.quiet else notes(mission):
         say(note, err=True)
     with drawing_figures() if figures else nullcontext() as draw_figures:
         with (

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
+from escort_mj.behaviors.surface import choose_radii
 from escort_mj.behaviors.vertices import turn_figure
 from escort_mj.components.movers import drive
 from escort_mj.control.conflicts import weigh_tasks
@@ -84,6 +85,8 @@ def evaluate(plan: Plan, state: State) -> None:
         choose_goals(plan, state)
     if moved and plan.formation_phase.shape[0] > 0:
         place_formations(plan, state)
+    if plan.radius_least.shape[0] > 0:
+        choose_radii(plan, state)
     someone = plan.alike or refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
         turn_figure(

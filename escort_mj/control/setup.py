@@ -100,6 +100,7 @@ class Setup:
         goals: By behavior `goal`, as `all_behaviors` has them, the waypoints of each robot, shape
             (waypoints, p) [m].
         formations: By behavior `formation`, likewise.
+        radii: By behavior `surface` whose radius changes, likewise: its radius, one component.
         figure: The even figure that vertices keeps; None without vertices.
         failures: Robots whose motors fail.
         reforming: Figures of fewer robots; None without vertices, or where no robot fails.
@@ -136,6 +137,7 @@ class Setup:
     disturbance: FunctionOfTime | None
     goals: tuple[tuple[Array, ...], ...] = ()
     formations: tuple[Frame, ...] = ()
+    radii: tuple[FunctionOfTime, ...] = ()
     figure: Figure | None = None
     failures: tuple[Failure, ...] = ()
     reforming: Reforming | None = None
@@ -219,7 +221,7 @@ class Setup:
         safe = [b.safe_distance for stack in stacks for b in stack if isinstance(b, AvoidObstacles)]
         conditions = [phase.when for phase in self.phases if phase.when is not None]
         bounds = [bound for when in conditions for bound in (when.threshold, when.release)]
-        if self.outer.looks_far:
+        if self.outer.looks_far or self.radii:
             return math.inf
         return max([1.0, *safe, *self.expected_distances, *(bound for bound in bounds if bound is not None)])
 

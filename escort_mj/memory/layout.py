@@ -13,6 +13,7 @@ import hashlib
 from escort_mj.behaviors.chords import ChordParameters, ChordState
 from escort_mj.behaviors.formation import FormationParameters, FormationState
 from escort_mj.behaviors.goal import GoalParameters, GoalState
+from escort_mj.behaviors.surface import RadiusParameters, RadiusState
 from escort_mj.behaviors.vertices import VertexParameters, VertexState
 from escort_mj.components.component import ComponentParameters
 from escort_mj.components.mission import MissionParameters, MissionState
@@ -63,6 +64,7 @@ class Plan(
     VertexParameters,
     GoalParameters,
     FormationParameters,
+    RadiusParameters,
     FailureParameters,
     ReformingParameters,
     ClearanceParameters,
@@ -89,6 +91,7 @@ class State(
     VertexState,
     GoalState,
     FormationState,
+    RadiusState,
     ReformingState,
     CustomState,
     NeighborState,

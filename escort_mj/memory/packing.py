@@ -110,7 +110,12 @@ def _functions(setup: Setup) -> dict[str, Any]:
     code, target, segments = setup.target.programs()
     moved = [mover.path for mover in setup.movers]
     spans: list[Array] = [np.asarray(target, dtype=float)]
-    for function in (setup.disturbance, *moved, *(frame.function for frame in setup.formations)):
+    for function in (
+        setup.disturbance,
+        *moved,
+        *(frame.function for frame in setup.formations),
+        *setup.radii,
+    ):
         if function is None:
             spans.append(np.zeros((setup.axes, 2)))
             continue
@@ -119,7 +124,7 @@ def _functions(setup: Setup) -> dict[str, Any]:
         more_code[more_code[:, 0] == Op.PIECEWISE, 1] += len(segments)
         spans.append(np.asarray(more_spans) + [len(code), 0])
         code, segments = np.vstack([code, more_code]), np.vstack([segments, more_segments])
-    sums = []
+    sums, radii = [], len(spans) - len(setup.radii)
     for span in (row for table in spans[:2] for row in table):
         first, count = map(int, span)
         sums.append(sum_of(code[first : first + count]))
@@ -132,7 +137,8 @@ def _functions(setup: Setup) -> dict[str, Any]:
         "target": spans[0],
         "disturbance": spans[1],
         "mover_paths": np.reshape(spans[2 : 2 + len(moved)], (-1, 2)),
-        "formation_frames": np.reshape(spans[2 + len(moved) :], (-1, 2)),
+        "formation_frames": np.concatenate([np.zeros((0, 2)), *spans[2 + len(moved) : radii]]),
+        "radius_functions": np.concatenate([np.zeros((0, 2)), *spans[radii:]]),
     }
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from escort_mj.behaviors import Behavior, Chords, Formation, Vertices
+from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Setup
 from escort_mj.control.supervisor import ControlPhase
@@ -54,6 +54,11 @@ def controller_setup(
         arrangement=_arrangement(scenario, robots, target.position(0.0)),
         goals=goals_of(scenario, robots, all_behaviors(scenario)),
         formations=_formations(scenario),
+        radii=tuple(
+            Trajectory((Expression(scenario.mission.radius if each.radius is None else each.radius),))
+            for each in all_behaviors(scenario)
+            if isinstance(each, Surface) and each.changes
+        ),
         figure=_figure(scenario, robots, target.position(0.0)),
         obstacle_position=np.array([body.position for body in obstacles]).reshape(-1, scenario.axes),
         obstacle_radius=np.array(

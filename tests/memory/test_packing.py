@@ -19,6 +19,7 @@ GIVEN_APART = {
         "disturbance",
         "mover_paths",
         "formation_frames",
+        "radius_functions",
     ),  # functions of time
     *("stride", "extra", "stretches", "truth", "lyapunov", "watched_group", "watched_alone"),  # the record
 }

@@ -16,6 +16,7 @@ from escort_mj.native.fields import Array
 from escort_mj.native.kernels import merged
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -40,6 +41,10 @@ class OuterLoop(Component):
     """Whether it matters how far away an obstacle is, however far that is."""
 
     loop: str
+
+    def target_margin(self, setup: Setup) -> float:
+        """Return the distance that it keeps to the target [m]."""
+        return 0.0
 
     def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
         """Return v_d, shape (n, p) [m/s], and who avoids, shape (n,).

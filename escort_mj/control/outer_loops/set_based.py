@@ -132,6 +132,10 @@ class SetBased(OuterLoop):
             radius or 0.0,
         )  # fmt: skip
 
+    def target_margin(self, setup: Setup) -> float:
+        """Return the distance that it keeps to the target [m]."""
+        return self.rules(setup).target_distance
+
     def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
         """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are."""
         escorting, avoiding = split(behaviors)

@@ -79,13 +79,18 @@ def _functions(scenario: Scenario, path: Path, components: tuple[float | str, ..
     """Numbers or expressions in t, defined through the whole run."""
     for axis, component in enumerate(components):
         place = (*path, axis) if path[-1] == "position" else path
-        try:
-            Expression(component)
-        except ExpressionError as error:
-            yield Finding(place, str(error))
-            continue
-        for finding in check_defined(scenario, path, (component,)):
-            yield finding._replace(path=place)
+        yield from check_function(scenario, place, component)
+
+
+def check_function(scenario: Scenario, path: Path, component: float | str) -> Iterator[Finding]:
+    """A number or an expression in t is defined through the whole run."""
+    try:
+        Expression(component)
+    except ExpressionError as error:
+        yield Finding(path, str(error))
+        return
+    for finding in check_defined(scenario, path, (component,)):
+        yield finding._replace(path=path)
 
 
 def check_one_way(scenario: Scenario) -> Iterator[Finding]:

@@ -25,6 +25,7 @@ from escort_mj.scenario.checks.obstacles import (
     check_obstacles,
     check_walls,
 )
+from escort_mj.scenario.checks.passage import check_doors, check_radii
 from escort_mj.scenario.checks.robots import (
     check_heights,
     check_kinds,
@@ -44,7 +45,6 @@ from escort_mj.signals import channel_sizes, record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
 MAX_TRACE = 4 * 2**30  # bytes
-LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
 
 
 def check_recording(scenario: Scenario) -> Iterator[Finding]:
@@ -102,14 +102,6 @@ def trace_size(scenario: Scenario) -> float:
     return 8.0 * record_size(sizes) * samples
 
 
-def trace_note(scenario: Scenario) -> str:
-    """What to say of a large trace before it is written; empty of others."""
-    size = trace_size(scenario)
-    if size < LARGE_TRACE:
-        return ""
-    return f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate takes less"
-
-
 AROUND = ("obstacles", "walls", "clutter", "environment")
 CLUTTERED = ("axes", "seed", "duration", "target", "robots")  # what clutter is drawn by, beside those
 Check = Callable[[Scenario], Iterator[Finding]]
@@ -142,6 +134,8 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_target, ("target", "mission", "expect")),
     (check_goals, ("axes", "seed", "target", "robots", "mission", *AROUND)),
     (check_formation, ("axes", "target", "robots", "mission")),
+    (check_radii, ("axes", "duration", "target", "robots", "mission")),
+    (check_doors, ("axes", "duration", "target", "robots", "walls")),
     (check_motors, ("axes", "robots")),
     (check_models, ("robots", "recording", "controller")),
     (check_heights, ("axes", "physics", "robots")),

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from escort_mj.scenario import Scenario
-from escort_mj.scenario.checks.whole import RELATIONS, SHAPES, findings_between_keys, trace_note, trace_size
+from escort_mj.scenario.checks.whole import RELATIONS, SHAPES, findings_between_keys
 
 
 def keys_of(**data: Any) -> Scenario:
@@ -60,15 +60,6 @@ def test_teammate_distance_between_centers_counts_no_radius():
 
     assert distance("center") == []
     assert len(distance("surface")) == 1
-
-
-def test_a_large_trace_is_told_beforehand():
-    assert trace_note(keys_of()) == ""
-    crowd = keys_of(duration=100.0, robots={"count": 200}, mission={"behaviors": ("surface",)})
-    assert 1e8 < trace_size(crowd) < 2e9
-    assert trace_note(crowd) == (
-        f"the trace will take up to {trace_size(crowd) / 1e6:.0f} MB; a lower recording.rate takes less"
-    )
 
 
 @pytest.mark.parametrize(

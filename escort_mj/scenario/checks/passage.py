@@ -1,0 +1,83 @@
+"""Checks of the circle or sphere around the target: its radius, and whether it fits through doors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors import Surface
+from escort_mj.scenario.checks.goals import check_function
+from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.trajectory import target_trajectory
+from escort_mj.scenario.schema.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+SAMPLES = 1001  # of the target's way
+ACROSS = -0.5  # cosine of the angle between the ways to two walls from which on the target is between them
+
+
+class Door(NamedTuple):
+    """The narrowest place between two walls that the target comes through."""
+
+    width: float
+    time: float
+    between: str
+    path: Path
+
+
+def check_radii(scenario: Scenario) -> Iterator[Finding]:
+    """Radii of the behavior `surface` are defined, and larger than bodies."""
+    target = 0.0 if scenario.target is None else scenario.target.radius
+    body = target + scenario.robots.largest_radius
+    for path, surface in behaviors_of(scenario):
+        if not isinstance(surface, Surface):
+            continue
+        if isinstance(surface.radius, str):
+            yield from check_function(scenario, (*path, "radius"), surface.radius)
+        for name in ("radius", "least"):
+            value = getattr(surface, name)
+            if isinstance(value, float) and value <= body:
+                words = f"found {value:g} m, inside the target's body; expected more than {body:g} m"
+                yield Finding((*path, name), words, related=(("target", "radius"), ("robots", "radius")))
+        if surface.least is not None and not surface.fit:
+            yield Finding((*path, "least"), "found a smallest radius without fit: true")
+
+
+def check_doors(scenario: Scenario) -> Iterator[Finding]:
+    """Every robot fits through the doors that the target comes through."""
+    door, size = narrowest_door(scenario, 0.0), 2.0 * scenario.robots.largest_radius
+    if door is not None and door.width < size:
+        words = f"leaves {door.width:.3g} m between {door.between}, through which the target comes at "
+        yield Finding(door.path, f"{words}{door.time:.3g} s; the largest robot needs {size:g} m")
+
+
+def narrowest_door(scenario: Scenario, reach: float) -> Door | None:
+    """Return the narrowest place between two walls nearer to the target's way than a reach [m]."""
+    if scenario.target is None or not scenario.walls:
+        return None
+    times = np.linspace(0.0, scenario.duration, SAMPLES)
+    way = target_trajectory(scenario).position(times)
+    reach = max(reach, 2.0 * scenario.robots.largest_radius)
+    walls = [body for body in obstacles_of(scenario) if body.path[0] == "walls"]
+    found: list[tuple[str, Path, Array, Array]] = []
+    for wall in walls:
+        gaps = wall.gaps(way)
+        if gaps.min() < reach:
+            step = 1e-4 * np.eye(scenario.axes)
+            away = np.stack([wall.gaps(way + each) - wall.gaps(way - each) for each in step], axis=1) / 2e-4
+            found.append((wall.name, wall.path, gaps, away))
+    doors = []
+    for (one, path, gap, away), (other, _, other_gap, other_away) in combinations(found, 2):
+        between = (np.sum(away * other_away, axis=1) < ACROSS) & (gap < reach) & (other_gap < reach)
+        if between.any():
+            width = np.where(between, gap + other_gap, np.inf)
+            at = int(np.argmin(width))
+            doors.append(Door(float(width[at]), float(times[at]), f"{one} and {other}", path))
+    return min(doors, default=None)

@@ -1,0 +1,47 @@
+"""What is worth saying of a mission before it is run, though nothing is wrong with it."""
+
+from __future__ import annotations
+
+from escort_mj.behaviors import AvoidObstacles, Surface
+from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.checks.passage import narrowest_door
+from escort_mj.scenario.checks.whole import trace_size
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.setup import controller_setup
+
+LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
+
+
+def notes(scenario: Scenario) -> list[str]:
+    """Return all that there is to say."""
+    return [note for note in (trace_note(scenario), passage_note(scenario)) if note]
+
+
+def trace_note(scenario: Scenario) -> str:
+    """What to say of a large trace before it is written; empty of others."""
+    size = trace_size(scenario)
+    if size < LARGE_TRACE:
+        return ""
+    return f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate takes less"
+
+
+def passage_note(scenario: Scenario) -> str:
+    """What to say of a circle that is wider than a door; empty of others."""
+    behaviors = [behavior for _, behavior in behaviors_of(scenario)]
+    surface = next((each for each in behaviors if isinstance(each, Surface)), None)
+    if surface is None or isinstance(surface.radius, str) or not scenario.walls:
+        return ""
+    margin = AvoidObstacles.margin(behaviors, scenario.robots.largest_radius)
+    radius = surface.radius or scenario.mission.radius
+    if surface.fit:
+        radius = surface.least_radius(controller_setup(scenario))
+    door = narrowest_door(scenario, radius + margin)
+    if door is None or door.width >= 2.0 * (radius + margin):
+        return ""
+    what = "the smallest circle" if surface.fit else "the circle"
+    fits = 0.5 * door.width - margin
+    smaller = f"a radius of at most {fits:.3g} m fits" if fits > 0.0 else "no radius fits"
+    words = f"{what} of {radius:.3g} m needs {2.0 * (radius + margin):.3g} m with its safe distances, and "
+    words += f"{door.between} leave {door.width:.3g} m at {door.time:.3g} s, so robots lose their places: "
+    words += smaller
+    return words if surface.fit else f"{words}, and surface with fit: true shrinks where it has to"

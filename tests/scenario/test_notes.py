@@ -1,0 +1,64 @@
+"""What is said of a mission before it is run."""
+
+import pytest
+
+from escort_mj.api import load_scenario
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario import Scenario
+from escort_mj.scenario.checks.whole import trace_size
+from escort_mj.scenario.notes import notes, trace_note
+
+ROUND = {"behavior": "surface"}
+
+
+def squeezed(surface: dict, width: float = 3.0) -> Scenario:
+    """The mission through a door, with another circle and another door."""
+    return load_scenario("worlds/squeeze").replace(
+        {
+            "mission.behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 0.3}, "vertices", surface],
+            "walls": [{"name": "wall", "points": [[6, -14], [6, 14]], "doors": [{"at": 14, "width": width}]}],
+        }
+    )
+
+
+def test_a_large_trace_is_told_beforehand():
+    assert trace_note(Scenario.model_validate({})) == ""
+    keys = {"duration": 100.0, "robots": {"count": 200}, "mission": {"behaviors": ("surface",)}}
+    crowd = Scenario.model_validate(keys)
+    assert 1e8 < trace_size(crowd) < 2e9
+    assert notes(crowd) == [
+        f"the trace will take up to {trace_size(crowd) / 1e6:.0f} MB; a lower recording.rate takes less"
+    ]
+
+
+def test_a_circle_that_is_wider_than_a_door_is_told_beforehand():
+    (wide,) = notes(squeezed(ROUND))
+    assert wide.startswith("the circle of 2.5 m needs 5.9 m")
+    assert "wall_1 and wall_2 leave 3 m at 29.8 s" in wide
+    assert "at most 1.05 m fits" in wide and "fit: true" in wide
+    assert notes(squeezed(ROUND | {"fit": True})) == notes(squeezed(ROUND | {"radius": 1.0})) == []
+    (least,) = notes(squeezed(ROUND | {"fit": True}, width=1.8))
+    assert least.startswith("the smallest circle of 0.7 m needs 2.3 m")
+    assert notes(load_scenario("main")) == [], "one goes around a rock"
+
+
+@pytest.mark.parametrize(
+    ("surface", "words"),
+    [
+        ({"radius": "2 + t**"}, "radius: found the end of the expression"),
+        ({"radius": "1/(t-3)"}, "radius: has the time derivative"),
+        ({"radius": 0.2}, "radius: found 0.2 m, inside the target's body; expected more than 0.4 m"),
+        ({"least": 1.0}, "least: found a smallest radius without fit: true"),
+    ],
+)
+def test_a_radius_that_cannot_be(surface: dict, words: str):
+    with pytest.raises(ScenarioError, match="surface|radius|least") as error:
+        squeezed(ROUND | surface)
+    assert words in str(error.value)
+
+
+def test_a_door_narrower_than_a_robot():
+    with pytest.raises(ScenarioError) as error:
+        squeezed(ROUND, width=0.25)
+    assert "walls[0]: leaves 0.25 m between wall_1 and wall_2" in str(error.value)
+    assert "the largest robot needs 0.3 m" in str(error.value)
