@@ -78,6 +78,12 @@ SetOption = Annotated[
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, help="Number of processes [default: number of cores].")
 ]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Replace an earlier run in the folder.")]
+VideoOption = Annotated[bool, typer.Option("--video/--no-video", help="Whether to render the video.")]
+FiguresOption = Annotated[bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")]
+ReportOption = Annotated[
+    bool, typer.Option("--report/--no-report", help="Whether to write report.html with a replay.")
+]
 PluginOption = Annotated[
     list[str] | None,
     typer.Option("--plugin", metavar="FILE|NAME", help="Python file or installed plugin; repeatable."),

@@ -12,9 +12,13 @@ import typer
 from escort_mj.cli.app import (
     GOOD,
     VERDICT_FAILED,
+    FiguresOption,
     JsonOption,
+    OverwriteOption,
     PluginOption,
+    ReportOption,
     SetOption,
+    VideoOption,
     app,
     complete,
     drawing_figures,
@@ -56,16 +60,10 @@ def judge_command(
     overrides: SetOption = None,
     plugins: PluginOption = None,
     out: Annotated[Path | None, typer.Option(help="Run folder [default: renders/LOG].")] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier run in the folder.")
-    ] = False,
-    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to render a video.")] = False,
-    figures: Annotated[
-        bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
-    ] = True,
-    report: Annotated[
-        bool, typer.Option("--report/--no-report", help="Whether to write report.html with a replay.")
-    ] = False,
+    overwrite: OverwriteOption = False,
+    video: VideoOption = False,
+    figures: FiguresOption = True,
+    report: ReportOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Judge a log of real robots by a scenario, and write it as a run folder.

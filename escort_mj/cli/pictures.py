@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from escort_mj.cli.app import JsonOption, RunArgument, app, drawing_video, finish, progress_bar, shown_path
+from escort_mj.cli.app import (
+    FiguresOption,
+    JsonOption,
+    RunArgument,
+    VideoOption,
+    app,
+    drawing_video,
+    finish,
+    progress_bar,
+    shown_path,
+)
 from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
@@ -73,10 +83,8 @@ def render_command(
         Path | None,
         typer.Option(help="File of the video; its suffix selects the format [default: RUN/video.FORMAT]."),
     ] = None,
-    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to render the video.")] = True,
-    figures: Annotated[
-        bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
-    ] = True,
+    video: VideoOption = True,
+    figures: FiguresOption = True,
     formats: Annotated[
         list[FigureFormat] | None,
         typer.Option("--figure-format", help="Format of the figures; repeatable [default: png]."),

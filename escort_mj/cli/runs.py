@@ -16,11 +16,15 @@ from escort_mj.cli.app import (
     BROKEN,
     GOOD,
     VERDICT_FAILED,
+    FiguresOption,
     JsonOption,
+    OverwriteOption,
     PluginOption,
+    ReportOption,
     RunArgument,
     ScenarioArgument,
     SetOption,
+    VideoOption,
     WorkersOption,
     app,
     complete,
@@ -45,16 +49,10 @@ def run_command(
     overrides: SetOption = None,
     plugins: PluginOption = None,
     out: Annotated[Path | None, typer.Option(help="Run folder [default: renders/NAME].")] = None,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace an earlier run in the folder.")
-    ] = False,
-    video: Annotated[bool, typer.Option("--video/--no-video", help="Whether to render the video.")] = True,
-    figures: Annotated[
-        bool, typer.Option("--figures/--no-figures", help="Whether to draw the figures.")
-    ] = True,
-    report: Annotated[
-        bool, typer.Option("--report/--no-report", help="Whether to write report.html with a replay.")
-    ] = False,
+    overwrite: OverwriteOption = False,
+    video: VideoOption = True,
+    figures: FiguresOption = True,
+    report: ReportOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Run one scenario and write its run folder.
