@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 FORCELESS = "touches were found by geometry, which knows no force"
 
 
-def _touches(trace: Recorded) -> Recorded:
+def touches_within(trace: Recorded) -> Recorded:
     """Episodes within the trace's samples between bodies other than the floor."""
     time = trace["time"].values
     found = during(trace, float(time[0]), float(time[-1]))
@@ -26,7 +26,7 @@ def _touches(trace: Recorded) -> Recorded:
 @metric(unit="1", grows=True, watched=False, rank=180)
 def contacts(trace: Recorded) -> Measure:
     """Number of touches between robots, target, obstacles and walls."""
-    found = _touches(trace)
+    found = touches_within(trace)
     count = found.sizes["episode"]
     if not count:
         return Measure(0.0)
@@ -38,7 +38,7 @@ def contacts(trace: Recorded) -> Measure:
 @metric(unit="N", grows=True, watched=False, rank=190)
 def contact_force_max(trace: Recorded) -> Measure:
     """Largest normal force between robots, target, obstacles and walls."""
-    found = _touches(trace)
+    found = touches_within(trace)
     if by_geometry(found).any():
         return Measure(None, reason=FORCELESS)
     forces = found["episode_peak_force"].values

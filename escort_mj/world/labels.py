@@ -68,6 +68,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "goal_reach": next((b.reach for b in setup.all_behaviors if isinstance(b, Headed)), 0.0),
             "safe_distance": avoid.safe_distance if avoid else 0.0,
             "safe_distance_measure": avoid.measure if avoid else "none",
+            **_limits(scenario, setup.teammate_distance(avoid) if avoid and avoid.teammates else 0.0),
             "height": world.team.height if scenario.axes == 2 else 0.0,
             "target_radius": scenario.target.radius if scenario.target is not None else 0.0,
             "least_energy": (setup.least_energies if scenario.target is not None else None) or None,
@@ -76,6 +77,16 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "version_git_revision": git_revision(),
         },
     }
+
+
+def _limits(scenario: Scenario, teammate_distance: float) -> dict[str, float]:
+    """How near teammates may come [m], how fast robots are led [m/s] and how far they see [m], if at all."""
+    seen = scenario.sensing.radius
+    known = {
+        "teammate_distance": teammate_distance, "max_speed": scenario.mission.max_speed,
+        "sensing_robots": seen.robots, "sensing_obstacles": seen.obstacles,
+    }  # fmt: skip
+    return {name: value for name, value in known.items() if value is not None}
 
 
 def _size(scenario: Scenario, world: World) -> float:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.outer_loops.constraints import length_of
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 
 Array = NDArray[np.float64]
@@ -90,6 +93,46 @@ def _yield_to(only: int, rows: Array, bounds: Array, count: int, v: Array) -> bo
 
 
 @inlined
+def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Array) -> None:
+    """Bring a velocity that satisfies constraints within a speed limit without breaking them, if it can be.
+
+    It goes straight toward the slowest velocity that satisfies them: all in between do, too. A body that
+    comes nearer asks for speed away from it; slowing down along the same direction would take that away.
+
+    Args:
+        rows: Unit vectors r, shape (at least count, p).
+        bounds: b [m/s].
+        count: Number of constraints.
+        most: The limit [m/s].
+        v: Velocity, shape (p,) [m/s]; changed in place.
+    """
+    p = v.shape[0]
+    if not length_of(v) > most:
+        return
+    slowest = vector_at(stack_memory(), p)
+    for k in range(p):
+        slowest[k] = 0.0
+    nearest_velocity(rows, bounds, count, slowest)
+    share = _share_within(length_of(slowest), most, slowest, v)
+    least = min(1.0, most / max(length_of(slowest), 1e-300))
+    for k in range(p):
+        v[k] = least * slowest[k] + share * (v[k] - slowest[k])
+
+
+@inlined
+def _share_within(least: float, most: float, slowest: Array, v: Array) -> float:
+    """Return how far the way from the slowest velocity to v can be gone within the limit, from 0 to 1."""
+    along = square = 0.0
+    for k in range(v.shape[0]):
+        along += slowest[k] * (v[k] - slowest[k])
+        square += (v[k] - slowest[k]) ** 2
+    room = most * most - least * least
+    if room <= 0.0 or square == 0.0:
+        return 0.0
+    return (math.sqrt(along * along + square * room) - along) / square
+
+
+@inlined
 def speed_along(rows: Array, j: int, v: Array) -> float:
     """Return r . v for the row r of a constraint [m/s]."""
     along = 0.0
@@ -166,6 +209,16 @@ def least_change(rows: Array, missing: Array) -> Array:
     multipliers, _ = nnls(system, goal)
     residual = goal - system @ multipliers
     return -residual[: rows.shape[1]] / residual[-1]
+
+
+def kept_limit(rows: Array, bounds: Array, most: float, v: Array) -> Array:
+    """Return a velocity that satisfies constraints within a speed limit, see `keep_limit`."""
+    if not np.linalg.norm(v) > most:
+        return v
+    slowest = nearest(rows, bounds, np.zeros_like(v))[0]
+    least = float(np.linalg.norm(slowest))
+    share = _share_within(least, most, slowest, v)
+    return np.asarray(min(1.0, most / max(least, 1e-300)) * slowest + share * (v - slowest))
 
 
 def nearest(rows: Array, bounds: Array, nominal: Array) -> tuple[Array, bool]:

@@ -36,7 +36,13 @@ from escort_mj.control.outer_loops.detour import (
     turn,
     turned,
 )
-from escort_mj.control.outer_loops.nearest_velocity import nearest, nearest_velocity, speed_along
+from escort_mj.control.outer_loops.nearest_velocity import (
+    keep_limit,
+    kept_limit,
+    nearest,
+    nearest_velocity,
+    speed_along,
+)
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
@@ -168,7 +174,7 @@ class SetBased(OuterLoop):
                 fastest, beside = max(fastest, reached), max(beside, relative)
                 continue
             if self.patience is None or side != 0.0:
-                return v, moved or side != 0.0
+                break
             square = max(speed * speed, 1e-300)
             advance = float(now.v[i] @ wanted) / math.sqrt(square)
             found = next_detour(
@@ -180,8 +186,9 @@ class SetBased(OuterLoop):
                 memory[name][i] = value
             side = found.side
             if side == 0.0:
-                return v, moved
+                break
             nominal = boundary(side, speed, rows, bounds, shared)
+        return kept_limit(rows, bounds, now.setup.max_speed, v), moved or side != 0.0
 
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
@@ -304,7 +311,7 @@ def _keep_clear(
             continue
         state.avoidance_active[robot] = 1.0 if moved else 0.0
         if patience == 0.0 or side != 0.0:
-            return
+            break
         square, share, advance, near = max(speed * speed, 1e-300), 0.0, 0.0, 0.0
         for k in range(p):
             share += v[k] * wanted[k] / square
@@ -319,8 +326,9 @@ def _keep_clear(
         keep_detour(robot, found, state)
         side = found.side
         if side == 0.0:
-            return
+            break
         follow_boundary(side, speed, rows, bounds, shared, count, nominal)
+    keep_limit(rows, bounds, count, plan.max_speed, v)
 
 
 @inlined

@@ -1,0 +1,245 @@
+"""Why robots touch something: rules that find a cause in the trace, or none, which is a defect of avoidance.
+
+A touch is looked at from its *alarm* on: the first sample since when, without a break, the robot has seen the
+body and their gap has been at most safe_distance + c^2 / a, but at most FORESIGHT before the touch. c is
+the speed at which they close, a what the motors can give beyond the disturbance, (force limit -
+|disturbance|) / mass. From there the rules fly the robot again, among the bodies as they moved: its velocity
+turns at the rate a into a constant one of at most max_speed. A flight is clear if it touches nothing until
+BEYOND the touch.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.metrics.contacts import touches_within
+from escort_mj.metrics.metric import Bodies, Measure, metric
+from escort_mj.metrics.reading import escorts
+from escort_mj.record.episodes import pair
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+Array = NDArray[np.float64]
+
+PUSHED, STARTED, DISTURBED, MISLED = "pushed", "started", "disturbed", "misled"
+OUTRUN, OVERTAKEN, BOXED_IN, UNEXPLAINED = "outrun", "overtaken", "boxed in", "unexplained"
+CAUSES = {
+    PUSHED: "an earlier touch, whose cause is known, still moves one of the robots: it ended no longer ago "
+    "than |v| / a and a tenth of a second",
+    STARTED: "the start is the alarm, and no flight is clear",
+    DISTURBED: "|disturbance| exceeded the force limit of the robot on an axis since the alarm",
+    MISLED: "errors of measured positions, |q_measured - q|, of both robots where two meet, reached the safe "
+    "distance since the alarm",
+    OUTRUN: "the body moves by itself, and no flight is clear of it",
+    OVERTAKEN: "the body moves by itself and came toward the robot faster than max_speed since the alarm; a "
+    "flight to the side would have been clear of it",
+    BOXED_IN: "no flight is clear of all bodies",
+}
+"""Causes in the order in which they are looked for, with their rules."""
+FORESIGHT = 1.0  # s
+SETTLING = 0.1  # s
+DEAR = 20_000  # touches times bodies
+BEYOND = 0.5  # s
+SPEEDS = (1.0, 0.5, 0.0)  # of the flights that are tried, as shares of the largest
+
+
+class Touch(NamedTuple):
+    """A touch of a robot and its cause.
+
+    Attributes:
+        time: When it began [s].
+        bodies: Who.
+        cause: One of `CAUSES`, or `UNEXPLAINED`.
+    """
+
+    time: float
+    bodies: Bodies
+    cause: str
+
+
+def _dear(trace: Recorded) -> bool:
+    """Whether there are too many touches among too many bodies to look at each unasked."""
+    return trace.sizes["episode"] * trace.sizes["body"] > DEAR
+
+
+@metric(unit="1", grows=True, watched=False, rank=185, dear=_dear)
+def touches_unexplained(trace: Recorded) -> Measure:
+    """Number of touches of robots without a cause that a rule finds (see the page on avoidance)."""
+    found = [touch for touch in causes_of(trace) if touch.cause == UNEXPLAINED]
+    return Measure(float(len(found)), found[0].time, found[0].bodies) if found else Measure(0.0)
+
+
+def causes_of(trace: Recorded) -> list[Touch]:
+    """Return the touches of robots within a trace and their causes, the first touch first."""
+    return list(_causes(trace))
+
+
+def _causes(trace: Recorded) -> Iterator[Touch]:
+    met = touches_within(trace)
+    first, second = met["episode_first"].values, met["episode_second"].values
+    start, end = met["episode_start"].values, met["episode_end"].values
+    scene, known = _Scene(trace), dict[int, float]()
+    for k in np.flatnonzero(np.minimum(first, second) < scene.robots):
+        couple = int(first[k]), int(second[k])
+        cause = scene.cause(couple, float(start[k]), known)
+        if cause != UNEXPLAINED:
+            known |= {
+                body: max(float(end[k]), known.get(body, 0.0)) for body in couple if body < scene.robots
+            }
+        yield Touch(float(start[k]), pair(met, int(k)), cause)
+
+
+class _Scene:
+    """A trace as the rules look at it: where every body is in every sample."""
+
+    def __init__(self, trace: Recorded) -> None:
+        self.trace, self.time = trace, trace["time"].values
+        self.q, self.v = trace["q"].values, trace["v"].values
+        self.robots, self.axes = self.q.shape[1:]
+        names = [str(name) for name in trace["body"].values]
+        outlines = trace["obstacle_outline"].values if "obstacle_outline" in trace else None
+        self.place = {i: self.q[:, i] for i in range(self.robots)}
+        self.radius = dict(enumerate(trace["robot_radius"].values.tolist()))
+        self.outline: dict[int, Array] = {}
+        if escorts(trace):
+            self.place[names.index("target")] = trace["target_position"].values
+            self.radius[names.index("target")] = float(trace.attrs["target_radius"])
+        for j, name in enumerate(trace["obstacle"].values):
+            body, radius = names.index(str(name)), float(trace["obstacle_radius"].values[j])
+            self.place[body], self.radius[body] = trace["obstacle_position"].values[:, j], radius
+            if radius == 0.0 and outlines is not None:
+                self.outline[body] = (outlines[j] @ directions(self.axes).T).max(axis=0)
+
+    def cause(self, couple: tuple[int, int], start: float, known: dict[int, float]) -> str:
+        """Return the cause of a touch.
+
+        Args:
+            couple: The two bodies, by their index in `body`; the first is a robot.
+            start: When it began [s].
+            known: When each robot last had a touch with a cause [s].
+        """
+        row = max(int(np.searchsorted(self.time, start - 0.5 * float(self.trace.attrs["timestep"]))) - 1, 0)
+        sides = [(i, b) for i, b in (couple, couple[::-1]) if i < self.robots]
+        for i, _ in sides:
+            moved = float(np.linalg.norm(self.v[row, i])) / max(self._thrust(i, row, row), 1e-9)
+            if start - known.get(i, -math.inf) <= moved + SETTLING:
+                return PUSHED
+        found = [self._from_alarm(i, b, row) for i, b in sides]
+        return min(found, key=[*CAUSES, UNEXPLAINED].index)
+
+    def _from_alarm(self, i: int, b: int, row: int) -> str:
+        """Return the cause for a robot that met a body in a sample."""
+        alarm, end, speed = self._alarm(i, b, row)
+        rows = slice(alarm, row + 1)
+        if (np.abs(self.trace["disturbance"].values[rows, i]) > self.trace["force_limit"].values[i]).any():
+            return DISTURBED
+        wrong = np.linalg.norm(self.trace["q_measured"].values - self.q, axis=2)[rows]
+        if wrong[:, i].max() + (wrong[:, b].max() if b < self.robots else 0.0) >= max(self._safe(i, b), 1e-9):
+            return MISLED
+        thrust = self._thrust(i, alarm, row)
+        most = float(self.trace.attrs.get("max_speed", math.inf))
+        if not math.isfinite(most):
+            most = float(np.linalg.norm(self.v[alarm, i])) + thrust * float(self.time[end] - self.time[alarm])
+        around = directions(self.axes)[:: max(len(directions(self.axes)) // 32, 1)]
+        spread = [share * most * around for share in SPEEDS]
+        flights = self._flights(i, alarm, end, np.vstack(spread), thrust)
+        clear = np.ones(len(flights), dtype=bool)
+        if alarm > 0 and self._moves(b):
+            if not self._clear(i, b, alarm, end, flights).any():
+                return OUTRUN
+            if speed > most:
+                return OVERTAKEN
+        for body in self.place:
+            clear &= self._clear(i, body, alarm, end, flights)
+        if clear.any():
+            return UNEXPLAINED
+        return STARTED if alarm == 0 else BOXED_IN
+
+    def _alarm(self, i: int, b: int, row: int) -> tuple[int, int, float]:
+        """Return the sample of the alarm, until when flights are clear, and how fast the body came."""
+        first = int(np.searchsorted(self.time, self.time[row] - FORESIGHT))
+        rows = slice(first, row + 1)
+        normal, gap = self._apart(b, rows, self.q[rows, i])
+        gap = gap - self.radius[i]
+        moved = np.diff(self.place[b], axis=0, prepend=self.place[b][:1])[rows]
+        moved /= np.diff(self.time, prepend=self.time[0] - 1.0)[rows][:, np.newaxis]
+        toward = (moved * normal).sum(axis=1)
+        closing = np.maximum(toward - (self.v[rows, i] * normal).sum(axis=1), 0.0)
+        braking = closing**2 / max(self._thrust(i, first, row), 1e-9)  # with half of the motors
+        sees = self.trace.attrs.get("sensing_robots" if b < self.robots else "sensing_obstacles", math.inf)
+        quiet = np.flatnonzero((gap > self._safe(i, b) + braking) | (gap > float(sees)))
+        alarm = min(first + int(quiet[-1]) + 1, row) if len(quiet) else first
+        end = int(np.searchsorted(self.time, self.time[row] + BEYOND))
+        return alarm, min(end, len(self.time) - 1), float(toward[alarm - first :].max())
+
+    def _flights(self, i: int, alarm: int, end: int, wanted: Array, thrust: float) -> Array:
+        """Where a robot is that turns its velocity into each of some others, shape (flight, time, axis)."""
+        now, change = self.v[alarm, i], wanted - self.v[alarm, i]
+        takes = np.linalg.norm(change, axis=1) / max(thrust, 1e-9)
+        t = (self.time[alarm : end + 1] - self.time[alarm])[np.newaxis]
+        takes = np.maximum(takes, 1e-9)[:, np.newaxis]
+        share = np.where(t < takes, 0.5 * t * t / takes, t - 0.5 * takes)
+        return np.asarray(
+            self.q[alarm, i] + now * t[..., np.newaxis] + change[:, np.newaxis] * share[..., np.newaxis]
+        )
+
+    def _clear(self, i: int, body: int, alarm: int, end: int, flights: Array) -> NDArray[np.bool_]:
+        """Whether each flight of a robot keeps clear of a body."""
+        way = self.place[body][alarm : end + 1] - self.q[alarm, i]
+        size = self.radius[i] + (self.outline[body].max() if body in self.outline else self.radius[body])
+        reach = np.linalg.norm(flights - self.q[alarm, i], axis=2).max()
+        if body == i or np.linalg.norm(way, axis=1).min() > size + reach:
+            return np.ones(len(flights), dtype=bool)
+        gap = self._apart(body, slice(alarm, end + 1), flights)[1] - self.radius[i]
+        return np.asarray((gap > 0.0).all(axis=1))
+
+    def _apart(self, body: int, rows: int | slice, points: Array) -> tuple[Array, Array]:
+        """Unit vectors from a body's surface to points, and how far those are from it [m]."""
+        way = points - self.place[body][rows]
+        if body not in self.outline:
+            length = np.linalg.norm(way, axis=-1)
+            return way / np.maximum(length, 1e-12)[..., np.newaxis], length - self.radius[body]
+        support = way @ directions(self.axes).T - self.outline[body]
+        return directions(self.axes)[support.argmax(axis=-1)], support.max(axis=-1)
+
+    def _thrust(self, i: int, first: int, last: int) -> float:
+        """Acceleration that a robot's motors can give beyond the disturbance of some samples [m/s^2]."""
+        push = float(np.abs(self.trace["disturbance"].values[first : last + 1, i]).max())
+        return max(float(self.trace["force_limit"].values[i]) - push, 0.0) / float(
+            self.trace["robot_mass"].values[i]
+        )
+
+    def _safe(self, i: int, b: int) -> float:
+        """Distance that avoidance keeps between a robot and a body, surface to surface [m]."""
+        attrs = self.trace.attrs
+        safe = float(
+            attrs[
+                "teammate_distance" if b < self.robots and "teammate_distance" in attrs else "safe_distance"
+            ]
+        )
+        return safe - (self.radius[i] + self.radius[b]) * (attrs["safe_distance_measure"] == "center")
+
+    def _moves(self, b: int) -> bool:
+        """Whether a body moves by itself: no wall, and no teammate, which does its part of avoidance."""
+        lost = b < self.robots and bool(self.trace["lost"].values[:, b].any())
+        return lost or (b >= self.robots and bool(np.ptp(self.place[b], axis=0).any()))
+
+
+@cache
+def directions(axes: int) -> Array:
+    """Unit vectors all around, evenly spread, shape (k, p)."""
+    if axes == 2:
+        turn = np.linspace(0.0, 2.0 * np.pi, 192, endpoint=False)
+        return np.column_stack([np.cos(turn), np.sin(turn)])
+    if axes > 3:  # obstacles are spheres there
+        return np.vstack([np.eye(axes), -np.eye(axes)])
+    height, spiral = np.linspace(1.0, -1.0, 512), np.arange(512) * np.pi * (3.0 - math.sqrt(5.0))
+    across = np.sqrt(1.0 - height * height)
+    return np.column_stack([across * np.cos(spiral), across * np.sin(spiral), height])
