@@ -85,8 +85,11 @@ def _causes(trace: Recorded) -> Iterator[Touch]:
     met = touches_within(trace)
     first, second = met["episode_first"].values, met["episode_second"].values
     start, end = met["episode_start"].values, met["episode_end"].values
+    of_robots = np.flatnonzero(np.minimum(first, second) < trace.sizes["robot"])
+    if not len(of_robots):
+        return
     scene, known = _Scene(trace), dict[int, float]()
-    for k in np.flatnonzero(np.minimum(first, second) < scene.robots):
+    for k in of_robots:
         couple = int(first[k]), int(second[k])
         cause = scene.cause(couple, float(start[k]), known)
         if cause != UNEXPLAINED:

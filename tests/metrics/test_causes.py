@@ -1,10 +1,19 @@
 """Causes of touches: one mission for each rule, and touches that no rule may explain."""
 
+from typing import Any
+
+import numpy as np
 import pytest
 
 from escort_mj.metrics.causes import CAUSES, causes_of
 from escort_mj.mission import fly
 from escort_mj.scenario import parse_scenario
+
+
+def recomputed_touches_unexplained(again: Any) -> float:
+    """In test_recomputed.py, robots without motors start on their way into each other; those with do not."""
+    return again.contacts() if np.abs(again.force).max() > 1e-9 else 0.0
+
 
 HEAD = "target: null\n"
 AT_A_ROCK = """

@@ -295,10 +295,6 @@ class Recomputed:
     def contacts_untold(self) -> float:
         return 0.0
 
-    def touches_unexplained(self) -> float:
-        """Those without motors start on their way into each other; other rules are put to test_causes.py."""
-        return self.contacts() if np.abs(self.force).max() > 1e-9 else 0.0
-
     def tunneling(self) -> float:
         moved = np.concatenate([self.target[:, None], self.places], axis=1)
         speeds = [norm(self.v), norm(np.diff(moved, axis=0, prepend=moved[:1])) / DT]
