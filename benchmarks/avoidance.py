@@ -14,7 +14,13 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 import numpy as np  # noqa: E402
 
 import escort_mj  # noqa: E402
+from benchmarks.bare import Bare  # noqa: E402
+from benchmarks.crowds import crowd  # noqa: E402
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
+from benchmarks.paired import alternate, effort, paired  # noqa: E402
+from escort_mj.world.callback import native_loop  # noqa: E402
+from escort_mj.world.model.build import build  # noqa: E402
+from escort_mj.world.plant import Plant  # noqa: E402
 
 PAGE = "avoidance.md"
 MISSIONS = ("main", "main_3d", "head_on", "paper/case2_2d_obstacles", "paper/case3_3d_obstacle")
@@ -28,6 +34,13 @@ QUIET = {"sensing.position.noise": 0, "sensing.velocity.noise": 0}
 SEEDS = range(1, 21)
 SPEEDS = (1.0, 2.0, 4.0)
 CIRCLING = 0.3  # m: robots that start nearer to each other are drawn again
+COSTS = {  # a mission, its changes, and the steps before and in a round
+    "main, n = 5": ("main", {}, 2000, 1000),
+    "crowd, n = 100": ("crowd", crowd(100), 5000, 200),
+    "crowd, n = 1000": ("crowd", crowd(1000), 5000, 40),
+    "crowd, n = 1000, first second": ("crowd", crowd(1000), 40, 20),
+}
+ROUNDS = 21
 Blocked = dict[str, Any]
 BLOCKED: dict[str, Blocked] = {
     "flat wall": {"walls": [{"points": [[0, -4], [0, 4]]}]},
@@ -144,6 +157,28 @@ def worlds_that_block() -> Iterator[list[str]]:
         yield cells
 
 
+def costs() -> Iterator[list[str]]:
+    """The loop against bare `mj_step` along its own way, as in docs/performance.md."""
+    for name, (mission, changes, before, steps) in COSTS.items():
+        loops, ratios = {}, []
+        for outer in ("nsb", "set_based"):
+            keys = {"expect": [], "duration": 1000.0, **changes, "mission.outer": outer}
+            world = build(escort_mj.load_scenario(mission, keys))
+            plant, bare = Plant(world), Bare(world)
+
+            def native(world: Any = world, plant: Plant = plant, steps: int = steps) -> float:
+                with native_loop(world):
+                    return effort(lambda: plant.step(steps)) / steps
+
+            with native_loop(world):
+                plant.step(before)
+            bare.skip(before)
+            loops |= {f"bare {outer}": lambda bare=bare, steps=steps: bare.step(steps), outer: native}
+        times = alternate(loops, ROUNDS)
+        ratios = [f"**{paired(times, outer, f'bare {outer}'):.2f}**" for outer in ("nsb", "set_based")]
+        yield [name, f"{1e6 * float(np.median(times['bare nsb'])):.3g}", *ratios]
+
+
 def main() -> None:
     """Flies all."""
     docs = wants_docs(__doc__, PAGE)
@@ -151,6 +186,7 @@ def main() -> None:
     head += ["chattering [N/s]", "energy [J]", "settles [s]"]
     tables = {
         "avoidance missions": table(head, missions()),
+        "avoidance costs": table(["mission", "bare [us]", "nsb / bare", "set-based / bare"], costs()),
         "avoidance approaches": table(
             ["way", *(f"{speed:g} m/s" for speed in SPEEDS)], approaches()
         ),
