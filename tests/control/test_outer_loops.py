@@ -14,7 +14,14 @@ from escort_mj.control.failure import Team
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import filtered as filtered_by
 from escort_mj.control.outer_loops.constraints import MOST, Rules, approach, constraints_of
-from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, least_change, nearest, nearest_velocity
+from escort_mj.control.outer_loops.nearest_velocity import (
+    STIFFNESS,
+    keep_limit,
+    kept_limit,
+    least_change,
+    nearest,
+    nearest_velocity,
+)
 from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
@@ -80,6 +87,12 @@ def move(rows, bounds, v):
 
 
 @jitted
+def limit(rows, bounds, most, v):
+    if rows.shape[1] == 2 or rows.shape[1] == 3:
+        keep_limit(rows, bounds, rows.shape[0], most, v)
+
+
+@jitted
 def repel_all(q, lost, position, radius, robot_radius, avoid, gain, least, direction, v, moved):
     for i in range(q.shape[0]):
         moved[i] = repulsion(i, q, lost, position, radius, robot_radius, avoid, gain, least, direction, v[i])
@@ -124,6 +137,27 @@ def test_the_nearest_velocity_solves_its_program(axes: int) -> None:
         np.testing.assert_allclose(v, expected, rtol=0.0, atol=1e-8 * max(1.0, np.abs(expected).max()))
         changed += must
     assert 100 < changed < 300
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_the_speed_limit_breaks_no_condition_that_can_be_kept(axes: int) -> None:
+    """Slowing down along the same direction breaks those of bodies that come nearer."""
+    rng, broken = np.random.default_rng(axes), 0
+    for _ in range(300):
+        rows = rng.normal(size=(int(rng.integers(1, 5)), axes))
+        rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+        feasible = rng.normal(size=axes)
+        bounds = rows @ feasible - rng.uniform(0.0, 2.0, size=len(rows))
+        most = float(np.linalg.norm(feasible)) * 1.001
+        fast = nearest(rows, bounds, rng.normal(scale=5.0, size=axes))[0]
+        kept, by_kernel = kept_limit(rows, bounds, most, fast), fast.copy()
+        limit(rows, bounds, most, by_kernel)
+        np.testing.assert_allclose(by_kernel, kept, atol=1e-9)
+        assert np.linalg.norm(kept) <= most * (1.0 + 1e-9)
+        assert (rows @ kept >= bounds - 1e-2).all()
+        slower = fast * min(1.0, most / np.linalg.norm(fast))
+        broken += bool((rows @ slower < bounds - 1e-2).any())
+    assert broken > 20
 
 
 def test_the_approach_stops_in_time() -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from escort_mj.api import scenarios_folder
-from escort_mj.study.sweeps.definition import load_study
+from escort_mj.scenario.reader.document import read_document
+from escort_mj.study.sweeps.definition import cells_of, load_study
 from escort_mj.study.sweeps.design import Design
 
 
@@ -96,6 +97,26 @@ def test_points_that_are_not_paired_have_values_and_seeds_of_their_own(tmp_path:
     paired = design(tmp_path, text.replace("paired: false, ", ""))
     assert len({cell.settings["robots.mass"] for cell in paired.cells}) == 20
     assert {run.seed for run in paired.runs()} == {1, 2}
+
+
+def test_the_safety_study_draws_what_it_says() -> None:
+    """A mission of each case is possible; together they have 2 to 60 robots, plane and space, most kinds."""
+    path = scenarios_folder() / "studies" / "safety.yaml"
+    whole = load_study(path).study
+    assert cells_of(whole) >= 2000 and not whole.sample.paired
+    counts = whole.sample.over["robots.count"]
+    assert (min(counts), max(counts)) == (2, 60)
+    data = read_document(path.read_text(), str(path)).data
+    data["sample"]["count"] = 1
+    laid_out = Design(load_study(data), scenarios_folder())
+    flown = [
+        laid_out.scenario(cell, run.seed) for cell, run in zip(laid_out.cells, laid_out.runs(), strict=True)
+    ]
+    assert {scenario.axes for scenario in flown} == {2, 3}
+    assert len({scenario.robots.kind.kind for scenario in flown}) == 7
+    assert all(scenario.mission.outer.loop == "set_based" for scenario in flown)
+    shapes = {obstacle.shape for scenario in flown for obstacle in scenario.obstacles}
+    assert shapes == {"sphere", "box", "cylinder", "capsule", "ellipsoid", "mesh"}
 
 
 def test_a_scenario_beside_the_study_comes_first(tmp_path: Path) -> None:
