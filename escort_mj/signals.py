@@ -25,6 +25,7 @@ from escort_mj.control.signals import (
     SupervisorSignals,
     TaskSignals,
 )
+from escort_mj.knowledge.signals import KnowledgeSignals, RadioSignals
 from escort_mj.monitor.signals import (
     CAUSES,
     ClearanceSignals,
@@ -39,6 +40,7 @@ from escort_mj.sensing.sensors import SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
+KNOWLEDGE, RADIO = "knowledge", "radio"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -46,6 +48,9 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("judged",): ("robot",),
     ("driven",): ("robot",),
     ("headed",): ("robot",),
+    ("informed",): ("robot",),
+    ("hearing",): ("robot",),
+    ("slots",): ("slot",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -60,6 +65,8 @@ CHANNELS: dict[Extent, str] = {
     ("judged",): LYAPUNOV,
     ("driven",): DRIVES,
     ("headed",): GOALS,
+    ("informed",): KNOWLEDGE,
+    ("hearing",): RADIO,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -80,6 +87,8 @@ class Signals(
     LyapunovSignals,
     DriveSignals,
     GoalSignals,
+    KnowledgeSignals,
+    RadioSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -90,7 +99,7 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`, `group`.
+            `cause`, `group`, `slot`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         dtype: Of its values in a trace.
@@ -153,14 +162,25 @@ def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
     return {TRUTH: int(truth), LYAPUNOV: int(truth and lyapunov), "axis_2": axes, "cause": len(CAUSES)}
 
 
-def channel_sizes(driven: bool, headed: bool) -> dict[str, int]:
-    """Sizes that robots with drives of their own, and robots with goals, add to those of a record.
+def channel_sizes(
+    driven: bool, headed: bool, informed: bool = False, axes: int = 0, slots: int = 0
+) -> dict[str, int]:
+    """Sizes that some missions add to those of a record.
 
     Args:
-        driven: Whether there are robots with drives.
+        driven: Whether there are robots with drives of their own.
         headed: Whether there are robots with goals.
+        informed: Whether robots know only what they see and hear.
+        axes: p.
+        slots: How many teammates a robot hears at most; 0 without a radio.
     """
-    return {name: 1 for name, recorded in ((DRIVES, driven), (GOALS, headed)) if recorded}
+    channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0}
+    sizes = {name: 1 for name, recorded in channels.items() if recorded}
+    if informed:
+        sizes["axis_2"] = axes
+    if slots:
+        sizes["slot"] = slots
+    return sizes
 
 
 def columns(name: str, sizes: Mapping[str, int]) -> slice:

@@ -13,7 +13,9 @@ from escort_mj.signals import SIGNALS, channel_sizes, truth_sizes
 def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> dict[str, int]:
     sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
     sizes["group"] = 4
-    return sizes | truth_sizes(axes, truth, lyapunov=truth) | channel_sizes(truth, truth)
+    return (
+        sizes | truth_sizes(axes, truth, lyapunov=truth) | channel_sizes(truth, truth, truth, axes, 2 * truth)
+    )
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:

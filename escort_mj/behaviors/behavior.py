@@ -85,8 +85,8 @@ def _tasks_by_robot(behavior: Any, now: Situation) -> tuple[Task, ...]:
     jacobian, rate = np.zeros((n, p, n, p)), np.zeros((n, p))
     for i in range(n):
         seen = BehaviorView(
-            setup.timestep, setup.radius, setup.max_speed, np.array([now.time]), now.q, now.v, now.c,
-            now.c_dot, setup.robot_radius, now.team.lost.astype(float), setup.obstacle_position,
+            setup.timestep, setup.radius, setup.max_speed, np.array([now.time]), now.q, now.v,
+            now.c[i], now.c_dot[i], setup.robot_radius, now.team.lost.astype(float), setup.obstacle_position,
             setup.obstacle_radius, np.zeros(p), np.zeros(p), np.zeros(1),
         )  # fmt: skip
         taken = behavior.wish(seen, i)

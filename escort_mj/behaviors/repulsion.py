@@ -11,9 +11,12 @@ from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, directions, tangential
-from escort_mj.behaviors.wish import Wish, across, look_at_point, square_of
+from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.knowledge.belief import target_place
+from escort_mj.knowledge.teammates import know_teammates
 from escort_mj.native.lanes import (
+    WIDTH,
     everywhere,
     greatest,
     lane_numbers,
@@ -49,18 +52,22 @@ class Repulsion(Behavior):
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task across the way to the target: down the Coulomb energy of the directions."""
         x, setup, lost = now.q - now.c, now.setup, now.team.lost
+        mates = np.broadcast_to(now.q, (len(x), *x.shape)) if now.mates is None else now.mates
         across, u = tangential(x), directions(x)
-        offset = u[:, None] - u
+        others = mates - now.c[:, None]
+        offset = u[:, None] - directions(others.reshape(-1, x.shape[1])).reshape(others.shape)
         apart = np.linalg.norm(offset, axis=2)
         with np.errstate(divide="ignore"):
             weight = np.where(apart > 1e-12, apart**-3.0, 0.0)
-        weight[:, (np.linalg.norm(x, axis=1) == 0.0) | lost] = 0.0
+        weight[(np.linalg.norm(others, axis=2) == 0.0) | lost] = 0.0
         gaps = (
             np.linalg.norm(now.q[:, None] - now.q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
         )
         np.fill_diagonal(gaps, 0.0)
-        known = (gaps <= setup.sensing.robots) & ~lost
-        push = (across @ np.einsum("ij,ijk->ik", weight * known, offset).ravel()).reshape(x.shape)
+        known = (gaps <= setup.sensing.robots) if now.mates is None else np.isfinite(mates).all(axis=2)
+        known = known & ~lost
+        push = np.einsum("ij,ijk->ik", np.where(known, weight, 0.0), np.where(known[..., None], offset, 0.0))
+        push = (across @ push.ravel()).reshape(x.shape)
         push /= np.maximum(known.sum(axis=1, keepdims=True), 1)
         push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
         speed = np.linalg.norm(push, axis=1, keepdims=True)
@@ -73,14 +80,62 @@ class Repulsion(Behavior):
 
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
-        _repel(i, self.gain, plan, state)
+        if plan.informed:
+            _repel_apart(i, self.gain, plan, state)
+        else:
+            _repel(i, self.gain, plan, state)
         p = state.q.shape[1]
-        look_at_point(i, state.q_measured, state.target_position_measured, x)
+        look_at_target(i, plan, state, x)
         square, rows = square_of(x, 0, p), stack_rows(p)
         load_rows(state.wished_velocity, i, rows)
         for k in range(p):
             set_row(wish, at + k, row_of(rows, k))
         return across(where(square > 0.0, 1.0 / square, 0.0), root(square_of(wish, at, p)) / self.gain)
+
+
+@on_demand
+def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
+    """The same where robots i to i + 7 know teammates and the target each by itself."""
+    n, p = state.q.shape
+    for robot in range(i, min(i + WIDTH, n)):
+        know_teammates(robot, plan, state)
+        center, push = target_place(robot, plan, state), state.wished_velocity[robot]
+        team, own, inward, speed = 0.0, 0.0, 0.0, 0.0
+        for k in range(p):
+            push[k] = 0.0
+            own += (state.q_measured[robot, k] - center[k]) ** 2
+        if own == 0.0:
+            continue
+        for j in range(n):
+            if state.mate_unknown[j] != 0.0:
+                continue
+            away, gap, apart = 0.0, 0.0, 0.0
+            for k in range(p):
+                away += (state.mate_position[j, k] - center[k]) ** 2
+                gap += (state.mate_position[j, k] - state.q_measured[robot, k]) ** 2
+            near = math.sqrt(gap) - plan.robot_radius[robot] - plan.robot_radius[j] <= plan.sensing_robots
+            if j != robot and state.link_from.shape[0] == 0 and not near:
+                continue
+            team += 1.0
+            if away == 0.0 or j == robot:
+                continue
+            for k in range(p):
+                unit = (state.q_measured[robot, k] - center[k]) / math.sqrt(own)
+                apart += (unit - (state.mate_position[j, k] - center[k]) / math.sqrt(away)) ** 2
+            if apart <= SAME:
+                continue
+            for k in range(p):
+                unit = (state.q_measured[robot, k] - center[k]) / math.sqrt(own)
+                way = unit - (state.mate_position[j, k] - center[k]) / math.sqrt(away)
+                push[k] += way / (apart * math.sqrt(apart))
+        for k in range(p):
+            inward += push[k] * (state.q_measured[robot, k] - center[k]) / own
+        for k in range(p):
+            push[k] = (push[k] - inward * (state.q_measured[robot, k] - center[k])) / max(team, 1.0)
+            speed += push[k] * push[k]
+        limit = gain * plan.radius / max(math.sqrt(speed), 1.0)
+        for k in range(p):
+            push[k] *= limit
 
 
 @on_demand
@@ -90,7 +145,7 @@ def _repel(i: int, gain: float, plan: Plan, state: State) -> None:
     q, center, radius = state.q_measured, state.target_position_measured, plan.robot_radius
     x, here, other, push = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
     load_rows(q, i, here)
-    look_at_point(i, q, center, x)
+    look_at_target(i, plan, state, x)
     square = square_of(x, 0, p)
     weight, team = where(square > 0.0, 1.0 / square, 0.0), everywhere(0.0)
     inverse = root(weight)

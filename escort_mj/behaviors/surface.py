@@ -12,7 +12,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.avoid_obstacles import AvoidObstacles
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, half_squared_distance
-from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_point
+from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_target
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
@@ -125,16 +125,16 @@ class Surface(Behavior):
         for point, size, velocity in zip(
             setup.obstacles_seen()[-1], setup.obstacle_radius, setup.obstacle_velocities(), strict=True
         ):
-            way = now.c - point
+            way = now.c[0] - point
             apart = float(np.linalg.norm(way))
             if apart - size < min(room, wanted + setup.sensing.obstacles):
-                room, opening = apart - size, float(way @ (now.c_dot - velocity)) / max(apart, 1e-300)
+                room, opening = apart - size, float(way @ (now.c_dot[0] - velocity)) / max(apart, 1e-300)
         soft = SOFT * setup.radius
         return fitted(wanted, rate, room - _margin(setup), opening, soft, self.least_radius(setup))
 
     def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
-        look_at_point(i, state.q_measured, state.target_position_measured, x)
+        look_at_target(i, plan, state, x)
         radius = ahead = plan.radius
         if self.place >= 0:
             radius = state.radius_now[self.place, 0]

@@ -25,12 +25,14 @@ class Situation:
     Attributes:
         setup: What the controller knows of the mission.
         team: Who is left, and in which formation.
-        rotation: Of the even figure, shape (p, p).
+        rotation: Of the even figure as each robot has it, shape (n, p, p).
         q: Measured positions, shape (n, p) [m].
         v: Measured velocities, shape (n, p) [m/s].
         e: Tracking errors, shape (n, p) [m].
-        c: Measured position of the target, shape (p,) [m].
-        c_dot: Measured velocity of the target, shape (p,) [m/s].
+        c: Position of the target as each robot knows it, shape (n, p) [m].
+        c_dot: Velocity of the target, likewise [m/s].
+        mates: Where each robot knows its teammates to be, NaN for those that it does not know of, shape
+            (n, n, p) [m]; None where all know the measured positions.
         goal: Points that the robots go to, shape (n, p) [m].
         goal_velocity: How fast these move, shape (n, p) [m/s].
         time: [s].
@@ -48,6 +50,7 @@ class Situation:
     goal: Array
     goal_velocity: Array
     time: float = 0.0
+    mates: Array | None = None
     memory: dict[str, Array] = field(default_factory=dict)
     _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 

@@ -15,12 +15,16 @@ from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, directions, tangential
-from escort_mj.behaviors.wish import Wish, across, look_at_point, square_of
+from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
+from escort_mj.knowledge.belief import target_place
+from escort_mj.knowledge.teammates import know_teammates
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory
+from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, stack_memory
 from escort_mj.native.lanes import (
     WIDTH,
+    Lanes,
     everywhere,
+    gather,
     load,
     load_rows,
     row_of,
@@ -52,7 +56,7 @@ class VertexState(Fields):
     """The even figure of the robots that are left, and how it is turned."""
 
     vertices: Annotated[Array, "vertices", "p", Value("1", "likewise, of fewer robots after a loss")]
-    rotation: Annotated[Array, "p", "p", Value("1", "that turns the figure to fit the robots")]
+    rotation: Annotated[Array, "turned", "p", "p", Value("1", "that turns the figure to fit the robots")]
 
 
 class Vertices(Behavior):
@@ -68,7 +72,7 @@ class Vertices(Behavior):
         """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
         x = now.q - now.c
         across = tangential(x)
-        wanted = self.gain * (now.setup.radius * now.team.vertices @ now.rotation.T - x)
+        wanted = self.gain * (now.setup.radius * np.einsum("iab,ib->ia", now.rotation, now.team.vertices) - x)
         return (Task(across, across @ wanted.ravel()),)
 
     def error(self, now: Situation) -> Array:
@@ -79,14 +83,14 @@ class Vertices(Behavior):
         """The same for robots i to i + 7, compiled."""
         p = state.q.shape[1]
         vertices, inward = stack_rows(p), everywhere(0.0)
-        look_at_point(i, state.q_measured, state.target_position_measured, x)
+        look_at_target(i, plan, state, x)
         load_rows(state.vertices, i, vertices)
         square = square_of(x, 0, p)
         weight = where(square > 0.0, 1.0 / square, 0.0)
         for k in range(p):
             vertex = everywhere(0.0)
             for c in range(p):
-                vertex = vertex + state.rotation[k, c] * row_of(vertices, c)
+                vertex = vertex + _turn(i, k, c, plan, state) * row_of(vertices, c)
             wanted = self.gain * (plan.radius * vertex - row_of(x, k))
             set_row(wish, at + k, wanted)
             inward = inward + wanted * row_of(x, k)
@@ -97,7 +101,39 @@ class Vertices(Behavior):
 
 
 @inlined
-def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation: Array) -> None:
+def _turn(i: int, a: int, b: int, plan: Plan, state: State) -> Lanes:
+    """Return an entry of the rotation of the figure, as robots i to i + 7 have it."""
+    p = state.q.shape[1]
+    if plan.informed:
+        own: Lanes = gather(state.rotation, (i * p + a) * p + b, p * p)
+        return own
+    return everywhere(state.rotation[0, a, b])
+
+
+@merged
+def turn_figures(plan: Plan, state: State) -> None:
+    """One step of the rotation that fits the figure to the robots: the team's, or each robot's own.
+
+    A robot with a figure of its own fits it to those robots that it knows of, when it has learned of some,
+    and by as much of the way as they are of the team: the less it knows, the more it agrees with others.
+    """
+    for robot in range(state.rotation.shape[0]):
+        q, center, missing = state.q_measured, target_place(robot, plan, state), state.lost
+        share = 1.0
+        if plan.informed:
+            if state.team_news[robot] == 0.0 or state.lost[robot] != 0.0:
+                continue
+            know_teammates(robot, plan, state)
+            q, missing = state.mate_position, state.mate_unknown
+            known, left = 0.0, 0.0
+            for j in range(q.shape[0]):
+                known, left = known + 1.0 - missing[j], left + 1.0 - state.lost[j]
+            share = known / left
+        turn_figure(q, center, missing, state.vertices, share, state.rotation[robot])
+
+
+@inlined
+def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, share: float, rotation: Array) -> None:
     """One step of the rotation that fits the figure to the robots, from the step before.
 
     With H the correlation of robots and vertices and M = H R^T, R is best where M is symmetric; a skew step
@@ -108,6 +144,7 @@ def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation:
         center: Position of the target, shape (p,) [m].
         lost: 1 for robots that do not count, shape (n,).
         vertices: Unit vector of each robot's vertex in the figure's own frame, shape (n, p).
+        share: Of the way to go.
         rotation: R, shape (p, p); changed in place.
     """
     p = q.shape[1]
@@ -132,7 +169,7 @@ def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, rotation:
             total = 0.0
             for c in range(p):
                 total += (m[a, c] - m[c, a]) * old[c, b]
-            rotation[a, b] = old[a, b] + total / trace
+            rotation[a, b] = old[a, b] + share * total / trace
     for a in range(p):
         for b in range(p):
             total = 0.0
@@ -180,7 +217,7 @@ def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) 
             h[a, b] = total(row_of(sums, a * p + b))
 
 
-def turned(rotation: Array, q: Array, c: Array, vertices: Array) -> Array:
+def turned(rotation: Array, q: Array, c: Array, vertices: Array, share: float = 1.0) -> Array:
     """One step of the rotation that fits the even figure to the robots, shape (p, p).
 
     A skew step to where the correlation of robots and turned vertices is symmetric, then one Newton-Schulz
@@ -189,5 +226,5 @@ def turned(rotation: Array, q: Array, c: Array, vertices: Array) -> Array:
     m = directions(q - c).T @ vertices @ rotation.T
     if np.trace(m) <= 0.0:
         return rotation
-    rotation = rotation + (m - m.T) / np.trace(m) @ rotation
+    rotation = rotation + share * (m - m.T) / np.trace(m) @ rotation
     return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))

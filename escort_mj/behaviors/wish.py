@@ -6,7 +6,7 @@ its task and the velocity that it wishes for, and returns a `Wish`.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,9 @@ from escort_mj.native.lanes import (
     where,
 )
 from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 
@@ -81,6 +84,27 @@ def look_at_point(i: int, q: Array, point: Array, x: Array) -> None:
     load_rows(q, i, here)
     for k in range(p):
         set_row(x, k, where(there(n - i), row_of(here, k) - point[k], 0.0))
+
+
+@inlined
+def look_at_target(i: int, plan: Plan, state: State, x: Array) -> None:
+    """Writes x = q - c, with c where each robot believes the target to be; 0 in lanes past the last robot.
+
+    Args:
+        i: First robot, from 0.
+        plan: Says whether robots have estimates of their own.
+        state: Gives measured positions and the target.
+        x: Result, in the first p rows [m].
+    """
+    p = state.q.shape[1]
+    if not plan.informed:
+        look_at_point(i, state.q_measured, state.target_position_measured, x)
+        return
+    here, center = stack_rows(p), stack_rows(p)
+    load_rows(state.q_measured, i, here)
+    load_rows(state.target_estimate, i, center)
+    for k in range(p):
+        set_row(x, k, where(there(state.q.shape[0] - i), row_of(here, k) - row_of(center, k), 0.0))
 
 
 @inlined

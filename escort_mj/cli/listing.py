@@ -18,13 +18,20 @@ from escort_mj.recognize import scenario_names, scenarios_folder, study_names
 if TYPE_CHECKING:
     from escort_mj.study.checked import Case
 
-TAGS = {"laws": "law", "behaviors": "behavior", "robots": "kind", "outer-loops": "loop"}
+TAGS = {
+    "laws": "law",
+    "behaviors": "behavior",
+    "robots": "kind",
+    "outer-loops": "loop",
+    "estimators": "estimator",
+}
 Kind = Literal[
     "scenarios",
     "studies",
     "laws",
     "behaviors",
     "outer-loops",
+    "estimators",
     "robots",
     "metrics",
     "expectations",
@@ -182,6 +189,7 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "laws": _components("law"),
     "behaviors": _components("behavior"),
     "outer-loops": _components("loop"),
+    "estimators": _components("estimator"),
     "robots": _components("kind"),
     "metrics": _metrics,
     "expectations": _expectations,

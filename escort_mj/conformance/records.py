@@ -29,6 +29,10 @@ BESIDE: dict[str, dict[str, Any]] = {
     },
     "in space": {"axes": 3},
     "a robot lost": {"robots": {"failures": ({"robot": 2, "at": 0.5},)}},
+    "estimates and messages": {
+        "knowledge": {"estimator": "kalman", "target": {"robots": (1,), "noise": {"position": 0.01}}},
+        "communication": {"rate": 50.0, "loss": 0.2},
+    },
     "goals and no target": {
         "duration": 6.0,
         "target": None,

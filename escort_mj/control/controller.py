@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
 from escort_mj.behaviors.surface import choose_radii
-from escort_mj.behaviors.vertices import turn_figure
+from escort_mj.behaviors.vertices import turn_figures
 from escort_mj.components.movers import drive
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.failure import command_failing_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
+from escort_mj.control.knowing import know
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
@@ -71,6 +72,9 @@ def evaluate(plan: Plan, state: State) -> None:
     if plan.mover_mass.shape[0] > 0:
         drive(plan, state)
     take_measurements(plan, state)
+    state.sampled[0] = is_sampled(int(state.step[0]), plan)
+    if moved and plan.informed:
+        know(plan, state)
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)
     n, p = state.q.shape
@@ -89,12 +93,9 @@ def evaluate(plan: Plan, state: State) -> None:
         choose_radii(plan, state)
     someone = plan.alike or refresh(plan, state)
     if someone and moved and plan.vertices.shape[0] > 0:
-        turn_figure(
-            state.q_measured, state.target_position_measured, state.lost, state.vertices, state.rotation
-        )
+        turn_figures(plan, state)
     for i in range(0, n, WIDTH):
         reference_velocities(i, plan, state, moved)
-    state.sampled[0] = is_sampled(int(state.step[0]), plan)
     if state.sampled[0] != 0.0:
         for i in range(0, n, WIDTH):
             weigh_tasks(i, plan, state)
@@ -133,9 +134,10 @@ def advance(plan: Plan, state: State) -> bool:
             for k in range(p):
                 state.q_d[i, k] = state.q[i, k]
                 state.rho_hat[i, k] = plan.estimate_at_start
-        for a in range(p):
-            for b in range(p):
-                state.rotation[a, b] = 1.0 if a == b else 0.0
+        for i in range(state.rotation.shape[0]):
+            for a in range(p):
+                for b in range(p):
+                    state.rotation[i, a, b] = 1.0 if a == b else 0.0
         for i in range(plan.vertices.shape[0]):
             for k in range(p):
                 state.vertices[i, k] = plan.vertices[i, k]

@@ -97,7 +97,7 @@ def _close_ranks(left: int, plan: Plan, state: State) -> None:
             first += count
         reform(
             state.q_measured, state.target_position_measured, state.lost, left, plan.figures, first,
-            plan.turns, state.rotation, state.vertices, state.scratch,
+            plan.turns, state.rotation[0], state.vertices, state.scratch,
         )  # fmt: skip
 
 

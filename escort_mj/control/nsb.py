@@ -26,6 +26,7 @@ from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.custom.calls import custom_wishes
+from escort_mj.knowledge.belief import target_velocity_rows
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, data_address, inlined, merged
 from escort_mj.native.lanes import (
@@ -106,10 +107,11 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
     p = state.q.shape[1]
     first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
     parts, x = stack_rows(MAX_LEVELS * p), stack_rows(MAX_DIRECTIONS * p)
-    carried, relative = stack_rows(p), stack_rows(p)
+    carried, relative, speed = stack_rows(p), stack_rows(p), stack_rows(p)
     moving = 1.0 if plan.target_feedforward else 0.0
+    target_velocity_rows(i, plan, state, speed)
     for k in range(p):
-        set_row(carried, k, everywhere(moving * state.target_velocity_measured[k]))
+        set_row(carried, k, moving * row_of(speed, k))
     active, bent, highest = everywhere(0.0), everywhere(0.0), levels
     for level in range(levels - 1, -1, -1):
         escort = plan.level_in_world[first + level] == 0.0
@@ -137,10 +139,10 @@ def compose(i: int, phase: int, plan: Plan, state: State) -> None:
         highest = level
         if any_of(bent > 0.5):  # what is below has bent the feed-forward: its remainder is projected
             for k in range(p):
-                set_row(relative, k, row_of(carried, k) - moving * state.target_velocity_measured[k])
+                set_row(relative, k, row_of(carried, k) - moving * row_of(speed, k))
             leave(p, task, x, relative, 0)
             for k in range(p):
-                set_row(carried, k, moving * state.target_velocity_measured[k] + row_of(relative, k))
+                set_row(carried, k, moving * row_of(speed, k) + row_of(relative, k))
     _spend(0, highest, levels, carried, parts, plan.max_speed, relative)
     set_velocities(i, phase, relative, active, plan, state)
 
@@ -315,7 +317,7 @@ def outer_loop(behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, 
         v_d, shape (n, p) [m/s], and who avoids, shape (n,).
     """
     q = now.q
-    c_dot = np.tile(now.c_dot, len(q)) * now.setup.target_feedforward
+    c_dot = now.c_dot.ravel() * now.setup.target_feedforward
     carried = c_dot  # what the projections leave of c_dot
     parts: list[Array] = []
     place = 0  # of c_dot among the parts: right before the highest escort behavior

@@ -24,6 +24,7 @@ from escort_mj.behaviors.vertices import turned
 from escort_mj.components.views import LawView
 from escort_mj.control.conflicts import Tasks, weigh
 from escort_mj.control.failure import Team, motors
+from escort_mj.control.knowing import Minds
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Supervisor
 from escort_mj.control.trigger import Holder
@@ -60,6 +61,8 @@ class ReferenceSignals(NamedTuple):
     task_removed: Array  # (n, behaviors)
     task_angle: Array  # (n, behaviors)
     outer_updates: Array  # (n,)
+    target_estimate: Array  # (n, p), or (0, p) where robots have no estimates of their own
+    target_velocity_estimate: Array  # likewise
 
 
 class ReferenceController:
@@ -83,6 +86,7 @@ class ReferenceController:
         self._team = Team.whole(self.setup)
         self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
+        self._minds = Minds(self.setup) if self.setup.informed else None
         self._goals, self._places = GoalsReached(self.setup), Places(self.setup)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
@@ -139,18 +143,25 @@ class ReferenceController:
 
         team, self._rotation = self._team.at(t, q_m, target, self._rotation, setup)
         self._team, lost = team, team.lost
+        n, mates = len(q), None
+        c, c_dot = np.tile(target, (n, 1)), np.tile(target_velocity, (n, 1))
+        if self._minds is not None:
+            if moved:
+                self._minds.update(t, q, (q_m, v_m, target, target_velocity), true_target[0], team)
+            (c, c_dot), mates = self._minds.estimate(t), self._minds.mates(t, q_m, lost)
         e = self.q_d - q_m
-        phase = self._supervisor.choose(t, q_m, target, lost)
-        held = self._v_d - target_velocity * setup.target_feedforward
+        phase = self._supervisor.choose(t, q_m, c, lost)
+        held = self._v_d - c_dot * setup.target_feedforward
         if moved:
             self._goals.choose(q_m, phase)
             self._places.place(t, target, target_velocity, phase, self._goals)
-        fresh = self._holder.fires(t, q_m, target, held, phase, self._avoiding, self._supervisor, lost)
-        if moved and fresh.any() and setup.figure is not None:
+        fresh = self._holder.fires(t, q_m, c, held, phase, self._avoiding, self._supervisor, lost)
+        if moved and fresh.any() and setup.figure is not None and self._minds is None:
             self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
+        rotation = np.broadcast_to(self._rotation, (n, *self._rotation.shape))
         now = Situation(
-            setup, team, self._rotation, q_m, v_m, e, target, target_velocity, self._goals.point,
-            self._goals.velocity, t,
+            setup, team, rotation if self._minds is None else self._minds.rotation, q_m, v_m, e, c, c_dot,
+            self._goals.point, self._goals.velocity, t, mates,
         )  # fmt: skip
         tasks = self._compose(now, phase, fresh)
         self._updates = self._updates + (fresh & moved & ~lost)
@@ -183,6 +194,7 @@ class ReferenceController:
         return ReferenceSignals(
             q_m, v_m, self.q_d, v_d, e, e_dot, s, tau, self.rho_hat, push, *true_target, target,
             target_velocity, active, lost, command, phase.astype(float), *tasks, self._updates,
+            *(known[:0] if self._minds is None else known for known in (c, c_dot)),
         )  # fmt: skip
 
     def _compose(self, now: Situation, phase: NDArray[np.int64], fresh: Mask) -> Tasks:

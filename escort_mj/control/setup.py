@@ -14,6 +14,9 @@ from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.control.trigger import Trigger
+from escort_mj.estimators import Estimator, Hold
+from escort_mj.knowledge.links import Radio
+from escort_mj.knowledge.sight import Sight
 from escort_mj.laws import Law
 from escort_mj.numerics.formation import Arrangement
 from escort_mj.numerics.reform import Reforming
@@ -119,6 +122,11 @@ class Setup:
         mass: Nominal masses, shape (n,) [kg].
         target_radius: [m]; None without a target.
         obstacle_velocity: For the twin: of the centers, shape (m, p) [m/s]; None where all rest.
+        sight: Who sees the target, and how; None where all robots know what the team's sensors show.
+        radio: How robots communicate; None where they know each other's positions.
+        estimator: What robots with sight make of what they see and hear.
+        start_deviation: How well these know position, velocity and acceleration of the target at the start
+            [m, m/s, m/s^2].
     """
 
     timestep: float
@@ -154,6 +162,15 @@ class Setup:
     mass: Array | float = 1.0
     target_radius: float | None = None
     obstacle_velocity: Array | None = None
+    sight: Sight | None = None
+    radio: Radio | None = None
+    estimator: Estimator = Hold()
+    start_deviation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @property
+    def informed(self) -> bool:
+        """Whether each robot has an estimate of the target of its own."""
+        return self.sight is not None
 
     @property
     def count(self) -> int:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import Behavior
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import Parameters
+from escort_mj.knowledge.belief import target_place
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import merged
 from escort_mj.native.on_demand import on_demand
@@ -165,7 +166,7 @@ def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
     if quantity == TARGET:
         square = 0.0
         for k in range(p):
-            square += (q[i, k] - state.target_position_measured[k]) ** 2
+            square += (q[i, k] - target_place(i, plan, state)[k]) ** 2
         return math.sqrt(square)
     nearest = math.inf
     if quantity == ROBOT:
@@ -182,7 +183,7 @@ def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
         square = of_target_square = 0.0
         for k in range(p):
             square += (q[i, k] - seen[j, k]) ** 2
-            of_target_square += (state.target_position_measured[k] - around[j, k]) ** 2
+            of_target_square += (target_place(i, plan, state)[k] - around[j, k]) ** 2
         gap = math.sqrt(square) - plan.robot_radius[i] - plan.obstacle_radius[j]
         if gap > plan.sensing_obstacles:
             continue
@@ -209,7 +210,7 @@ def quantity(name: str, q: Array, c: Array, setup: Setup, lost: Mask) -> Array:
         gaps = np.linalg.norm(q[:, None] - setup.obstacles_seen()[:-1], axis=2) - setup.obstacle_radius
         gaps = in_range(gaps - setup.robot_radius[:, None], setup.sensing.obstacles)
         if name == "target_obstacle_distance":
-            around = np.linalg.norm(c - setup.obstacles_seen()[-1], axis=1) - setup.obstacle_radius
+            around = np.linalg.norm(c[:, None] - setup.obstacles_seen()[-1], axis=2) - setup.obstacle_radius
             gaps = np.where(np.isfinite(gaps), around, np.inf)
     return np.asarray(gaps.min(axis=1, initial=np.inf))
 

@@ -14,6 +14,7 @@ from escort_mj.behaviors.wish import MAX_DIRECTIONS
 from escort_mj.components.parameters import Parameters
 from escort_mj.control.nsb import wish
 from escort_mj.control.supervisor import Supervisor
+from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
@@ -112,7 +113,7 @@ def _refresh_some(plan: Plan, state: State) -> bool:
         someone = someone or fires
         if fires:
             for k in range(p):
-                state.held_place[i, k] = state.q_measured[i, k] - state.target_position_measured[k]
+                state.held_place[i, k] = state.q_measured[i, k] - target_place(i, plan, state)[k]
             state.held_since[i] = state.time[0]
             state.held_in[i] = state.phase[i] + 1.0
             state.held_with[i] = losses
@@ -155,9 +156,10 @@ def _fires(i: int, plan: Plan, state: State) -> bool:
     if waited >= plan.trigger_longest:
         return True
     moved = speed = 0.0
+    place, drift = target_place(i, plan, state), target_speed(i, plan, state)
     for k in range(p):
-        moved += (state.q_measured[i, k] - state.target_position_measured[k] - state.held_place[i, k]) ** 2
-        carried = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
+        moved += (state.q_measured[i, k] - place[k] - state.held_place[i, k]) ** 2
+        carried = drift[k] if plan.target_feedforward else 0.0
         speed += (state.v_d[i, k] - carried) ** 2
     way = math.sqrt(speed) / gain if gain > 0.0 else 0.0
     return math.sqrt(moved) > plan.trigger_distance + plan.trigger_share * way
@@ -201,7 +203,7 @@ class Holder:
                     fired[i] |= behavior.intrusion(q, self.setup, lost)[0][i] > 0.0
             bound = trigger.distance + trigger.share * float(np.linalg.norm(w[i])) / gain
             waited = t - self.since[i] + 0.5 * self.setup.timestep
-            moved = float(np.linalg.norm(q[i] - c - self.place[i]))
+            moved = float(np.linalg.norm(q[i] - c[i] - self.place[i]))
             fired[i] |= waited >= trigger.dwell and (waited >= trigger.longest or moved > bound)
         self.since[fired], self.phase[fired] = t, phase[fired]
         self.place[fired] = (q - c)[fired]

@@ -25,11 +25,17 @@ from escort_mj.control.custom.calls import CustomState
 from escort_mj.control.failure import FailureParameters
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
+from escort_mj.control.knowing import EstimatorParameters
 from escort_mj.control.nsb import StackParameters
 from escort_mj.control.outer_loops.detour import DetourState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
+from escort_mj.knowledge.belief import BeliefParameters, BeliefState
+from escort_mj.knowledge.links import LinkParameters, LinkState
+from escort_mj.knowledge.messages import MessageState
+from escort_mj.knowledge.sight import SightParameters, SightState
+from escort_mj.knowledge.teammates import TeammateState
 from escort_mj.monitor.clearances import ClearanceParameters, ClearanceState
 from escort_mj.monitor.contacts import ContactState
 from escort_mj.monitor.lyapunov import LyapunovParameters, LyapunovState
@@ -52,6 +58,10 @@ class Plan(
     MoverParameters,
     ComponentParameters,
     SensorParameters,
+    BeliefParameters,
+    SightParameters,
+    LinkParameters,
+    EstimatorParameters,
     ControllerParameters,
     ProgramParameters,
     HarmonicParameters,
@@ -81,6 +91,11 @@ class State(
     ObstacleState,
     MoverState,
     SensorState,
+    BeliefState,
+    SightState,
+    LinkState,
+    MessageState,
+    TeammateState,
     ControllerState,
     ProgramState,
     SupervisorState,
@@ -113,7 +128,7 @@ def _mark() -> float:
 
 
 MAGIC = _mark()
-LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged", "headed"))
+LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged", "headed", "informed", "turned"))
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)
 

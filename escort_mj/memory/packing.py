@@ -15,6 +15,7 @@ from escort_mj.control.custom.native import block_of
 from escort_mj.control.harmonics import sum_of, tabulate
 from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.setup import Setup
+from escort_mj.estimators import ESTIMATORS
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
 from escort_mj.monitor.contacts import CELLS_PER_PAIR, PAIRS_PER_BODY
@@ -76,6 +77,10 @@ def pack(
         "modeled": n * law.needs_model,  # robots whose law is given their model
         "driven": n * setup.driven,
         "headed": n * setup.headed,
+        "informed": n * setup.informed,
+        "believed": setup.estimator.orders * p,
+        "turned": n if setup.informed else 1,
+        "depth": setup.radio.depth if setup.radio else 0,
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * law.differentiates,
         "watched": watched,
@@ -145,13 +150,18 @@ def _functions(setup: Setup) -> dict[str, Any]:
 def _components(setup: Setup) -> dict[str, Any]:
     """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begins."""
     blocks, places, end = [], [], 0
-    members: list[Component] = [setup.law, setup.outer, *setup.all_behaviors]
+    members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors]
     for member in members:
         places.append(end)
-        if type(member) in (*LAWS, *OUTER_LOOPS, *BEHAVIORS):
+        if type(member) in (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS):
             layout = shipped_layout(type(member))
             blocks.append(layout.pack({"p": setup.axes}, member.packed(setup)))
         else:
             blocks.append(block_of(member, setup.axes))
         end += len(blocks[-1])
-    return {"parameters": np.concatenate(blocks), "outer_place": places[1], "level_place": places[2:]}
+    return {
+        "parameters": np.concatenate(blocks),
+        "outer_place": places[1],
+        "estimator_place": places[2],
+        "level_place": places[3:],
+    }

@@ -28,7 +28,7 @@ PACKAGE = Path(__file__).parents[1]
 MOST_KEYS = 8  # folders of kernels that are kept, the latest used: versions, environments, checkouts
 AGAIN = "what is missing there is compiled again in each run"
 ROOMS = (
-    *("native/compiler", "behaviors", "laws", "control", "control/outer_loops", "monitor"),
+    *("native/compiler", "behaviors", "laws", "control", "control/outer_loops", "estimators", "monitor"),
     *("memory", "world/loop"),
 )
 NO_CONSTANTS = {  # modules from which no kernel takes anything

@@ -13,7 +13,7 @@ import numpy as np
 from escort_mj.errors import RunFolderError
 from escort_mj.monitor.signals import CAUSES, GROUPS
 from escort_mj.record.recording import not_logged
-from escort_mj.signals import DRIVES, EPISODE, GOALS, LYAPUNOV, SIGNALS, TRUTH
+from escort_mj.signals import DRIVES, EPISODE, GOALS, KNOWLEDGE, LYAPUNOV, RADIO, SIGNALS, TRUTH
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -100,6 +100,7 @@ def _attribute_faults(trace: Recorded) -> Iterator[str]:
 def _shape_faults(trace: Recorded) -> Iterator[str]:
     """Variables that are missing, or have other dimensions or types."""
     marks = {TRUTH: "mass_matrix", LYAPUNOV: "lyapunov", DRIVES: "drive_force", GOALS: "goal"}
+    marks |= {KNOWLEDGE: "target_estimate", RADIO: "heard_from"}
     channels = {channel: signal in trace for channel, signal in marks.items()}
     wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
     wanted |= {name: (dims, "fiu") for name, dims in FIXED.items()}

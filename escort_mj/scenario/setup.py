@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from escort_mj.scenario.geometry.trajectory import (
     trajectory,
 )
 from escort_mj.scenario.schema.expressions import Expression
+from escort_mj.scenario.schema.knowledge import DERIVATIVES, Knowledge, radio_of, sight_of
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.schema.sensing import sensors
@@ -72,6 +74,7 @@ def controller_setup(
             scenario.sensing, scenario.physics.timestep, scenario.seed, len(robots.mass), scenario.axes
         ),
         target=target,
+        **_knowledge(scenario, len(robots.mass)),
         disturbance=disturbance_trajectory(scenario),
         failures=scenario.robots.failures,
         reforming=_reforming(scenario, robots),
@@ -82,6 +85,20 @@ def controller_setup(
         shaped=any(not body.is_sphere for body in obstacles),
         expected_distances=tuple(x for one in scenario.expect for x in one.exact_distances()),
     )
+
+
+def _knowledge(scenario: Scenario, count: int) -> dict[str, Any]:
+    """Return what robots see, hear and make of it, where they know no more than that."""
+    knowledge, communication = scenario.knowledge, scenario.communication
+    if knowledge is None and communication is None:
+        return {}
+    knowledge, timestep = knowledge or Knowledge(), scenario.physics.timestep
+    return {
+        "sight": sight_of(knowledge, timestep, count),
+        "radio": radio_of(communication, timestep, count) if communication else None,
+        "estimator": knowledge.estimator,
+        "start_deviation": tuple(getattr(knowledge.initial, name) for name in DERIVATIVES),
+    }
 
 
 def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:

@@ -261,8 +261,9 @@ def test_avoidance_takes_its_speed_first(axes: int, seed: int) -> None:
     limit = 2.5
     signals = evaluate(replace(setup, max_speed=limit), q, v)
     assert np.all(np.linalg.norm(signals.v_d, axis=1) <= limit * (1.0 + 1e-12))
-    here = setup.target.position(0.7)
-    now = Situation(setup, Team.whole(setup), np.eye(axes), q, v, signals.e, here, 0.0 * here, q, v)
+    here = np.tile(setup.target.position(0.7), (len(q), 1))
+    turned = np.tile(np.eye(axes), (len(q), 1, 1))
+    now = Situation(setup, Team.whole(setup), turned, q, v, signals.e, here, 0.0 * here, q, v)
     v1, active = AVOID.velocity(now), AVOID.active(now)
     depth, intruder = AVOID.intrusion(q, setup)
     for i in np.flatnonzero(active):

@@ -111,7 +111,9 @@ def filtered(rules, setup, avoid, nominal, q, lost, v=None):
     team = replace(Team.whole(setup), lost=lost)
     axes = setup.axes
     v = np.zeros_like(q) if v is None else v
-    now = Situation(setup, team, np.eye(axes), q, v, 0.0 * q, np.full(axes, 100.0), np.zeros(axes), q, v)
+    now = Situation(
+        setup, team, np.tile(np.eye(axes), (len(q), 1, 1)), q, v, 0.0 * q, 0.0 * q + 100.0, 0.0 * q, q, v
+    )
     constraints = constraints_of(avoid, rules, now)
     found = [filtered_by(one, w) for one, w in zip(constraints, nominal, strict=True)]
     return np.array([each for each, _ in found]), np.array([moved for _, moved in found])

@@ -42,6 +42,8 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         given["lost"] = np.zeros((rows, robots))
         for name in ("clearance_body", "target_clearance_body"):
             given[name] = random.integers(-1, robots + obstacles, given[name].shape)
+        for name in ("target_seen", "heard_from", "messages_sent", "messages_heard", "messages_lost"):
+            given[name] = random.integers(0, 3, given[name].shape)
         given["contacts_untold"] = np.cumsum(random.integers(0, 10, rows))
         given["goals_left"] = random.integers(0, 4, (rows, robots))
         return pack(0.02 * np.arange(rows), sizes, **given), sizes, describe(sizes)

@@ -37,6 +37,9 @@ class CustomState(Fields):
     wished_direction: Annotated[Array, "n", "p", Value("1", "the same robot by robot: scratch")]
     wished_velocity: Annotated[Array, "n", "p", Value("m/s", "likewise")]
     wished_error: Annotated[Array, "n", Value("m", "likewise")]
+    team_target: Annotated[
+        Array, 2, "p", Value("m, m/s", "as measured, while robots' own estimates stand there")
+    ]
     wished_rank: Annotated[Array, "n", Value("1", "likewise: ALONG, ACROSS or NOTHING")]
 
 
@@ -126,8 +129,14 @@ def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
     n, p = state.q.shape
     plan_at, state_at = view_addresses(state)
     function = _function(block)
+    for k in range(p):
+        state.team_target[0, k] = state.target_position_measured[k]
+        state.team_target[1, k] = state.target_velocity_measured[k]
     for robot in range(i, min(i + WIDTH, n)):
         for k in range(p):
+            if plan.informed:
+                state.target_position_measured[k] = state.target_estimate[robot, k]
+                state.target_velocity_measured[k] = state.target_velocity_estimate[robot, k]
             state.wish_direction[k] = 0.0
             state.wish_velocity[k] = 0.0
         state.wish_error[0] = 0.0
@@ -146,3 +155,6 @@ def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
             state.wished_velocity[robot, k] = math.nan if failed else wished
         state.wished_error[robot] = state.wish_error[0] if rank != 0 else 0.0
         state.wished_rank[robot] = rank
+    for k in range(p):
+        state.target_position_measured[k] = state.team_target[0, k]
+        state.target_velocity_measured[k] = state.team_target[1, k]

@@ -12,6 +12,7 @@ from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
+from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.numerics.neighbors import ALL, find_near
 from escort_mj.sensing.measure import in_range
@@ -125,9 +126,9 @@ def find_constraints(
 
 
 @inlined
-def team_motion(k: int, rules: Rules, plan: Plan, state: State) -> float:
-    """Return the velocity along an axis relative to which teammates keep their distances [m/s]."""
-    return rules.foresees * state.target_velocity_measured[k] if plan.target_feedforward else 0.0
+def team_motion(robot: int, k: int, rules: Rules, plan: Plan, state: State) -> float:
+    """Return the velocity along an axis relative to which a robot keeps distances to teammates [m/s]."""
+    return rules.foresees * target_speed(robot, plan, state)[k] if plan.target_feedforward else 0.0
 
 
 @inlined
@@ -163,7 +164,7 @@ def _consider(
             return count
         reach = rules.target_distance
         reach += float(avoid.measure) * (plan.robot_radius[robot] + rules.target_radius)
-        apart = _from_point(robot, q, state.target_position_measured, direction)
+        apart = _from_point(robot, q, target_place(robot, plan, state), direction)
     else:
         reach, _ = reach_of(robot, other, state.lost, plan.obstacle_radius, plan.robot_radius, avoid)
         if reach == 0.0:
@@ -182,11 +183,11 @@ def _consider(
         if mate < 0:
             motion = state.obstacle_velocity[other, k]
         elif mate == n:
-            motion = state.target_velocity_measured[k]
+            motion = target_speed(robot, plan, state)[k]
         elif state.lost[mate] != 0.0:
             motion = state.v_measured[mate, k]
         else:
-            motion, share = team_motion(k, rules, plan, state), 0.5
+            motion, share = team_motion(robot, k, rules, plan, state), 0.5
         along += direction[k] * motion
         square += motion * motion
     closing, place = share * approach(margin, rules), count
@@ -271,20 +272,20 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         [in_range(gaps[:, :m], setup.sensing.obstacles), in_range(gaps[:, m:], setup.sensing.robots)]
     )
     frame = now.c_dot * setup.target_feedforward
-    motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame)])
     share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
     found: list[Constraints] = []
     for i in range(n):
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
+        motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i])])
         velocity, shares = motion[wanted], share[wanted]
         if rules.target_distance > 0.0:
-            x = q[i] - now.c
+            x = q[i] - now.c[i]
             length = float(np.linalg.norm(x))
             bodies = (setup.robot_radius[i] + rules.target_radius) * (avoid.measure == "surface")
             rows = np.vstack([rows, x / length if length > 0.0 else np.eye(len(x))[0]])
             margin = np.append(margin, length - bodies - rules.target_distance)
-            velocity, shares = np.vstack([velocity, now.c_dot]), np.append(shares, 1.0)
+            velocity, shares = np.vstack([velocity, now.c_dot[i]]), np.append(shares, 1.0)
         kept = ~((rules.cone != 0.0) & (margin > 0.0))
         rows, margin, velocity, shares = rows[kept], margin[kept], velocity[kept], shares[kept]
         closing = shares * [approach(float(each), rules) for each in margin]

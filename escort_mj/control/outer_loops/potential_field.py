@@ -15,6 +15,7 @@ from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, set_velocities, wish
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, reach_of
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.knowledge.belief import target_velocity_rows
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, everywhere, row_of, set_row, stack_rows
@@ -47,7 +48,7 @@ class PotentialField(OuterLoop):
         """Return the sum of all wishes and repulsions, within the speed limit, and who is repelled."""
         escorting, avoiding = split(behaviors)
         active = np.zeros(len(now.q), dtype=bool)
-        velocity = np.tile(now.c_dot * now.setup.target_feedforward, (len(now.q), 1))
+        velocity = now.c_dot * now.setup.target_feedforward
         for behavior in escorting:
             velocity = velocity + behavior.velocity(now)
         for avoid in avoiding:
@@ -60,9 +61,9 @@ class PotentialField(OuterLoop):
         n, p = state.q.shape
         first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
         x, part, total = stack_rows(MAX_DIRECTIONS * p), stack_rows(p), stack_rows(p)
+        target_velocity_rows(i, plan, state, total)
         for k in range(p):
-            moved = state.target_velocity_measured[k] if plan.target_feedforward else 0.0
-            set_row(total, k, everywhere(moved))
+            set_row(total, k, row_of(total, k) if plan.target_feedforward else everywhere(0.0))
         for level in range(first, first + levels):
             if plan.level_in_world[level] == 0.0:
                 wish(i, level, plan, state, x, part, 0)

@@ -44,6 +44,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     speed_along,
 )
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import (
@@ -152,7 +153,7 @@ class SetBased(OuterLoop):
             memory.setdefault(name, empty)
         for avoid in avoiding:
             for i, found in enumerate(constraints_of(avoid, rules, now)):
-                frame = now.c_dot * rules.foresees * now.setup.target_feedforward
+                frame = now.c_dot[i] * rules.foresees * now.setup.target_feedforward
                 velocity[i], active[i] = self._one(i, avoid.sidestep, found, velocity[i], frame, now)
         return slowed(velocity, now.setup.max_speed), active
 
@@ -165,7 +166,7 @@ class SetBased(OuterLoop):
         elapsed, fastest = now.time - memory["detour_time"][i], speed
         memory["detour_time"][i] = now.time
         if self.patience is not None:
-            beside += 2.0 * float(np.linalg.norm(now.c_dot))
+            beside += 2.0 * float(np.linalg.norm(now.c_dot[i]))
         while True:
             rows, bounds, shared = all_constraints.within(fastest, beside)
             v, moved = nearest(rows, bounds, aside(share, rows, bounds, wanted) if side == 0.0 else nominal)
@@ -219,16 +220,18 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
     """
     n, p = state.q.shape
     q, own, to_surface = state.q_measured, load(plan.robot_radius, i), float(avoid.measure)
-    here, wanted = stack_rows(p), stack_rows(p)
+    here, wanted, center, drift = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
+    target_rows(i, plan, state, center)
+    target_velocity_rows(i, plan, state, drift)
     load_rows(q, i, here)
     load_rows(state.v_d, i, wanted)
     square, relative = everywhere(0.0), everywhere(0.0)
     to_target, found = everywhere(0.0), everywhere(0.0)
     for k in range(p):
-        carried = state.target_velocity_measured[k]
+        carried = row_of(drift, k)
         square = square + row_of(wanted, k) * row_of(wanted, k)
         relative = relative + (row_of(wanted, k) - carried) * (row_of(wanted, k) - carried)
-        way = row_of(here, k) - state.target_position_measured[k]
+        way = row_of(here, k) - row_of(center, k)
         to_target = to_target + way * way
     speed, relative = root(square), root(relative)
     if rules.target_distance > 0.0:
@@ -294,9 +297,9 @@ def _keep_clear(
     for k in range(p):
         wanted[k] = nominal[k] = v[k]
     speed = fastest = length_of(v)
-    beside, side = _beside(v, rules, plan, state), 0.0
+    beside, side = _beside(robot, v, rules, plan, state), 0.0
     if patience > 0.0:  # it may go in any direction
-        beside += 2.0 * length_of(state.target_velocity_measured)
+        beside += 2.0 * length_of(target_speed(robot, plan, state))
     while True:
         count = find_constraints(robot, fastest, beside, avoid, rules, plan, state, rows, bounds, shared)
         for k in range(p):
@@ -304,7 +307,7 @@ def _keep_clear(
         if side == 0.0:
             _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
         moved = nearest_velocity(rows, bounds, count, v) or side != 0.0
-        now, relative = length_of(v), _beside(v, rules, plan, state)
+        now, relative = length_of(v), _beside(robot, v, rules, plan, state)
         if now > fastest or relative > beside:  # it is led away: what is behind it counts, too
             fastest, beside = max(fastest, now), max(beside, relative)
             continue
@@ -331,11 +334,11 @@ def _keep_clear(
 
 
 @inlined
-def _beside(v: Array, rules: Rules, plan: Plan, state: State) -> float:
+def _beside(robot: int, v: Array, rules: Rules, plan: Plan, state: State) -> float:
     """Return the speed of a velocity relative to the team's motion [m/s]."""
     square = 0.0
     for k in range(v.shape[0]):
-        square += (v[k] - team_motion(k, rules, plan, state)) ** 2
+        square += (v[k] - team_motion(robot, k, rules, plan, state)) ** 2
     return math.sqrt(square)
 
 

@@ -10,6 +10,7 @@ from escort_mj.numerics.steps import last_step
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.checks.failures import check_failures
 from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
+from escort_mj.scenario.checks.knowledge import check_communication, check_known, check_target_sight
 from escort_mj.scenario.checks.mission import (
     check_behaviors,
     check_formation,
@@ -40,6 +41,7 @@ from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
+from escort_mj.scenario.schema.knowledge import senders_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import channel_sizes, record_size, truth_sizes
 
@@ -97,7 +99,10 @@ def trace_size(scenario: Scenario) -> float:
     }
     sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
     headed = any(isinstance(behavior, Headed) for stack in stacks for behavior in stack)
-    sizes |= channel_sizes(any(kind.driven for kind in kinds_of(scenario)), headed)
+    communication = scenario.communication
+    slots = senders_of(communication, count).shape[1] if communication else 0
+    informed = scenario.knowledge is not None or communication is not None
+    sizes |= channel_sizes(any(kind.driven for kind in kinds_of(scenario)), headed, informed, axes, slots)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 
@@ -142,6 +147,9 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_weights, ("axes", "physics", "robots")),
     (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
     (check_sight, ("mission", "robots", "sensing")),
+    (check_known, ("knowledge", "communication", "mission", "target", "robots")),
+    (check_target_sight, ("knowledge", "robots", "physics", "axes")),
+    (check_communication, ("communication", "robots", "physics", "axes")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "mission", *AROUND)),
 )

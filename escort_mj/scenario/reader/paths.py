@@ -13,7 +13,13 @@ from escort_mj.scenario.findings import Path
 from escort_mj.scenario.schema.expectations import tag_of_kind
 from escort_mj.scenario.schema.scenario import Scenario
 
-TAGS = ("behavior", "law", "loop", "kind")  # keys that tell apart the tables which may stand in one place
+TAGS = (
+    "behavior",
+    "law",
+    "loop",
+    "kind",
+    "estimator",
+)  # keys that tell apart the tables which may stand in one place
 
 
 class Location(NamedTuple):

@@ -26,6 +26,7 @@ from escort_mj.scenario.schema.fields import (
     Law,
     OuterLoop,
 )
+from escort_mj.scenario.schema.knowledge import Communication, Knowledge
 from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import Robots
@@ -214,6 +215,10 @@ class Scenario(Parameters, metaclass=_Checked):
     computes gains that fit the robots (docs/gains.md); the stored scenario has the numbers."""
     sensing: Sensing = Sensing()
     """Sensors of the robots and their errors."""
+    knowledge: Knowledge | None = None
+    """What each robot knows of the target by itself; null: all know what the team's sensors show."""
+    communication: Communication | None = None
+    """Messages between the robots; null: all know each other's positions at once."""
     uncertainty: Uncertainty = Uncertainty()
     """Disturbances that the controller does not know."""
     recording: Recording = Recording()

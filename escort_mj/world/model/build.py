@@ -172,7 +172,8 @@ def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None, see
         "group": len(bodies.watched),
     }
     sizes |= truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
-    sizes |= channel_sizes(setup.driven, setup.headed)
+    slots = setup.radio.senders.shape[1] if setup.radio is not None else 0
+    sizes |= channel_sizes(setup.driven, setup.headed, setup.informed, scenario.axes, slots)
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule_of(scenario), sizes)
 
 

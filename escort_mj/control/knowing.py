@@ -1,0 +1,294 @@
+"""What each robot knows, step by step: it looks, tells, hears, and estimates where the target is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors.vertices import turned
+from escort_mj.components.component import number_of, reader
+from escort_mj.components.dispatch import one_of
+from escort_mj.control.nsb import block_at
+from escort_mj.estimators import ESTIMATORS, Estimator
+from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry
+from escort_mj.knowledge.links import NOBODY
+from escort_mj.knowledge.messages import NEVER, Mail, Message, begin_radio, send
+from escort_mj.knowledge.sight import look, look_at_target
+from escort_mj.native.fields import Fields, Value
+from escort_mj.native.kernels import inlined, reachable
+from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.gaussian import START, normal, normals
+
+if TYPE_CHECKING:
+    from escort_mj.control.failure import Team
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+class EstimatorParameters(Fields):
+    """Which estimator robots have."""
+
+    estimator: Annotated[int, Value("1", "place in ESTIMATORS")]
+    estimator_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
+    estimate_moves: Annotated[bool, Value("1", "whether estimates move on between two measurements")]
+    estimate_density: Annotated[float, Value("m^2/s^3", "of the acceleration that it expects")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {
+            "estimator": number_of(setup.estimator, ESTIMATORS),
+            "estimate_moves": setup.estimator.predicts,
+            "estimate_density": setup.estimator.density,
+        }
+
+
+@on_demand
+def know(plan: Plan, state: State) -> None:
+    """Lets robots look, send and hear, as far as that is due, and moves their estimates on.
+
+    Args:
+        plan: Gives sight, radio and estimator.
+        state: Gives time, truth and measurements; beliefs, messages and estimates are written.
+    """
+    n, step, talks = state.q.shape[0], int(state.step[0]), state.link_from.shape[0] > 0
+    if state.evaluated[0] == 0.0:
+        _begin(plan, state)
+        if talks:
+            begin_radio(plan, state)
+    if step % plan.sight_every == 0:
+        look_at_target(plan, state)
+        for i in range(n):
+            if state.target_seen[i] != 0.0:
+                _see(plan.estimator, i, plan, state)
+    if talks and step >= state.radio_next[0]:
+        send(plan, state)
+    for i in range(n):
+        state.team_news[i] = 0.0 if talks else 1.0
+    if talks and step >= state.radio_next[1]:
+        _deliver(step, plan, state)
+    _move_estimates(plan, state)
+    if state.sampled[0] != 0.0:
+        _note(plan, state)
+
+
+@inlined
+def _begin(plan: Plan, state: State) -> None:
+    """Starts with what the team is told before the mission."""
+    (n, p), size = state.q.shape, state.belief.shape[1]
+    for i in range(n):
+        drawn = state.belief_work[0, :size]
+        normals(size, plan.seed, 1, START, i, 0, drawn)
+        for k in range(size * size):
+            state.belief_covariance[i, k] = 0.0
+        for k in range(size):
+            deviation = plan.start_deviation[k // p]
+            state.belief[i, k] = deviation * drawn[k]
+            state.belief_covariance[i, (size + 1) * k] = max(deviation * deviation, LEAST_VARIANCE)
+        for k in range(p):
+            state.belief[i, k] += state.target_position_measured[k]
+            state.belief[i, p + k] += state.target_velocity_measured[k]
+        state.belief_time[i] = state.belief_fix[i] = state.time[0]
+
+
+@inlined
+def _deliver(step: int, plan: Plan, state: State) -> None:
+    """Hands messages over that arrive now: slot by slot, the oldest first."""
+    (n, slots), depth, upcoming = state.link_from.shape, state.sent_step.shape[1], NEVER
+    for i in range(n):
+        for s in range(slots):
+            j = int(state.link_from[i, s])
+            if j < 0:
+                continue
+            link, newest = i * slots + s, int(state.messages_sent[j])
+            for number in range(max(newest - depth, 0), newest):
+                arrival = state.link_arrival[link, number % depth]
+                if arrival < 0.0:
+                    continue
+                if arrival > step:
+                    upcoming = min(upcoming, arrival)
+                    continue
+                state.link_arrival[link, number % depth] = NOBODY
+                state.messages_heard[i] += 1.0
+                if state.sent_step[j, number % depth] > state.link_step[i, s]:
+                    state.link_step[i, s] = state.sent_step[j, number % depth]
+                    state.team_news[i] = 1.0
+                    message = j * depth + number % depth
+                    _agree(i, message, state)
+                    for k in range(state.q.shape[1]):
+                        state.heard_position[link, k] = state.sent_position[message, k]
+                        state.heard_velocity[link, k] = state.sent_velocity[message, k]
+                    _hear(plan.estimator, i, message, plan, state)
+    state.radio_next[1] = upcoming
+
+
+@inlined
+def _agree(i: int, message: int, state: State) -> None:
+    """Turns the figure of robot i toward that of a robot that it hears: a step of a consensus."""
+    p, share = state.q.shape[1], 1.0 / (state.link_from.shape[1] + 1.0)
+    for a in range(p):
+        for b in range(p):
+            off = state.sent_rotation[message, a * p + b] - state.rotation[i, a, b]
+            state.rotation[i, a, b] += share * off
+
+
+@inlined
+def _move_estimates(plan: Plan, state: State) -> None:
+    """Writes where robots believe the target to be now, eight of them at once."""
+    n, p = state.q.shape
+    size = state.belief.shape[1]
+    rows, place, speed = stack_rows(3 * p), stack_rows(p), stack_rows(p)
+    moves = 1.0 if plan.estimate_moves else 0.0
+    for i in range(0, n, WIDTH):
+        load_rows(state.belief, i, rows[:size])
+        elapsed = moves * (state.time[0] - load(state.belief_time, i))
+        for k in range(p):
+            bend = row_of(rows, 2 * p + k) if size > 2 * p else everywhere(0.0)
+            ahead = row_of(rows, p + k) + 0.5 * elapsed * bend
+            set_row(place, k, row_of(rows, k) + elapsed * ahead)
+            set_row(speed, k, row_of(rows, p + k) + elapsed * bend)
+        store_rows(state.target_estimate, i, place)
+        store_rows(state.target_velocity_estimate, i, speed)
+
+
+@inlined
+def _note(plan: Plan, state: State) -> None:
+    """Writes what is recorded only: how sure robots are, how old what they know is, and whom they hear."""
+    n, p = state.q.shape
+    slots, size = state.link_from.shape[1], state.belief.shape[1]
+    x, covariance = state.belief_work[0, :size], state.belief_work[1]
+    for i in range(n):
+        state.information_age[i] = state.time[0] - state.belief_fix[i]
+        for k in range(size * size):
+            covariance[k] = state.belief_covariance[i, k]
+        carry(x, covariance, p, state.time[0] - state.belief_time[i], plan.estimate_density)
+        for a in range(p):
+            for b in range(p):
+                state.target_covariance[i, a * p + b] = covariance[a * size + b]
+        for s in range(slots):
+            age = (state.step[0] - state.link_step[i, s]) * plan.timestep
+            known = state.link_step[i, s] >= 0.0 and age <= plan.radio_timeout
+            state.heard_from[i, s] = state.link_from[i, s] + 1.0 if known else 0.0
+
+
+_inlined_once = cache(inlined)  # estimators share what they inherit
+
+
+def _kernel_of(estimator: type[Estimator], name: str) -> Callable[..., Any]:
+    """Return a kernel of an estimator that ships."""
+    write, read = _inlined_once(getattr(estimator, name)), reader(estimator)
+
+    if name == "see_kernel":
+
+        def see(i: int, plan: Plan, state: State) -> None:
+            write(read(block_at(plan.estimator_place, plan), 0), i, plan, state)
+
+        return on_demand(reachable(see, f"see_by_{estimator.model_fields['estimator'].default}"))
+
+    def hear(i: int, message: int, plan: Plan, state: State) -> None:
+        write(read(block_at(plan.estimator_place, plan), 0), i, message, plan, state)
+
+    return on_demand(reachable(hear, f"hear_by_{estimator.model_fields['estimator'].default}"))
+
+
+_see = one_of([_kernel_of(estimator, "see_kernel") for estimator in ESTIMATORS])
+_hear = one_of([_kernel_of(estimator, "hear_kernel") for estimator in ESTIMATORS])
+
+
+# The same in plain NumPy.
+
+
+class Minds:
+    """What each robot of a team knows."""
+
+    def __init__(self, setup: Setup) -> None:
+        self._setup = setup
+        self.mail = Mail(setup) if setup.radio is not None else None
+        self.beliefs: list[Belief] = []
+        self.seen = np.zeros(setup.count)
+        self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
+
+    def update(self, t: float, q: Array, measured: tuple[Array, ...], target: Array, team: Team) -> None:
+        """Let robots look, tell and hear, and turn their figures.
+
+        Args:
+            t: Time [s].
+            q: True positions, shape (n, p) [m].
+            measured: Robots' positions and velocities, shape (n, p), and those of the target as the team's
+                sensors show them, shape (p,).
+            target: True position of the target, shape (p,) [m].
+            team: Who is left, in which figure.
+        """
+        setup, (q_m, v_m, c, c_dot) = self._setup, measured
+        estimator, step = setup.estimator, round(t / setup.timestep)
+        if not self.beliefs:
+            self.beliefs = [self._told(i, t, c, c_dot) for i in range(setup.count)]
+        if setup.sight is not None and step % setup.sight.every == 0:
+            for i in range(setup.count):
+                found = None if team.lost[i] else look(i, step, q[i], q_m[i], target, (c, c_dot), setup)
+                self.seen[i] = found is not None
+                if found is not None:
+                    self.beliefs[i] = estimator.seen(self.beliefs[i], found, t)
+        heard = np.full(setup.count, self.mail is None)
+        if self.mail is not None:
+            self.mail.send(
+                t,
+                q,
+                lambda j, now: Message(j, now, q_m[j], v_m[j], self.beliefs[j], self.rotation[j].copy()),
+                team.lost,
+            )
+            for i in range(setup.count):
+                for message in self.mail.deliver(i, t):
+                    self.beliefs[i] = estimator.heard(self.beliefs[i], message.belief, t)
+                    share = 1.0 / (len(self.mail.links[i]) + 1.0)
+                    self.rotation[i] += share * (message.rotation - self.rotation[i])
+                    heard[i] = True
+        for i in np.flatnonzero(heard & ~team.lost).tolist() if setup.figure is not None else ():
+            mates = self.mates(t, q_m, team.lost)[i]
+            known = np.isfinite(mates).all(axis=1)
+            center = self.estimate(t)[0][i]
+            share = known.sum() / (~team.lost).sum()
+            self.rotation[i] = turned(self.rotation[i], mates[known], center, team.vertices[known], share)
+
+    def _told(self, i: int, t: float, c: Array, c_dot: Array) -> Belief:
+        """Return what a robot knows at the start."""
+        setup, orders = self._setup, self._setup.estimator.orders
+        deviation = np.repeat(setup.start_deviation[:orders], setup.axes)
+        x = deviation * normal(len(deviation), setup.seed, START, i, 0)
+        x[: 2 * setup.axes] += np.concatenate([c, c_dot])
+        return Belief(x, np.diag(np.maximum(deviation**2, LEAST_VARIANCE)), t, t)
+
+    def mates(self, t: float, q: Array, lost: Mask) -> Array:
+        """Return where each robot knows its teammates to be, NaN for those that it does not know of.
+
+        Args:
+            t: Time [s].
+            q: Measured positions, shape (n, p) [m].
+            lost: Robots that have failed, shape (n,).
+
+        Returns:
+            Shape (n, n, p) [m].
+        """
+        n, p = q.shape
+        found = np.broadcast_to(q, (n, n, p)).copy()
+        if self.mail is not None:
+            found[~np.eye(n, dtype=bool)] = np.nan
+            for i in range(n):
+                for j, place in self.mail.teammates(i, t):
+                    found[i, j] = place
+        found[:, lost] = np.nan
+        return found
+
+    def estimate(self, t: float) -> tuple[Array, Array]:
+        """Return where robots believe the target to be, and how it moves, shape (n, p) [m, m/s]."""
+        estimator, p = self._setup.estimator, self._setup.axes
+        known = [b.at(t, p, estimator.density) if estimator.predicts else b for b in self.beliefs]
+        return np.array([b.x[:p] for b in known]), np.array([b.x[p : 2 * p] for b in known])

@@ -1,0 +1,110 @@
+"""A Kalman filter on each robot, and what teammates believe mixed in by covariance intersection."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from escort_mj.estimators.kalman import Kalman, carried_message, move_belief
+from escort_mj.knowledge.belief import Belief, trace
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import inlined
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+
+class CovarianceIntersection(Kalman):
+    """A Kalman filter on each robot; teammates' beliefs by covariance intersection (Julier, Uhlmann 1997).
+
+    P^-1 = w P_1^-1 + (1 - w) P_2^-1, which is consistent whatever both have in common; w follows from the
+    traces (Niehsen 2002).
+    """
+
+    estimator: Literal["covariance_intersection"] = "covariance_intersection"  # type: ignore[assignment]
+
+    def heard(self, belief: Belief, said: Belief, time: float) -> Belief:
+        """Return the mixture of both beliefs."""
+        axes = len(belief.x) // self.orders
+        own, other = belief.at(time, axes, self.density), said.at(time, axes, self.density)
+        weight = self.weight(own, other, axes)
+        first, second = np.linalg.inv(own.covariance), np.linalg.inv(other.covariance)
+        covariance = np.linalg.inv(weight * first + (1.0 - weight) * second)
+        x = covariance @ (weight * first @ own.x + (1.0 - weight) * second @ other.x)
+        return Belief(x, covariance, time, max(own.fix, other.fix))
+
+    def weight(self, own: Belief, other: Belief, axes: int) -> float:
+        """Return the weight of a robot's own belief."""
+        return other.spread(axes) / (own.spread(axes) + other.spread(axes))
+
+    def hear_kernel(self: Any, i: int, message: int, plan: Plan, state: State) -> None:
+        """Mix the belief of robot i with a message, compiled: x_1 + K (x_2 - x_1), K = A (A + B)^-1."""
+        density, p, size = self.noise * self.noise, state.q.shape[1], state.belief.shape[1]
+        move_belief(i, density, state)
+        x, covariance = carried_message(message, density, state)
+        own, other = trace(state.belief_covariance[i], p, size), trace(covariance, p, size)
+        mix(
+            state.belief[i],
+            state.belief_covariance[i],
+            x,
+            covariance,
+            other / (own + other),
+            state.belief_work[2],
+        )
+        state.belief_fix[i] = max(state.belief_fix[i], state.sent_fix[message])
+
+
+@inlined
+def mix(x: Array, a: Array, other: Array, b: Array, weight: float, inverse: Array) -> None:
+    """Mix two beliefs as if they were independent, with covariances A = P_1 / w and B = P_2 / (1 - w).
+
+    Args:
+        x: Of the first belief, shape (size,); changed to that of the mixture.
+        a: Its covariance, row by row, shape (size^2,); likewise.
+        other: Of the second belief; changed: scratch.
+        b: Its covariance; likewise.
+        weight: w.
+        inverse: Scratch, shape (size^2,).
+    """
+    size = x.shape[0]
+    for k in range(size * size):
+        a[k] /= weight
+        inverse[k] = a[k] + b[k] / (1.0 - weight)
+    invert(inverse, size)
+    for k in range(size):
+        other[k] -= x[k]
+    for row in range(size):  # b becomes K = A (A + B)^-1
+        for column in range(size):
+            total = 0.0
+            for k in range(size):
+                total += a[row * size + k] * inverse[k * size + column]
+            b[row * size + column] = total
+    for k in range(size * size):
+        inverse[k] = a[k]
+    for row in range(size):
+        for k in range(size):
+            x[row] += b[row * size + k] * other[k]
+        for column in range(size):
+            for k in range(size):
+                a[row * size + column] -= b[row * size + k] * inverse[k * size + column]
+    for row in range(size):  # what rounding makes of the other half would grow
+        for column in range(row):
+            a[row * size + column] = a[column * size + row]
+
+
+@inlined
+def invert(matrix: Array, size: int) -> None:
+    """Invert a positive definite matrix, row by row, in place: elimination needs no other pivots there."""
+    for k in range(size):
+        pivot = 1.0 / matrix[k * size + k]
+        matrix[k * size + k] = 1.0
+        for column in range(size):
+            matrix[k * size + column] *= pivot
+        for row in range(size):
+            if row == k:
+                continue
+            factor = matrix[row * size + k]
+            matrix[row * size + k] = 0.0
+            for column in range(size):
+                matrix[row * size + column] -= factor * matrix[k * size + column]

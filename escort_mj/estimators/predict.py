@@ -1,0 +1,14 @@
+"""The newest measurement that a robot has made or heard of, moved on with its velocity."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+from escort_mj.estimators.hold import Hold
+
+
+class Predict(Hold):
+    """The newest measurement that a robot has made or heard of, moved on with its velocity since then."""
+
+    predicts: ClassVar[bool] = True
+    estimator: Literal["predict"] = "predict"  # type: ignore[assignment]

@@ -1,0 +1,178 @@
+"""What a robot believes of the target: its position and derivatives of it, with their covariance.
+
+Between two measurements the belief follows the model of a constant velocity that white acceleration disturbs,
+or of a constant acceleration that white jerk disturbs (Bar-Shalom, Li, Kirubarajan, Estimation with
+Applications to Tracking and Navigation, 2001, sections 6.2.2 and 6.2.3).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined, merged
+from escort_mj.native.lanes import everywhere, load_rows, set_row
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+LEAST_VARIANCE = 1e-12  # of what is known exactly [m^2 or m^2/s^2]
+
+
+class BeliefParameters(Fields):
+    """Whether robots know only what they see and hear, and what they know at the start."""
+
+    informed: Annotated[bool, Value("1", "whether each robot has an estimate of its own")]
+    start_deviation: Annotated[
+        Array, 3, Value("m, m/s, m/s^2", "standard deviations of what robots know of the target at the start")
+    ]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {"informed": setup.informed, "start_deviation": setup.start_deviation}
+
+
+class BeliefState(Fields):
+    """The belief of each robot."""
+
+    belief: Annotated[
+        Array, "informed", "believed", Value("m, m/s, m/s^2", "position of the target and its derivatives")
+    ]
+    belief_covariance: Annotated[Array, "informed", "believed*believed", Value("1", "of these, row by row")]
+    belief_time: Annotated[Array, "informed", Value("s", "at which they hold")]
+    belief_fix: Annotated[Array, "informed", Value("s", "time of the newest measurement in it")]
+    belief_work: Annotated[Array, 3, "believed*believed", Value("1", "scratch: three such matrices")]
+
+
+@inlined
+def target_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
+    """Read where robots i to i + 7 believe the target to be, into p rows of lanes [m]."""
+    if plan.informed:
+        load_rows(state.target_estimate, i, rows)
+        return
+    for k in range(state.q.shape[1]):
+        set_row(rows, k, everywhere(state.target_position_measured[k]))
+
+
+@inlined
+def target_velocity_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
+    """Read how fast robots i to i + 7 believe the target to move, into p rows of lanes [m/s]."""
+    if plan.informed:
+        load_rows(state.target_velocity_estimate, i, rows)
+        return
+    for k in range(state.q.shape[1]):
+        set_row(rows, k, everywhere(state.target_velocity_measured[k]))
+
+
+@merged
+def target_place(robot: int, plan: Plan, state: State) -> Array:
+    """Return where a robot believes the target to be, shape (p,) [m]."""
+    if plan.informed:
+        return state.target_estimate[robot]
+    return state.target_position_measured
+
+
+@merged
+def target_speed(robot: int, plan: Plan, state: State) -> Array:
+    """Return how fast a robot believes the target to move, shape (p,) [m/s]."""
+    if plan.informed:
+        return state.target_velocity_estimate[robot]
+    return state.target_velocity_measured
+
+
+@inlined
+def carry(x: Array, covariance: Array, p: int, elapsed: float, density: float) -> None:
+    """Move a belief on by a time, in place: P becomes F P F^T + Q.
+
+    Args:
+        x: Position, velocity and, where they are estimated, accelerations, shape (size,).
+        covariance: Theirs, row by row, shape (size^2,).
+        p: Number of axes.
+        elapsed: The time, not negative [s].
+        density: Of the power spectrum of the noise that changes the last derivative.
+    """
+    size, half = x.shape[0], 0.5 * elapsed * elapsed
+    far = 2 * p if size > 2 * p else 0  # from a coordinate to its second derivative
+    for k in range(size - p):
+        x[k] += elapsed * x[k + p] + (half * x[k + far] if far > 0 and k < p else 0.0)
+    for a in range(size - p):
+        for b in range(size):
+            more = half * covariance[(a + far) * size + b] if far > 0 and a < p else 0.0
+            covariance[a * size + b] += elapsed * covariance[(a + p) * size + b] + more
+    for a in range(size):
+        for b in range(size - p):
+            more = half * covariance[a * size + b + far] if far > 0 and b < p else 0.0
+            covariance[a * size + b] += elapsed * covariance[a * size + b + p] + more
+    orders = size // p
+    for c in range(orders):
+        for d in range(orders):
+            noise = density * white_noise(orders - 1 - c, orders - 1 - d, elapsed)
+            for k in range(p):
+                covariance[(c * p + k) * size + d * p + k] += noise
+
+
+@inlined
+def white_noise(c: int, d: int, elapsed: float) -> float:
+    """Return the integral of (t^c / c!) (t^d / d!) over a time, for c and d up to 2."""
+    power = elapsed
+    for _ in range(c + d):
+        power *= elapsed
+    return power / ((c + d + 1.0) * (2.0 if c == 2 else 1.0) * (2.0 if d == 2 else 1.0))
+
+
+@inlined
+def trace(covariance: Array, p: int, size: int) -> float:
+    """Return the sum of the variances of the position, of a covariance row by row [m^2]."""
+    total = 0.0
+    for k in range(p):
+        total += covariance[k * size + k]
+    return total
+
+
+# The same in plain NumPy.
+
+
+@dataclass(frozen=True)
+class Belief:
+    """What one robot believes of the target.
+
+    Attributes:
+        x: Position, velocity and, where they are estimated, accelerations, shape (size,).
+        covariance: Of these, shape (size, size).
+        time: At which they hold [s].
+        fix: Time of the newest measurement in it [s].
+    """
+
+    x: Array
+    covariance: Array
+    time: float
+    fix: float
+
+    def at(self, time: float, axes: int, density: float) -> Belief:
+        """Return the belief at a later time, F x and F P F^T + Q.
+
+        Args:
+            time: [s].
+            axes: p.
+            density: Of the power spectrum of the noise that changes the last derivative.
+        """
+        orders, elapsed = len(self.x) // axes, time - self.time
+        powers = [elapsed**k / math.factorial(k) for k in range(orders)]
+        motion = np.sum([power * np.eye(orders, k=k) for k, power in enumerate(powers)], axis=0)
+        way = np.arange(orders)[::-1]
+        scale = np.array([math.factorial(k) for k in way])
+        total = way[:, None] + way + 1
+        noise = density * elapsed**total / total / np.outer(scale, scale)
+        step = np.kron(motion, np.eye(axes))
+        covariance = step @ self.covariance @ step.T + np.kron(noise, np.eye(axes))
+        return replace(self, x=step @ self.x, covariance=covariance, time=time)
+
+    def spread(self, axes: int) -> float:
+        """Return the sum of the variances of the position [m^2]."""
+        return float(np.trace(self.covariance[:axes, :axes]))

@@ -1,0 +1,256 @@
+"""What robots tell each other: where they are, and what they believe of the target (docs/knowledge.md).
+
+A message waits at its sender until all have it whom it reaches. Each is stamped with the physics step in
+which it was sent; what arrives late counts as what it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.knowledge.belief import Belief
+from escort_mj.knowledge.links import (
+    NOBODY,
+    distances,
+    fate,
+    is_lost,
+    late_by,
+    lateness,
+    may_pass,
+    passes,
+    slot_for,
+    take_slot,
+    way_of,
+)
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+NEVER = 1e300
+
+
+class MessageState(Fields):
+    """Messages sent of late, `depth` of each robot, and what came of those that arrived."""
+
+    next_message: Annotated[Array, "hearing", Value("1", "physics step at which the next message is sent")]
+    radio_next: Annotated[Array, 2, Value("1", "step at which the next one is sent, or arrives, anywhere")]
+    sent_step: Annotated[Array, "hearing", "depth", Value("1", "physics step at which it was sent")]
+    sent_position: Annotated[Array, "hearing*depth", "p", Value("m", "where the sender measured itself")]
+    sent_velocity: Annotated[Array, "hearing*depth", "p", Value("m/s", "how it measured itself to move")]
+    sent_belief: Annotated[Array, "hearing*depth", "believed", Value("m, m/s, m/s^2", "what it believed")]
+    sent_covariance: Annotated[
+        Array, "hearing*depth", "believed*believed", Value("1", "and how sure it was of it")
+    ]
+    sent_rotation: Annotated[Array, "hearing*depth", "p*p", Value("1", "how its figure was turned")]
+    sent_belief_time: Annotated[Array, "hearing*depth", Value("s", "when that held")]
+    sent_fix: Annotated[Array, "hearing*depth", Value("s", "time of the newest measurement in it")]
+    heard_position: Annotated[Array, "hearing*slots", "p", Value("m", "of the robot heard in each slot")]
+    heard_velocity: Annotated[Array, "hearing*slots", "p", Value("m/s", "likewise")]
+
+
+@inlined
+def begin_radio(plan: Plan, state: State) -> None:
+    """Start with nothing heard and nothing on its way."""
+    n, slots = state.link_from.shape
+    for i in range(n):
+        for s in range(slots):
+            take_slot(i, s, int(plan.senders[i, s]), state)
+        state.next_message[i] = late_by(i, 0, plan)
+    state.radio_next[0], state.radio_next[1] = 0.0, NEVER
+
+
+@inlined
+def send(plan: Plan, state: State) -> None:
+    """Send the messages that are due at the present step, and find out whom they reach, and when."""
+    n, p = state.q.shape
+    step, depth = int(state.step[0]), state.sent_step.shape[1]
+    upcoming = NEVER
+    for j in range(n):
+        if state.next_message[j] <= step and state.lost[j] == 0.0:
+            number = int(state.messages_sent[j])
+            _compose(j, j * depth + number % depth, plan, state)
+            state.sent_step[j, number % depth] = step
+            state.messages_sent[j] = number + 1.0
+            state.next_message[j] = (number + 1) * plan.radio_every + late_by(j, number + 1, plan)
+            _spread(j, number, step, plan, state)
+        upcoming = min(upcoming, state.next_message[j] if state.lost[j] == 0.0 else NEVER)
+    state.radio_next[0] = upcoming
+
+
+@inlined
+def _compose(j: int, message: int, plan: Plan, state: State) -> None:
+    """Write a message: what a robot knows of itself and of the target."""
+    for k in range(state.q.shape[1]):
+        state.sent_position[message, k] = state.q_measured[j, k]
+        state.sent_velocity[message, k] = state.v_measured[j, k]
+    for k in range(state.belief.shape[1]):
+        state.sent_belief[message, k] = state.belief[j, k]
+    for k in range(state.belief_covariance.shape[1]):
+        state.sent_covariance[message, k] = state.belief_covariance[j, k]
+    p = state.q.shape[1]
+    for a in range(p):
+        for b in range(p):
+            state.sent_rotation[message, a * p + b] = state.rotation[j, a, b]
+    state.sent_belief_time[message], state.sent_fix[message] = state.belief_time[j], state.belief_fix[j]
+
+
+@inlined
+def _spread(j: int, number: int, step: int, plan: Plan, state: State) -> None:
+    """Send a message of robot j on its way to everybody whom it reaches."""
+    (n, slots), depth = state.link_from.shape, state.sent_step.shape[1]
+    for i in range(n):
+        if i == j or state.lost[i] != 0.0:
+            continue
+        s = -1
+        if plan.radio_listed:
+            for slot in range(slots):
+                if int(state.link_from[i, slot]) == j:
+                    s = slot
+            if s < 0 or not may_pass(i, j, plan, state):
+                continue
+        else:
+            if not may_pass(i, j, plan, state):
+                continue
+            s = slot_for(i, j, plan, state)
+            if s < 0:
+                continue
+            if int(state.link_from[i, s]) != j:
+                take_slot(i, s, j, state)
+        chance, taken = way_of(j, i, number, plan)
+        if is_lost(i, s, chance, plan, state):
+            state.messages_lost[i] += 1.0
+        else:
+            state.link_arrival[i * slots + s, number % depth] = step + taken
+            state.radio_next[1] = min(state.radio_next[1], step + taken)
+
+
+# The same in plain NumPy.
+
+
+@dataclass
+class Message:
+    """One message.
+
+    Attributes:
+        sender: From 0.
+        step: Physics step in which it was sent.
+        position: Of the sender, as it measured it, shape (p,) [m].
+        velocity: Likewise [m/s].
+        belief: What the sender believes of the target.
+        rotation: How it has turned its figure, shape (p, p).
+    """
+
+    sender: int
+    step: int
+    position: Array
+    velocity: Array
+    belief: Belief
+    rotation: Array
+
+
+@dataclass
+class Link:
+    """What one robot hears of another.
+
+    Attributes:
+        sender: The other one, from 0; -1 for nobody yet.
+        bad: Whether the last message was lost.
+        newest: The newest message that arrived; None for none.
+        coming: Messages on their way, with the steps at which they arrive.
+    """
+
+    sender: int
+    bad: bool = False
+    newest: Message | None = None
+    coming: list[tuple[int, Message]] = field(default_factory=list)
+
+
+class Mail:
+    """All messages of a team."""
+
+    def __init__(self, setup: Setup) -> None:
+        assert setup.radio is not None
+        self._setup, self._radio, n = setup, setup.radio, setup.count
+        self.links = [[Link(int(sender)) for sender in row] for row in setup.radio.senders]
+        self._next = [lateness(j, 0, setup) for j in range(n)]
+        self.sent, self.heard, self.lost = np.zeros(n), np.zeros(n), np.zeros(n)
+
+    def send(self, t: float, q: Array, write: Callable[[int, int], Message], gone: NDArray[np.bool_]) -> None:
+        """Send what is due.
+
+        Args:
+            t: Time [s].
+            q: True positions, shape (n, p) [m].
+            write: Makes the message of a robot at a step.
+            gone: Robots that have failed, shape (n,).
+        """
+        setup, radio, step = self._setup, self._radio, round(t / self._setup.timestep)
+        gaps = distances(q, setup)
+        reached = passes(t, gaps, setup)
+        for j in range(setup.count):
+            if self._next[j] > step or gone[j]:
+                continue
+            number, message = int(self.sent[j]), write(j, step)
+            self.sent[j] += 1
+            self._next[j] = (number + 1) * radio.every + lateness(j, number + 1, setup)
+            for i in range(setup.count):
+                if i == j or gone[i] or not reached[i, j]:
+                    continue
+                link = self._link(i, j, gaps[i], t)
+                if link is None:
+                    continue
+                link.bad, taken = fate(j, i, number, link.bad, setup)
+                if link.bad:
+                    self.lost[i] += 1
+                else:
+                    link.coming.append((step + taken, message))
+
+    def _link(self, i: int, j: int, gaps: Array, t: float) -> Link | None:
+        """Return the link on which robot i hears robot j; None where it does not."""
+        links, dt = self.links[i], self._setup.timestep
+        known = [link for link in links if link.sender == j]
+        if known or self._radio.listed:
+            return known[0] if known else None
+        for place, link in enumerate(links):
+            stamp = link.newest.step if link.newest else int(NOBODY)
+            stale = round(t / dt) - stamp > self._radio.timeout / dt and not link.coming
+            if link.sender < 0 or stale:
+                links[place] = Link(j)
+                return links[place]
+        place = int(np.argmax([gaps[link.sender] for link in links]))
+        if gaps[links[place].sender] <= gaps[j]:
+            return None
+        links[place] = Link(j)
+        return links[place]
+
+    def deliver(self, i: int, t: float) -> list[Message]:
+        """Return the messages that reach robot i now: slot by slot, the oldest first."""
+        step, found = round(t / self._setup.timestep), []
+        for link in self.links[i]:
+            due = [message for arrival, message in link.coming if arrival <= step]
+            link.coming = [each for each in link.coming if each[0] > step]
+            for message in sorted(due, key=lambda message: message.step):
+                self.heard[i] += 1
+                if link.newest is None or message.step > link.newest.step:
+                    link.newest = message
+                    found.append(message)
+        return found
+
+    def teammates(self, i: int, t: float) -> list[tuple[int, Array]]:
+        """Return who counts as heard by robot i, and where it is by now as far as it said, shape (p,) [m]."""
+        found = []
+        for link in self.links[i]:
+            if link.newest is not None:
+                dt = self._setup.timestep
+                age = (round(t / dt) - link.newest.step) * dt
+                if age <= self._radio.timeout:
+                    found.append((link.sender, link.newest.position + age * link.newest.velocity))
+        return found

@@ -1,0 +1,236 @@
+"""Who sees the target, and what is measured then (docs/knowledge.md).
+
+A robot looks at a rate of its own. What it looks at is the target as the sensors of `sensing` show it; each
+measurement has normal noise. Sometimes nothing comes of a look, and sometimes an outlier.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.gaussian import SIGHT, fractions, normal, normals, uniforms
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+MEASURES = ("position", "velocity", "range", "bearing")
+POSITION, VELOCITY, RANGE, BEARING = range(4)
+NOT_MEASURED = -1.0
+NORMALS, OUTLIERS = 2, 64  # blocks of a stream where these begin
+
+
+class Sight(NamedTuple):
+    """How robots see the target.
+
+    Attributes:
+        robots: Which of them can, shape (n,).
+        reach: How far, surface to surface [m].
+        every: Physics steps between two looks.
+        noise: Standard deviation of each of MEASURES [m, m/s, m, rad]; -1 for what is not measured.
+        dropout: Probability that nothing comes of a look.
+        outliers: Probability of an outlier.
+        outlier: Largest error of one, per axis [m].
+        opaque: Whether spheres hide the target.
+    """
+
+    robots: tuple[bool, ...]
+    reach: float = math.inf
+    every: int = 1
+    noise: tuple[float, ...] = (0.0, 0.0, NOT_MEASURED, NOT_MEASURED)
+    dropout: float = 0.0
+    outliers: float = 0.0
+    outlier: float = 0.0
+    opaque: bool = False
+
+
+class SightParameters(Fields):
+    """How robots see the target."""
+
+    sight: Annotated[Array, "looking", Value("1", "1 for robots that can see it")]
+    sight_reach: Annotated[float, Value("m", "how far, surface to surface")]
+    sight_target: Annotated[float, Value("m", "the target's radius")]
+    sight_every: Annotated[int, Value("1", "physics steps between two looks")]
+    sight_noise: Annotated[
+        Array, 4, Value("m, m/s, m, rad", "standard deviations of MEASURES; -1 for what is not measured")
+    ]
+    sight_dropout: Annotated[float, Value("1", "probability that nothing comes of a look")]
+    sight_outliers: Annotated[float, Value("1", "probability of an outlier")]
+    sight_outlier: Annotated[float, Value("m", "largest error of one, per axis")]
+    sight_opaque: Annotated[bool, Value("1", "whether spheres hide the target")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        sight = setup.sight or Sight(())
+        return {
+            "sight": [float(can) for can in sight.robots],
+            "sight_reach": sight.reach,
+            "sight_target": setup.target_radius or 0.0,
+            "sight_every": sight.every,
+            "sight_noise": sight.noise,
+            "sight_dropout": sight.dropout,
+            "sight_outliers": sight.outliers,
+            "sight_outlier": sight.outlier,
+            "sight_opaque": sight.opaque,
+        }
+
+
+class SightState(Fields):
+    """The last measurements of the target."""
+
+    seen_position: Annotated[Array, "informed", "p", Value("m", "measured position")]
+    seen_velocity: Annotated[Array, "informed", "p", Value("m/s", "measured velocity")]
+    seen_range: Annotated[Array, "informed", Value("m", "measured distance of the centers")]
+    seen_bearing: Annotated[Array, "informed", "p", Value("1", "measured direction, a unit vector")]
+
+
+@on_demand
+def look_at_target(plan: Plan, state: State) -> None:
+    """Measures the target for all robots that see it: `target_seen`, `seen_...`."""
+    step = int(state.step[0])
+    for i in range(plan.sight.shape[0]):
+        state.target_seen[i] = 0.0
+        if plan.sight[i] == 0.0 or state.lost[i] != 0.0 or not in_view(i, plan, state):
+            continue
+        missed, odd, _, _ = fractions(plan.seed, 1, SIGHT, i, step)
+        if missed < plan.sight_dropout:
+            continue
+        state.target_seen[i] = 1.0
+        _measure(i, odd < plan.sight_outliers, step, plan, state)
+
+
+@inlined
+def in_view(i: int, plan: Plan, state: State) -> bool:
+    """Whether the target is near enough to a robot, and nothing hides it."""
+    p, square = state.q.shape[1], 0.0
+    for k in range(p):
+        square += (state.target_position[k] - state.q[i, k]) ** 2
+    if math.sqrt(square) - plan.robot_radius[i] - plan.sight_target > plan.sight_reach:
+        return False
+    if plan.sight_opaque:
+        for j in range(plan.obstacle_radius.shape[0]):
+            along = 0.0
+            for k in range(p):
+                way = state.target_position[k] - state.q[i, k]
+                along += way * (state.obstacle_position[j, k] - state.q[i, k])
+            share, apart = min(max(along / max(square, 1e-300), 0.0), 1.0), 0.0
+            for k in range(p):
+                way = state.target_position[k] - state.q[i, k]
+                apart += (state.q[i, k] + share * way - state.obstacle_position[j, k]) ** 2
+            if apart < plan.obstacle_radius[j] * plan.obstacle_radius[j]:
+                return False
+    return True
+
+
+@inlined
+def _measure(i: int, odd: bool, step: int, plan: Plan, state: State) -> None:
+    """Measures the target for one robot."""
+    p, noise, square, aside = state.q.shape[1], plan.sight_noise, 0.0, 0.0
+    memory = stack_memory()
+    drawn = vector_at(memory, 3 * p + 1)
+    normals(3 * p + 1, plan.seed, NORMALS, SIGHT, i, step, drawn)
+    error = 2.0 * plan.sight_outlier if odd else 0.0
+    for k in range(p):
+        state.seen_position[i, k] = state.target_position_measured[k] + noise[POSITION] * drawn[k]
+        state.seen_velocity[i, k] = state.target_velocity_measured[k] + noise[VELOCITY] * drawn[p + k]
+        if odd:
+            amiss, _, _, _ = fractions(plan.seed, OUTLIERS + k, SIGHT, i, step)
+            state.seen_position[i, k] += error * (amiss - 0.5)
+        way = state.target_position_measured[k] - state.q[i, k]
+        square += way * way
+    distance = math.sqrt(square)
+    state.seen_range[i] = distance + noise[RANGE] * drawn[3 * p]
+    if odd:
+        amiss, _, _, _ = fractions(plan.seed, OUTLIERS + p, SIGHT, i, step)
+        state.seen_range[i] += error * (amiss - 0.5)
+    for k in range(p):
+        way = (state.target_position_measured[k] - state.q[i, k]) / max(distance, 1e-300)
+        state.seen_bearing[i, k] = way
+        aside += way * drawn[2 * p + k]
+    length = 0.0
+    for k in range(p):
+        way = state.seen_bearing[i, k]
+        state.seen_bearing[i, k] += noise[BEARING] * (drawn[2 * p + k] - aside * way)
+        length += state.seen_bearing[i, k] ** 2
+    for k in range(p):
+        state.seen_bearing[i, k] /= math.sqrt(max(length, 1e-300))
+
+
+# The same in plain NumPy.
+
+
+class Look(NamedTuple):
+    """What one robot measures of the target.
+
+    Attributes:
+        position: Shape (p,) [m].
+        velocity: Shape (p,) [m/s].
+        range: Distance of the centers [m].
+        bearing: Unit vector to the target, shape (p,).
+        eye: Where the robot believes itself to be, shape (p,) [m].
+        noise: Standard deviations, see `Sight`.
+    """
+
+    position: Array
+    velocity: Array
+    range: float
+    bearing: Array
+    eye: Array
+    noise: tuple[float, ...]
+
+
+def look(i: int, step: int, q: Array, eye: Array, target: Array, shown: tuple[Array, Array], setup: Setup
+         ) -> Look | None:  # fmt: skip
+    """Return what a robot measures at a step; None where it does not see the target.
+
+    Args:
+        i: The robot, from 0.
+        step: Physics step.
+        q: Its true position, shape (p,) [m].
+        eye: Its measured position, shape (p,) [m].
+        target: True position of the target, shape (p,) [m].
+        shown: Position and velocity of the target as the team's sensors show them, shape (p,) each.
+        setup: Gives the sight.
+    """
+    sight, p = setup.sight, setup.axes
+    if sight is None or not sight.robots[i]:
+        return None
+    way = target - q
+    gap = np.linalg.norm(way) - setup.robot_radius[i] - (setup.target_radius or 0.0)
+    if gap > sight.reach or (sight.opaque and _hidden(q, way, setup)):
+        return None
+    missed, odd = uniforms(2, setup.seed, SIGHT, i, step)
+    if missed < sight.dropout:
+        return None
+    drawn = normal(3 * p + 1, setup.seed, SIGHT, i, step, NORMALS)
+    errors = np.zeros(p + 1)
+    if odd < sight.outliers:
+        draws = [uniforms(1, setup.seed, SIGHT, i, step, OUTLIERS + k)[0] for k in range(p + 1)]
+        errors = 2.0 * sight.outlier * (np.array(draws) - 0.5)
+    way = shown[0] - q
+    distance = float(np.linalg.norm(way))
+    unit = way / max(distance, 1e-300)
+    g = drawn[2 * p : 3 * p]
+    bearing = unit + sight.noise[BEARING] * (g - unit * (unit @ g))
+    return Look(
+        shown[0] + sight.noise[POSITION] * drawn[:p] + errors[:p],
+        shown[1] + sight.noise[VELOCITY] * drawn[p : 2 * p],
+        distance + sight.noise[RANGE] * drawn[3 * p] + errors[p],
+        bearing / max(float(np.linalg.norm(bearing)), 1e-150),
+        eye,
+        sight.noise,
+    )
+
+
+def _hidden(q: Array, way: Array, setup: Setup) -> bool:
+    """Whether some sphere is in the way from a robot to the target."""
+    offset = setup.obstacles_seen()[-1] - q
+    share = np.clip(offset @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
+    return bool((np.linalg.norm(share[:, None] * way - offset, axis=1) < setup.obstacle_radius).any())

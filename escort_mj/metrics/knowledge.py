@@ -1,0 +1,147 @@
+"""How well robots know the target, and how messages reach them, where robots know by themselves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import largest_of, lost, robot
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+Array = NDArray[np.float64]
+
+ALL_KNOW = "all robots know what the team's sensors show"
+NO_RADIO = "robots do not communicate"
+NO_COVARIANCE = "the estimator does not say how sure it is"
+DEAR = 2_000_000  # entries of the graphs of all samples: their eigenvalues take a second
+CUT = 1e-9  # a smaller second eigenvalue is that of a graph in parts
+
+
+def estimate_error(trace: Recorded) -> Array:
+    """Distance of each robot's estimate from the target, shape (time, robot) [m]; NaN where it is lost."""
+    off = trace["target_estimate"].values - trace["target_position"].values[:, None]
+    return np.where(lost(trace), np.nan, np.linalg.norm(off, axis=2))
+
+
+def hears(trace: Recorded) -> NDArray[np.bool_]:
+    """Who is linked with whom, because one of the two has heard the other, shape (time, robot, robot)."""
+    heard = trace["heard_from"].values.astype(int)
+    times, n, slots = heard.shape
+    found = np.zeros((times, n, n + 1), dtype=bool)
+    found[np.arange(times)[:, None, None], np.arange(n)[:, None], heard] = True
+    found = found[:, :, 1:]
+    return np.asarray(found | found.swapaxes(1, 2))
+
+
+def parts(trace: Recorded) -> NDArray[np.int64]:
+    """Number of parts of the graph of who hears whom, among robots that are left, shape (time,)."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    gone, found = lost(trace), []
+    for links, absent in zip(hears(trace), gone, strict=True):
+        left = links[~absent][:, ~absent]
+        found.append(connected_components(csr_array(left), directed=False)[0])
+    return np.array(found)
+
+
+def _takes_long(trace: Recorded) -> bool:
+    """Whether there are too many robots and samples for the eigenvalues of every run."""
+    return bool(trace.sizes["time"] * trace.sizes["robot"] ** 2 > DEAR)
+
+
+@metric(unit="m", tail=True, grows=True, watched=False, rank=50)
+def estimate_error_rms(trace: Recorded) -> Measure:
+    """Root mean square of the distance between the robots' estimates of the target and the target."""
+    if "target_estimate" not in trace:
+        return Measure(None, reason=ALL_KNOW)
+    return Measure(float(np.sqrt(np.nanmean(estimate_error(trace) ** 2))))
+
+
+@metric(unit="m", tail=True, grows=True, watched=False, rank=51)
+def disagreement_max(trace: Recorded) -> Measure:
+    """Largest distance of a robot's estimate of the target from the mean of all estimates."""
+    if "target_estimate" not in trace:
+        return Measure(None, reason=ALL_KNOW)
+    estimate = np.where(lost(trace)[..., None], np.nan, trace["target_estimate"].values)
+    off = np.linalg.norm(estimate - np.nanmean(estimate, axis=1, keepdims=True), axis=2)
+    return largest_of(trace, off, robot)
+
+
+@metric(unit="s", tail=True, grows=True, watched=False, rank=52)
+def information_age_max(trace: Recorded) -> Measure:
+    """Largest age of the newest measurement of the target that a robot knows of."""
+    if "information_age" not in trace:
+        return Measure(None, reason=ALL_KNOW)
+    age = np.where(lost(trace), np.nan, trace["information_age"].values)
+    return largest_of(trace, age, robot)
+
+
+@metric(unit="1", tail=True, watched=False, rank=53)
+def estimate_consistency(trace: Recorded) -> Measure:
+    """Mean normalized estimation error squared (NEES) of the position, per axis; 1 if consistent."""
+    if "target_covariance" not in trace:
+        return Measure(None, reason=ALL_KNOW)
+    off = trace["target_estimate"].values - trace["target_position"].values[:, None]
+    covariance, left = trace["target_covariance"].values, ~lost(trace)
+    if not (np.trace(covariance, axis1=2, axis2=3)[left] > 0.0).all():
+        return Measure(None, reason=NO_COVARIANCE)
+    solved = np.linalg.solve(covariance[left], off[left][..., None])[..., 0]
+    return Measure(float((off[left] * solved).sum(axis=1).mean() / off.shape[2]))
+
+
+@metric(unit="1/s", watched=False, rank=54)
+def message_rate(trace: Recorded) -> Measure:
+    """Messages sent per second, mean over robots."""
+    return _per_second(trace, "messages_sent")
+
+
+@metric(unit="1", most=1.0, watched=False, rank=55)
+def messages_lost_share(trace: Recorded) -> Measure:
+    """Share of the messages that are lost on their way to a robot in range."""
+    if "messages_lost" not in trace:
+        return Measure(None, reason=NO_RADIO)
+    gone, heard = (
+        np.ptp(trace[name].values[[0, -1]].sum(axis=1)) for name in ("messages_lost", "messages_heard")
+    )
+    return Measure(float(gone / max(gone + heard, 1.0)))
+
+
+@metric(unit="1", watched=False, more_is_better=True, dear=_takes_long, rank=56)
+def connectivity_min(trace: Recorded) -> Measure:
+    """Smallest second eigenvalue of the Laplacian of the graph of who hears whom; 0 for a team in parts."""
+    if "heard_from" not in trace:
+        return Measure(None, reason=NO_RADIO)
+    gone, lowest, when = lost(trace), np.inf, 0
+    for row, (links, absent) in enumerate(zip(hears(trace), gone, strict=True)):
+        left = links[~absent][:, ~absent].astype(float)
+        if len(left) < 2:
+            continue
+        second = np.linalg.eigvalsh(np.diag(left.sum(axis=1)) - left)[1]
+        if second < lowest:
+            lowest, when = (second if second > CUT else 0.0), row
+    if lowest == np.inf:
+        return Measure(None, reason="there are no two robots")
+    return Measure(float(lowest), float(trace["time"][when]))
+
+
+@metric(unit="s", watched=False, rank=57)
+def disconnected_time(trace: Recorded) -> Measure:
+    """Time during which the graph of who hears whom is in parts."""
+    if "heard_from" not in trace:
+        return Measure(None, reason=NO_RADIO)
+    time, apart = trace["time"].values, parts(trace) > 1
+    return Measure(float(np.sum(np.diff(time) * apart[:-1])))
+
+
+def _per_second(trace: Recorded, name: str) -> Measure:
+    """What a running total of each robot adds per second, mean over robots."""
+    if name not in trace:
+        return Measure(None, reason=NO_RADIO)
+    count, time = trace[name].values, trace["time"].values
+    return Measure(float((count[-1] - count[0]).mean() / max(time[-1] - time[0], 1e-300)))

@@ -1,0 +1,138 @@
+"""Checks of `knowledge` and `communication`: robots that exist, rates in whole steps, behaviors that fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+from escort_mj.behaviors import Chords, Formation, Surface, Vertices
+from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Nearest, senders_of
+from escort_mj.scenario.schema.scenario import Scenario
+
+MOST_ON_THEIR_WAY = 1000  # messages of one robot
+MAX_LINKS = 64 * 2**20  # bytes of messages that are kept
+
+
+def check_known(scenario: Scenario) -> Iterator[Finding]:
+    """There is a target to know of, and the behaviors need no more than robots know."""
+    knowledge, communication = scenario.knowledge, scenario.communication
+    if knowledge is None and communication is None:
+        return
+    table: Path = ("knowledge",) if knowledge is not None else ("communication",)
+    if scenario.target is None:
+        words = "found a mission without a target; robots share only what they know of a target"
+        yield Finding(table, words, related=(("target",),))
+    for path, behavior in behaviors_of(scenario):
+        if isinstance(behavior, Formation) and behavior.follows:
+            words = "follows the target as one frame for all; each robot knows the target by itself"
+            yield Finding(path, f"{words}: give position, or use vertices", related=(table,))
+        if isinstance(behavior, Surface) and behavior.fit:
+            words = (
+                "shrinks for the room around the target, which each robot knows by itself; expected no fit"
+            )
+            yield Finding((*path, "fit"), words, related=(table,))
+        if isinstance(behavior, Chords) and communication is not None:
+            words = "keeps chords to robots that it may not hear; expected vertices or repulsion"
+            yield Finding(path, words, related=(("communication",),))
+        if isinstance(behavior, Vertices) and scenario.robots.failures:
+            words = "the team re-forms as one, but each robot has a figure of its own; expected repulsion"
+            yield Finding(path, words, related=(("robots", "failures"), table))
+
+
+def check_target_sight(scenario: Scenario) -> Iterator[Finding]:
+    """Robots that can see exist, looks are whole steps apart, and the estimator gets what it needs."""
+    knowledge = scenario.knowledge
+    if knowledge is None:
+        return
+    path: Path = ("knowledge", "target")
+    yield from _numbers(scenario, (*path, "robots"), knowledge.target.robots or ())
+    yield from _steps(scenario, (*path, "rate"), knowledge.target.rate)
+    yield from _needs(knowledge, (*path, "measures"))
+
+
+def _needs(knowledge: Knowledge, path: Path) -> Iterator[Finding]:
+    """The estimator gets one of the sets of quantities that it needs; nothing is measured twice."""
+    measures, estimator = knowledge.target.measures, knowledge.estimator
+    if len(set(measures)) < len(measures):
+        yield Finding(path, f"found {', '.join(measures)}; expected each once")
+    if not any(set(needed) <= set(measures) for needed in estimator.needs):
+        allowed = " or ".join(" and ".join(needed) for needed in estimator.needs)
+        words = f"found {', '.join(measures)}; the estimator {estimator.estimator} needs {allowed}"
+        yield Finding(path, words, related=(("knowledge", "estimator"),))
+
+
+def check_communication(scenario: Scenario) -> Iterator[Finding]:
+    """Robots exist, messages are whole steps apart, and no more of them are kept than memory holds."""
+    communication, count = scenario.communication, robot_count(scenario)
+    if communication is None:
+        return
+    path: Path = ("communication",)
+    yield from _steps(scenario, (*path, "rate"), communication.rate)
+    graph, delay = communication.graph, communication.delay
+    if isinstance(graph, Edges):
+        for index, edge in enumerate(graph.edges):
+            yield from _numbers(scenario, (*path, "graph", "edges", index), edge)
+    if isinstance(graph, Nearest) and graph.nearest >= count:
+        words = f"found {graph.nearest}; expected at most {count - 1}, the teammates of a robot"
+        yield Finding((*path, "graph", "nearest"), words, related=(("robots", "count"),))
+    if isinstance(delay, tuple) and delay[1] < delay[0]:
+        yield Finding((*path, "delay"), f"found {delay[0]:g} to {delay[1]:g} s; expected the least one first")
+    for index, blackout in enumerate(communication.blackouts):
+        place: Path = (*path, "blackouts", index)
+        if blackout.before is not None and blackout.before <= blackout.after:
+            words = f"found {blackout.before:g} s; expected more than after, {blackout.after:g} s"
+            yield Finding((*place, "before"), words)
+        if blackout.robots is not None and blackout.groups is not None:
+            yield Finding(place, "found robots and groups; expected one of them")
+        yield from _numbers(scenario, (*place, "robots"), blackout.robots or ())
+        members = [robot for group in blackout.groups or () for robot in group]
+        for number, group in enumerate(blackout.groups or ()):
+            yield from _numbers(scenario, (*place, "groups", number), group)
+        if twice := sorted({robot for robot in members if members.count(robot) > 1}):
+            yield Finding((*place, "groups"), f"found robot {twice[0]} in two groups; expected one")
+    yield from _on_their_way(scenario, path)
+
+
+def _on_their_way(scenario: Scenario, path: Path) -> Iterator[Finding]:
+    """No more messages are on their way at once than memory holds."""
+    communication, count = scenario.communication, robot_count(scenario)
+    assert communication is not None
+    delay, timestep = communication.delay, scenario.physics.timestep
+    longest = (delay[1] if isinstance(delay, tuple) else delay) + communication.jitter
+    depth = longest * min(communication.rate or math.inf, 1.0 / timestep) + 2.0
+    if isinstance(communication.graph, Edges):
+        return
+    slots = senders_of(communication, count).shape[1]
+    size = 8.0 * depth * count * (slots + 8.0 * scenario.axes**2)
+    if depth > MOST_ON_THEIR_WAY or size > MAX_LINKS:
+        most = min(MOST_ON_THEIR_WAY, MAX_LINKS / size * depth)
+        words = f"found up to {depth:.4g} messages of each robot on their way; expected at most {most:.4g}"
+        yield Finding((*path, "delay"), f"{words}: lower delay or rate", related=((*path, "rate"),))
+
+
+def _numbers(scenario: Scenario, path: Path, robots: Sequence[int]) -> Iterator[Finding]:
+    """Numbers of robots that exist, each once."""
+    count = robot_count(scenario)
+    if wrong := [robot for robot in robots if robot > count]:
+        yield Finding(path, f"found robot {wrong[0]}; allowed are 1 to {count}")
+    if len(set(robots)) < len(robots):
+        yield Finding(path, f"found {', '.join(map(str, robots))}; expected each robot once")
+
+
+def _steps(scenario: Scenario, path: Path, rate: float | None) -> Iterator[Finding]:
+    """A rate with a whole number of physics steps from one event to the next."""
+    if rate is None:
+        return
+    timestep = scenario.physics.timestep
+    steps = 1.0 / (rate * timestep)
+    if steps < 1.0 - 1e-6 or not math.isclose(steps, round(steps), rel_tol=1e-6):
+        near = sorted({1.0 / (max(whole, 1) * timestep) for whole in (math.floor(steps), math.ceil(steps))})
+        yield Finding(
+            path,
+            f"found {rate:g} per second, {steps:.6g} steps of {timestep:g} s apart; expected a whole number "
+            f"of steps, as with {' or '.join(f'{value:.9g}' for value in near)}",
+            related=(("physics", "timestep"),),
+        )

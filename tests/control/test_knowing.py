@@ -1,0 +1,81 @@
+"""What each robot knows: the compiled form against its NumPy twin, on random missions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from escort_mj.control.outer_loops import SetBased
+from escort_mj.control.setup import Setup
+from escort_mj.estimators import ESTIMATORS, CovarianceIntersection, Kalman
+from escort_mj.knowledge.links import Radio, Silence
+from escort_mj.knowledge.sight import Sight
+from escort_mj.sensing.sensors import Channel, Sensors
+from tests.control.twins import AVOID, REPULSION, SURFACE, VERTICES, compare, mission
+
+ALL = (True,) * 6
+
+
+def complete(count: int) -> np.ndarray:
+    return np.array([[j for j in range(count) if j != i] for i in range(count)])
+
+
+def anybody(count: int, slots: int) -> np.ndarray:
+    return np.full((count, slots), -1)
+
+
+RADIOS = {
+    "every step": Radio(complete(6)),
+    "late and lossy": Radio(
+        complete(6), every=2, delay=(1, 5), jitter=1, fail=0.3, recover=0.5, timeout=0.02
+    ),
+    "three nearest": Radio(anybody(6, 3), every=1, delay=(0, 2), reach=9.0, surface=True, timeout=0.004),
+    "silence": Radio(complete(6), silences=(Silence(0.004, 0.01, (0, 0, 0, 1, 1, 1)),)),
+}
+SIGHTS = {
+    "everybody": Sight(ALL, noise=(0.05, 0.1, -1.0, -1.0)),
+    "some, badly": Sight(
+        (True, False, True, False, False, True), every=2, noise=(0.05, 0.1, 0.02, 0.01), dropout=0.3,
+        outliers=0.3, outlier=2.0, reach=6.0, opaque=True,
+    ),
+    "ranges": Sight((True, False, True, True, False, True), noise=(-1.0, -1.0, 0.05, -1.0)),
+    "bearings": Sight(ALL, noise=(-1.0, -1.0, -1.0, 0.02)),
+}  # fmt: skip
+
+
+def informed(axes: int, seed: int, **changes: object) -> tuple[Setup, np.ndarray, np.ndarray]:
+    setup, q, v = mission(axes, seed)
+    return replace(setup, **{"behaviors": (AVOID, VERTICES, SURFACE), **changes}), q, v  # type: ignore[arg-type]
+
+
+MAKES = [*(kind() for kind in ESTIMATORS), Kalman(model="acceleration", noise=2.0)]
+
+
+@pytest.mark.parametrize(("sight", "axes"), [("everybody", 2), ("some, badly", 3)])
+@pytest.mark.parametrize("radio", RADIOS)
+@pytest.mark.parametrize("estimator", MAKES, ids=str)
+def test_every_estimator_and_radio(estimator, radio: str, sight: str, axes: int) -> None:
+    setup, q, v = informed(
+        axes,
+        1,
+        sight=SIGHTS[sight],
+        radio=RADIOS[radio],
+        estimator=estimator,
+        start_deviation=(0.5, 0.2, 0.1),
+    )
+    compare(setup, q, v, steps=12)
+
+
+@pytest.mark.parametrize(("sight", "axes"), [("ranges", 2), ("bearings", 3), ("ranges", 3), ("bearings", 2)])
+@pytest.mark.parametrize("estimator", [CovarianceIntersection(), Kalman(model="acceleration")], ids=str)
+def test_ranges_and_bearings(estimator, sight: str, axes: int) -> None:
+    setup, q, v = informed(
+        axes, 2, sight=SIGHTS[sight], radio=RADIOS["late and lossy"], estimator=estimator,
+        start_deviation=(0.5, 0.2, 0.1), outer=SetBased(), behaviors=(AVOID, REPULSION, SURFACE),
+    )  # fmt: skip
+    compare(setup, q, v, steps=12, tolerance=1e-8)
+
+
+def test_without_a_radio() -> None:
+    setup, q, v = informed(2, 3, sight=SIGHTS["everybody"], sensing=Sensors(Channel(0.02), Channel(0.01)))
+    compare(setup, q, v, steps=6)

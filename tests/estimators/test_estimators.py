@@ -1,0 +1,195 @@
+"""Estimators against theory: the posterior Cramer-Rao bound, consistency, and what a mixture may claim."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from escort_mj import Scenario
+from escort_mj.behaviors import Surface
+from escort_mj.control.setup import Setup
+from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, Kalman
+from escort_mj.estimators.covariance_intersection import invert, mix
+from escort_mj.estimators.kalman import linearized
+from escort_mj.knowledge.belief import Belief, carry
+from escort_mj.knowledge.sight import Look, Sight
+from escort_mj.scenario.setup import controller_setup
+from tests.control.twins import Kernel
+
+Array = NDArray[np.float64]
+
+STEP, LOOKS, DENSITY, FIRST = 0.02, 5, 0.02, (0.3, 0.1)  # [s], steps between looks, [m/s^1.5], [m, m/s]
+SEEDS, DURATION, SETTLED = 50, 12.0, 6.0
+NOISE = {"range": (-1.0, -1.0, 0.05, -1.0), "bearing": (-1.0, -1.0, -1.0, 0.01)}
+
+
+def wandering(seed: int) -> tuple[Setup, Array]:
+    """A target whose velocity is a random walk, and its states at all steps, shape (steps, 4)."""
+    random = np.random.default_rng(seed)
+    steps = round(DURATION / STEP)
+    speed = np.array([0.3, 0.0]) + np.cumsum(
+        random.normal(scale=DENSITY * np.sqrt(STEP), size=(steps + 1, 2)), axis=0
+    )
+    place = np.vstack([np.zeros(2), np.cumsum(speed[:-1] * STEP, axis=0)])
+    points = [{"time": k * STEP, "position": place[k].tolist()} for k in range(steps + 1)]
+    scenario = Scenario(
+        seed=seed, duration=DURATION, physics={"timestep": STEP}, target={"waypoints": points},
+        robots={"count": 3, "placement": {"within": 4}}, mission={"radius": 3, "behaviors": ["surface"]},
+        recording={"rate": 50},
+    )  # fmt: skip
+    setup = replace(controller_setup(scenario), behaviors=(Surface(),))
+    return setup, np.hstack([place, speed])[:steps]
+
+
+def circling(t: float) -> Array:
+    """Where three robots are: on circles of their own, so that ranges and bearings tell the whole state."""
+    angle = np.array([0.0, 2.1, 4.2]) + 1.5 * t
+    return np.array([0.3 * t, 0.0]) + 3.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def flown(measure: str) -> tuple[Array, Array, Array]:
+    """Errors of the state, shape (seeds, steps, robots, 4), covariances, and the true states."""
+    errors, covariances, states = [], [], []
+    for seed in range(SEEDS):
+        setup, truth = wandering(seed)
+        sight = Sight((True,) * 3, every=LOOKS, noise=NOISE[measure])
+        setup = replace(setup, sight=sight, estimator=Kalman(noise=DENSITY), start_deviation=(*FIRST, 0.0))
+        kernel, found, sure = Kernel(setup), [], []
+        for k in range(len(truth)):
+            state = kernel.evaluate(k * STEP, circling(k * STEP), np.zeros((3, 2)))
+            if k % LOOKS == 0:
+                found.append(state.belief - truth[k])
+                sure.append(state.belief_covariance.reshape(3, 4, 4).copy())
+        errors.append(found)
+        covariances.append(sure)
+        states.append(truth[::LOOKS])
+    return np.array(errors), np.array(covariances), np.array(states)
+
+
+def bound(measure: str, states: Array) -> Array:
+    """Posterior Cramer-Rao bound on the position, root of the trace, shape (steps, robots) [m].
+
+    Tichavsky, Muravchik, Nehorai (1998): J' = (Q + F J^-1 F^T)^-1 + E[H^T R^-1 H] for linear motion.
+    """
+    elapsed = STEP * LOOKS
+    f = np.kron([[1.0, elapsed], [0.0, 1.0]], np.eye(2))
+    q = DENSITY**2 * np.kron([[elapsed**3 / 3, elapsed**2 / 2], [elapsed**2 / 2, elapsed]], np.eye(2))
+    information = np.repeat(np.diag(np.repeat(FIRST, 2) ** -2.0)[None], 3, axis=0)
+    found = []
+    for k in range(states.shape[1]):
+        if k:
+            information = np.linalg.inv(q + f @ np.linalg.inv(information) @ f.T)
+        eyes = circling(k * elapsed)
+        for robot in range(3):
+            way = states[:, k, :2] - eyes[robot]
+            distance = np.linalg.norm(way, axis=1, keepdims=True)
+            along, across = way / distance, np.stack([-way[:, 1], way[:, 0]], axis=1) / distance**2
+            row = along if measure == "range" else across
+            scale = NOISE[measure][2 if measure == "range" else 3]
+            information[robot, :2, :2] += np.einsum("sa,sb->ab", row, row) / len(row) / scale**2
+        found.append([np.sqrt(np.trace(np.linalg.inv(each)[:2, :2])) for each in information])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("measure", NOISE)
+def test_kalman_is_near_the_bound_and_consistent(measure: str) -> None:
+    errors, covariances, states = flown(measure)
+    late = slice(round(SETTLED / STEP / LOOKS), None)
+    rms = np.sqrt((errors[..., :2] ** 2).sum(axis=3).mean(axis=0))[late]
+    ratio = np.sqrt((rms**2).mean(axis=0)) / np.sqrt((bound(measure, states)[late] ** 2).mean(axis=0))
+    assert (ratio > 0.9).all() and (ratio < 1.3).all(), ratio
+    nees = np.einsum("stra,strab,strb->str", errors, np.linalg.inv(covariances), errors)[:, late]
+    low, high = chi2.ppf([0.025, 0.975], 4 * SEEDS) / SEEDS
+    mean = nees.mean(axis=0)
+    assert ((mean > low) & (mean < high)).mean() > 0.85, (measure, mean.mean(), low, high)
+
+
+def spread(random: np.random.Generator, size: int) -> Array:
+    """A random covariance."""
+    root = random.normal(size=(size, size))
+    return root @ root.T + 0.1 * np.eye(size)
+
+
+@pytest.mark.parametrize(("axes", "orders"), [(2, 2), (3, 2), (2, 3), (3, 3), (5, 3)])
+def test_a_belief_moves_on(axes: int, orders: int) -> None:
+    """In one step or in two, in place or in matrices."""
+    random, size = np.random.default_rng(axes * orders), axes * orders
+    before = Belief(random.normal(size=size), spread(random, size), 1.0, 1.0)
+    after, twice = before.at(1.7, axes, 0.3), before.at(1.2, axes, 0.3).at(1.7, axes, 0.3)
+    np.testing.assert_allclose(after.covariance, twice.covariance, atol=1e-12)
+    x, covariance = before.x.copy(), before.covariance.ravel()
+    carry(x, covariance, axes, 0.7, 0.3)
+    np.testing.assert_allclose(x, after.x, atol=1e-13)
+    np.testing.assert_allclose(covariance.reshape(size, size), after.covariance, atol=1e-12)
+
+
+def test_measurements_are_linearized_as_they_change() -> None:
+    """Finite differences of what a robot measures."""
+    random, p = np.random.default_rng(1), 3
+    x, eye, none = random.normal(size=3 * p), random.normal(size=p), np.zeros(p)
+
+    def shown(x: Array) -> Look:
+        way = x[:p] - eye
+        distance = float(np.linalg.norm(way))
+        return Look(x[:p], x[p : 2 * p], distance, way / distance, eye, (0.1, 0.1, 0.1, 0.1))
+
+    h, off, _ = linearized(x, shown(x))
+    np.testing.assert_allclose(off, 0.0, atol=1e-12)
+    numeric = np.stack(
+        [
+            (linearized(x, shown(x + 1e-6 * e))[1] - linearized(x, shown(x - 1e-6 * e))[1]) / 2e-6
+            for e in np.eye(len(x))
+        ],
+        axis=1,
+    )
+    np.testing.assert_allclose(h, numeric, atol=1e-8)
+    assert not (h @ np.concatenate([none, none, np.ones(p)])).any(), "nobody measures accelerations"
+
+
+def test_covariance_intersection_never_claims_too_much() -> None:
+    """However two errors depend on each other, the mixture's covariance is at least that of its error."""
+    random = np.random.default_rng(2)
+    for _ in range(50):
+        joint = spread(random, 8)
+        a, b, cross = joint[:4, :4], joint[4:, 4:], joint[:4, 4:]
+        said = Belief(np.zeros(4), b, 0.0, 0.0)
+        found = CovarianceIntersection().heard(Belief(np.zeros(4), a, 0.0, 0.0), said, 0.0)
+        weight = np.trace(b[:2, :2]) / (np.trace(a[:2, :2]) + np.trace(b[:2, :2]))
+        first = weight * found.covariance @ np.linalg.inv(a)
+        second = (1.0 - weight) * found.covariance @ np.linalg.inv(b)
+        true = (
+            first @ a @ first.T
+            + second @ b @ second.T
+            + first @ cross @ second.T
+            + second @ cross.T @ first.T
+        )
+        assert np.linalg.eigvalsh(found.covariance - true)[0] > -1e-9
+
+
+def test_mixing_and_inverting_in_place() -> None:
+    random = np.random.default_rng(3)
+    a, b, x, y = spread(random, 6), spread(random, 6), random.normal(size=6), random.normal(size=6)
+    inverse = a.ravel().copy()
+    invert(inverse, 6)
+    np.testing.assert_allclose(inverse.reshape(6, 6) @ a, np.eye(6), atol=1e-10)
+    expected = Consensus(share=0.4).heard(Belief(x, a, 0.0, 0.0), Belief(y, b, 0.0, 0.0), 0.0)
+    found, covariance = x.copy(), a.ravel().copy()
+    mix(found, covariance, y.copy(), b.ravel().copy(), 0.6, inverse)
+    np.testing.assert_allclose(found, expected.x, atol=1e-10)
+    np.testing.assert_allclose(covariance.reshape(6, 6), expected.covariance, atol=1e-10)
+
+
+def test_kalman_takes_over_what_is_surer() -> None:
+    sure, vague = (Belief(np.full(4, x), x * np.eye(4), 0.0, fix) for x, fix in ((0.1, 1.0), (2.0, 3.0)))
+    assert Kalman().heard(vague, sure, 5.0).x[0] == pytest.approx(0.1 + 5.0 * 0.1)
+    assert Kalman().heard(sure, vague, 5.0).x[0] == pytest.approx(0.1 + 5.0 * 0.1)
+    assert Kalman().heard(sure, vague, 5.0).fix == 3.0, "the newest measurement that it knows of"
+
+
+@pytest.mark.parametrize("kind", ESTIMATORS)
+def test_a_file_of_an_estimator_says_all_of_it(kind: type) -> None:
+    name = kind.model_fields["estimator"].default
+    assert kind.__module__ == f"escort_mj.estimators.{name}"
+    assert kind().needs and kind().orders in (2, 3)
