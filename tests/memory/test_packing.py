@@ -8,7 +8,12 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 
 GIVEN_APART = {
-    *("parameters", "outer_place", "level_place"),  # blocks of components, one behind the other
+    *(
+        "parameters",
+        "outer_place",
+        "estimator_place",
+        "level_place",
+    ),  # blocks of components, one behind the other
     *(
         "code",
         "segments",

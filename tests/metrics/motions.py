@@ -40,3 +40,24 @@ HEADED = {
         ]},
     },
 }  # fmt: skip
+
+# A mission in which one robot sees the target, and the others hear of it.
+KNOWING = {
+    "estimates and messages": {
+        "robots": {"positions": [[2, 0], [0, 2], [-2, 0], [0, -2]]},
+        "target": {"position": ["0.3*t", 0]},
+        "mission": {"radius": 2, "behaviors": ["vertices", "surface"]},
+        "knowledge": {
+            "target": {"robots": [1], "rate": 50, "noise": {"position": 0.01, "velocity": 0.02}},
+            "estimator": "kalman", "initial": {"position": 0.1, "velocity": 0.1},
+        },
+        "communication": {"graph": "ring", "rate": 50, "delay": 0.02, "loss": 0.2},
+    },
+    "everybody heard at once": {
+        "duration": 0.2,
+        "robots": {"positions": [[2, 0], [0, 2], [-2, 0], [0, -2]]},
+        "mission": {"radius": 2, "behaviors": ["repulsion", "surface"]},
+        "knowledge": {"estimator": "hold"},
+        "communication": {},
+    },
+}  # fmt: skip
