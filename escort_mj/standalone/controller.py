@@ -82,9 +82,9 @@ class Controller:
             plugins: Additional plugins: Python files or names of installed plugins.
             backend: `native`: the machine code that missions run. `numpy`: the same law in plain NumPy, slow,
                 for reading and for a debugger. Both agree to 1e-10.
-            simulate: Whether to add what the scenario simulates around the law: errors of sensors, failures
-                of motors and the disturbance. By default, the law is given the measurements as they are. The
-                ranges of `sensing.radius` always apply.
+            simulate: Whether to add what the scenario simulates around the law: errors of sensors, what
+                robots see, hear and estimate, failures of motors and the disturbance. By default, the law is
+                given the measurements as they are. The ranges of `sensing.radius` always apply.
             longest_gap: Longest time between two calls that is made up for [s].
 
         Raises:
@@ -139,6 +139,7 @@ class Controller:
         if not self._options["simulate"]:
             ranges = Sensors(robots=setup.sensing.robots, obstacles=setup.sensing.obstacles)
             setup = replace(setup, sensing=ranges, disturbance=None, failures=(), reforming=None)
+            setup = replace(setup, sight=None, radio=None)
         self._law = setup.law.law
         self._surroundings = Surroundings(setup, self._bodies, paths, self._robots.mass)
         self._backend: Backend = BACKENDS[self._options["backend"]](setup)

@@ -159,7 +159,7 @@ def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None, see
         robots = robots._replace(position=seen.position)
     setup = replace(controller_setup(scenario, robots, seen and seen.target), outside=outside)
     if seen is not None:  # what was logged has been measured, and pushed, by reality
-        setup = replace(setup, sensing=Sensors(), disturbance=None, trigger=None)
+        setup = replace(setup, sensing=Sensors(), disturbance=None, trigger=None, sight=None, radio=None)
     obstacles = obstacles_of(scenario)
     stages = _stages(scenario, setup, robots, obstacles)
     bodies = bodies_of(scenario)
