@@ -20,6 +20,7 @@ def from_hex(code: str) -> Color:
 TARGET = from_hex("1A1A1A")
 OBSTACLE = from_hex("6A6A6A")
 LIMIT = from_hex("4D4D4D")  # a bound: the escort radius, the safe distance, the force limit
+RADIO = from_hex("2E7DA6")  # robots that hear each other
 CONTACT = from_hex("C8001E")  # bodies that touch
 
 # Colors that a scenario can name for its obstacles.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +30,14 @@ def estimate_error(trace: Recorded) -> Array:
 
 def hears(trace: Recorded) -> NDArray[np.bool_]:
     """Who is linked with whom, because one of the two has heard the other, shape (time, robot, robot)."""
-    heard = trace["heard_from"].values.astype(int)
+    return linked(trace["heard_from"].values)
+
+
+def linked(heard: NDArray[Any]) -> NDArray[np.bool_]:
+    """The same from the signal `heard_from`, shape (time, robot, slot)."""
     times, n, slots = heard.shape
     found = np.zeros((times, n, n + 1), dtype=bool)
-    found[np.arange(times)[:, None, None], np.arange(n)[:, None], heard] = True
+    found[np.arange(times)[:, None, None], np.arange(n)[:, None], heard.astype(int)] = True
     found = found[:, :, 1:]
     return np.asarray(found | found.swapaxes(1, 2))
 

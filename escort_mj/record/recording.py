@@ -298,7 +298,7 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
         "behavior": names("behavior", "behaviors", "name of the behavior"),
     }
     if sizes.get(TRUTH):
-        second = list("xyz")[: sizes["axis_2"]]
+        second = axis_names(sizes["axis_2"])
         found["axis_2"] = Variable("axis_2", second, {"long_name": "second axis of a matrix"})
         found["cause"] = Variable(
             "cause", list(CAUSES), {"long_name": "why the Lyapunov function V1 changes"}

@@ -23,6 +23,7 @@ BINS = 1200  # points across a panel; more cannot be seen
 AVERAGED = 1.0  # window of a running average [s]; less in a short run
 BOUND: Any = (0, (4, 2))
 TWIN: Any = (0, (4, 4))  # of the second color over the first
+SECOND: Any = (0, (3, 1.5))  # of what stands beside a robot's curve, in its color
 CROWD = palette.from_hex("0072B2")
 ALL, NINE_TENTHS = 0.18, 0.35  # opacity of the bands of a crowd
 FAINT = 0.5  # width of a line that stands behind its own average
@@ -73,6 +74,49 @@ def draw_curves(
         axes.plot(x, y, color=first, linewidth=width, **style)
         for other in second:
             axes.plot(x, y, color=other, linewidth=width, linestyle=TWIN, **style)
+
+
+def dashed_curves(axes: Axes, time: Array, values: Array, colors: Sequence[palette.Color]) -> None:
+    """One dashed curve per column beside those that are there, shape (T, curves); of a crowd the median."""
+    if len(colors) > palette.MOST_LINES:
+        values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
+    for column, color in enumerate(colors):
+        axes.plot(*thin(time, values[:, column]), color=color, linestyle=SECOND, linewidth=0.9)
+
+
+def lanes(axes: Axes, time: Array, values: Array | Flags, title: str) -> None:
+    """A lane per robot, filled while something holds; how many robots it holds for where there are many.
+
+    Args:
+        axes: Where to draw.
+        time: Shape (T,) [s].
+        values: Whether it holds, or up to which share of the lane's height it is filled, shape (T, n).
+        title: What it is.
+    """
+    count = values.shape[1]
+    axes.set_title(title)
+    if count > palette.MOST_DISTINCT:
+        busy = values.sum(axis=1)
+        axes.fill_between(time, busy, step="post", color=palette.OBSTACLE, linewidth=0)
+        axes.set_ylabel(f"robots\nof {count}")
+        axes.set_ylim(0.0, max(1.1 * float(busy.max()), 1.0))
+        return
+    for index, color in enumerate(palette.robot_colors(count)):
+        floor, height = index + 1.4, 0.8 * values[:, index]
+        if values.dtype != bool:
+            axes.axhspan(floor - 0.8, floor, color=color, alpha=0.15, linewidth=0)
+        axes.fill_between(
+            time, floor - height, floor, where=height > 0, step="post", color=color, linewidth=0
+        )
+    axes.set_ylim(count + 0.7, 0.3)
+    axes.set_yticks(range(1, count + 1))
+    axes.set_ylabel("robot")
+    axes.grid(axis="y", visible=False)
+
+
+def lanes_height(count: int) -> float:
+    """Height of the lanes of so many robots [inches]."""
+    return 0.5 + 0.09 * count if count <= palette.MOST_DISTINCT else 1.0
 
 
 def _draw_bands(axes: Axes, time: Array, values: Array) -> None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
 from escort_mj.record.recording import LOG, is_log, not_logged
-from escort_mj.report.figures import nearness, paths, tasks, timelines, truth
+from escort_mj.report.figures import knowledge, nearness, paths, tasks, timelines, truth
 from escort_mj.report.figures.look import USUAL, Look, check_formats
 from escort_mj.report.figures.style import canvas_of, figure, png_of
 
@@ -74,6 +74,13 @@ PLOTS: tuple[Plot, ...] = (
         truth.truth_height,
         truth.truth,
         lambda trace: "mass_matrix" in trace,
+    ),
+    Plot(
+        "knowledge",
+        "what robots know",
+        knowledge.knowledge_height,
+        knowledge.knowledge,
+        lambda trace: "target_estimate" in trace,
     ),
     Plot(
         "forces",

@@ -1,13 +1,14 @@
-"""Who is left at a time, and who is whose neighbor then."""
+"""Who is left at a time, and who is whose neighbor or hears whom then."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from escort_mj.metrics.knowledge import linked
 from escort_mj.metrics.reading import lost
 from escort_mj.numerics.thomson import nearest_edges
 from escort_mj.report.figures.style import Key
@@ -43,6 +44,16 @@ def links(trace: Recorded) -> list[tuple[int, NDArray[np.int64]]]:
 def links_at(formations: list[tuple[int, NDArray[np.int64]]], sample: int) -> NDArray[np.int64]:
     """Neighbors at a sample, shape (edges, 2)."""
     return next(pairs for start, pairs in reversed(formations) if start <= sample)
+
+
+def heard_links(heard: NDArray[Any], gone: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Pairs of robots of which one hears the other at a sample, shape (edges, 2).
+
+    Args:
+        heard: The signal `heard_from` there, shape (n, slots).
+        gone: Which robots are lost, shape (n,).
+    """
+    return np.argwhere(np.triu(linked(heard[None])[0]) & ~gone & ~gone[:, None])
 
 
 def lost_keys(trace: Recorded) -> list[Key]:

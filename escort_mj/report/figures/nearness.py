@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -14,7 +13,15 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import lost
 from escort_mj.record.episodes import apart_from, pair
-from escort_mj.report.figures.curves import BOUND, curve_keys, draw_curves, limit_line, timeline
+from escort_mj.report.figures.curves import (
+    BOUND,
+    curve_keys,
+    draw_curves,
+    lanes,
+    lanes_height,
+    limit_line,
+    timeline,
+)
 from escort_mj.report.figures.losses import lost_keys
 from escort_mj.report.figures.style import Key, name_robots
 from escort_mj.report.video.replay import safe_radius
@@ -35,7 +42,7 @@ def obstacle_distances(figure: Figure, trace: Recorded) -> None:
     touch = trace["robot_radius"].values[:, None] + trace["obstacle_radius"].values
     obstacles = trace.sizes["obstacle"]
     rows = obstacles if obstacles <= MOST_PANELS else 1
-    grid = figure.subplots(rows + 1, 1, sharex=True, height_ratios=[2.0] * rows + [_lanes_height(count)])
+    grid = figure.subplots(rows + 1, 1, sharex=True, height_ratios=[2.0] * rows + [lanes_height(count)])
     others: list[Key] = [("safe distance", Line2D([], [], color=palette.CONTACT, linestyle=BOUND))]
     if rows == obstacles:
         for j, axes in enumerate(grid[:rows]):
@@ -55,7 +62,7 @@ def obstacle_distances(figure: Figure, trace: Recorded) -> None:
         grid[0].set_ylim(min(0.0, float(beyond.min())) - 0.2, _window(beyond, 3.0 * float(safe.max()) + 1.0))
         limit_line(grid[0], 0.0, "", palette.CONTACT)
         grid[0].set_ylabel("beyond [m]")
-    _lanes(grid[-1], trace)
+    lanes(grid[-1], time, trace["avoidance_active"].values > 0, "Avoidance active")
     timeline(grid, time)
     name_robots(figure, grid, count, [*others, *curve_keys(count, ""), *lost_keys(trace)])
 
@@ -65,7 +72,7 @@ def clearances(figure: Figure, trace: Recorded) -> None:
     time, count = trace["time"].values, trace.sizes["robot"]
     free, pushed = spaces(trace), _pushed(trace)
     rows = len(free) + pushed
-    heights = [2.0] * rows + [_lanes_height(count)]
+    heights = [2.0] * rows + [lanes_height(count)]
     grid = np.atleast_1d(figure.subplots(rows + 1, 1, sharex=True, height_ratios=heights))
     for axes, (whom, space) in zip(grid, free.items(), strict=False):
         axes.set_title(f"Clearance to {whom}")
@@ -86,7 +93,7 @@ def clearances(figure: Figure, trace: Recorded) -> None:
         axes.plot(when, force, ".", color=palette.CONTACT, ms=5)
         axes.set_ylim(0.0, 1.1 * max(float(force.max()), 1e-3))
         axes.set_ylabel("force [N]")
-    _lanes(grid[-1], trace)
+    lanes(grid[-1], time, trace["avoidance_active"].values > 0, "Avoidance active")
     timeline(grid, time)
     name_robots(figure, grid, count, [*curve_keys(count, ""), *lost_keys(trace)])
 
@@ -130,28 +137,3 @@ def _pushed(trace: Recorded) -> bool:
 def _window(values: Array, most: float) -> float:
     """Top of a scale that shows what is near; what is farther leaves the panel."""
     return max(min(float(np.nanmax(values, initial=0.0)) * 1.05, most), 1e-3)
-
-
-def _lanes_height(count: int) -> float:
-    return 0.5 + 0.09 * count if count <= palette.MOST_DISTINCT else 1.0
-
-
-def _lanes(axes: Axes, trace: Recorded) -> None:
-    """When avoidance ruled whom: a lane per robot, or how many robots where there are too many."""
-    time, active = trace["time"].values, trace["avoidance_active"].values > 0
-    count = active.shape[1]
-    axes.set_title("Avoidance active")
-    if count > palette.MOST_DISTINCT:
-        busy = active.sum(axis=1)
-        axes.fill_between(time, busy, step="post", color=palette.OBSTACLE, linewidth=0)
-        axes.set_ylabel(f"robots\nof {count}")
-        axes.set_ylim(0.0, max(1.1 * float(busy.max()), 1.0))
-        return
-    for index, color in enumerate(palette.robot_colors(count)):
-        axes.fill_between(
-            time, index + 0.6, index + 1.4, where=active[:, index], step="post", color=color, linewidth=0
-        )
-    axes.set_ylim(count + 0.7, 0.3)
-    axes.set_yticks(range(1, count + 1))
-    axes.set_ylabel("robot")
-    axes.grid(axis="y", visible=False)

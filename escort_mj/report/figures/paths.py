@@ -20,6 +20,7 @@ from escort_mj import palette
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
 from escort_mj.report.figures.curves import BOUND
+from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
 from escort_mj.report.figures.look import NARROW
 from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
 from escort_mj.report.figures.style import WIDTH, Key, name_robots, narrow
@@ -259,7 +260,9 @@ def _formations(axes: Axes, trace: Recorded, moments: list[int], formations: For
     crowd = q.shape[1] > MOST_LINES
     for moment in [0, *moments] if crowd else moments:
         pairs = q[moment][links_at(formations, moment)]
-        if len(pairs) and not crowd:
+        if not crowd:
+            mark_known(axes, trace, moment)
+        if len(pairs) and not crowd and "heard_from" not in trace:
             look: dict[str, Any] = {"colors": [ESCORT], "linewidths": 0.7, "alpha": 0.7, "zorder": 2.5}
             lines = Line3DCollection if q.shape[2] == 3 else LineCollection
             axes.add_collection(lines(pairs, **look))
@@ -291,6 +294,7 @@ def _ways(axes: Axes, trace: Recorded, rows: NDArray[np.int64]) -> None:
             outside = ((drift < low) | (drift > high)).any(axis=1)
             seen = drift[: int(np.argmax(outside)) if outside.any() else len(drift)]
             axes.plot(*seen.T, color=LOST, linewidth=0.8, zorder=3.4)
+    estimate_ways(axes, trace, rows, low, high)
 
 
 def _ends(axes: Axes, trace: Recorded) -> None:
@@ -343,7 +347,7 @@ def _keys(trace: Recorded) -> list[Key]:
     if "goal" in trace:
         square = {"linestyle": "none", "marker": "s", "markerfacecolor": "none", "markersize": 7}
         keys.append(("goal", Line2D([], [], **square, color="#555555")))  # type: ignore[arg-type]
-    keys += lost_keys(trace)
+    keys += known_keys(trace) + lost_keys(trace)
     if trace.sizes["obstacle"]:
         keys.append(("obstacle", Line2D([], [], **dot, color=palette.OBSTACLE, markersize=7)))
         if float(trace.attrs["safe_distance"]) > 0:

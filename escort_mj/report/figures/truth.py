@@ -12,7 +12,9 @@ from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
 from escort_mj.report.figures.curves import (
+    SECOND,
     curve_keys,
+    dashed_curves,
     draw_curves,
     log_scale,
     running_mean,
@@ -25,7 +27,6 @@ from escort_mj.report.figures.style import Key, name_robots
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
-SECOND: Any = (0, (3, 1.5))  # the estimate beside the true torque, the largest eigenvalue beside the least
 PLAYS_A_PART = 1e-9  # share of the largest cause; a smaller one is rounding
 REFERENCE: Any = {
     "linewidth": 0.6,
@@ -70,21 +71,11 @@ def truth(figure: Figure, trace: Recorded) -> None:
     name_robots(figure, panels.values(), count, keys)
 
 
-def _dashed(axes: Axes, trace: Recorded, values: np.ndarray, colors: list[palette.Color]) -> None:
-    """One dashed curve per robot over those that are there; of a crowd the median."""
-    if len(colors) > palette.MOST_LINES:
-        values, colors = np.median(values, axis=1, keepdims=True), [palette.LIMIT]
-    for column, color in enumerate(colors):
-        axes.plot(
-            *thin(trace["time"].values, values[:, column]), color=color, linestyle=SECOND, linewidth=0.9
-        )
-
-
 def _masses(axes: Axes, trace: Recorded, colors: list[palette.Color]) -> None:
     """Least and largest eigenvalue of each robot's mass matrix, and what its differences say."""
     eigenvalues = np.linalg.eigvalsh(trace["mass_matrix"].values)
     draw_curves(axes, trace["time"].values, eigenvalues[..., 0], colors)
-    _dashed(axes, trace, eigenvalues[..., -1], colors)
+    dashed_curves(axes, trace["time"].values, eigenvalues[..., -1], colors)
     axes.set_title("(a) Mass matrix: eigenvalues")
     axes.set_ylabel("kg")
     axes.set_ylim(0.0, 1.6 * float(eigenvalues.max()))
@@ -103,7 +94,7 @@ def _torques(axes: Axes, trace: Recorded, colors: list[palette.Color]) -> None:
         colors,
         running_rms,
     )
-    _dashed(axes, trace, np.linalg.norm(trace["rho_hat"].values, axis=2), colors)
+    dashed_curves(axes, trace["time"].values, np.linalg.norm(trace["rho_hat"].values, axis=2), colors)
     axes.set_title("(b) Reference torque |ρ|")
     axes.set_ylabel("N")
     log_scale(axes)

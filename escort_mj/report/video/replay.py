@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.errors import RenderError
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.episodes import touched
-from escort_mj.report.figures.losses import links
+from escort_mj.report.figures.losses import heard_links, links, links_at
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -27,7 +27,7 @@ OVER_TIME = (
         "goals",
         "target_coordinates",
     )  # which fields of a replay have a row per sample
-    + ("avoiding", "touching", "obstacles", "lost")
+    + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard")
 )
 
 
@@ -80,6 +80,10 @@ class Replay:
         radius: Distance to keep from the target; without a target the size of the mission [m].
         lost: Whether the team has lost a robot, shape (T, n).
         formations: From which sample on who is whose neighbor: pairs of robots from 0, shape (edges, 2).
+        estimates: Where each robot believes the target to be, shape (T, n, 3) [m]; (T, 0, 3) where all know.
+        seen: Whether a robot sees the target, shape (T, n); (T, 0) where all know where it is.
+        heard: Whom each robot hears, numbered from 1, 0 for none, shape (T, n, slots); no slots without a
+            radio.
         planar: Whether the mission has two axes.
         axes: Names of the axes that are seen.
         suffix: What names of its bodies end with, in the model.
@@ -103,6 +107,9 @@ class Replay:
     radius: float
     lost: Flags
     formations: list[tuple[int, NDArray[np.int64]]]
+    estimates: Array
+    seen: Flags
+    heard: NDArray[np.int16]
     planar: bool
     axes: tuple[str, ...]
     suffix: str = ""
@@ -137,6 +144,17 @@ class Replay:
         qpos = between(self.qpos)
         obstacles = between(self.obstacles)
         return Moment(time, sample, share, qpos, between(self.robots), between(self.target), obstacles)
+
+    @property
+    def communicates(self) -> bool:
+        """Whether robots hear each other over a radio."""
+        return self.heard.shape[2] > 0
+
+    def linked(self, sample: int) -> NDArray[np.int64]:
+        """Robots that hear each other; without a radio neighbors: pairs from 0, shape (edges, 2)."""
+        if self.communicates:
+            return heard_links(self.heard[sample], self.lost[sample])
+        return links_at(self.formations, sample)
 
     def between(self, start: float, end: float) -> Replay:
         """Return the part of the run between two times, with the samples around them."""
@@ -202,6 +220,7 @@ def replay_of(trace: Recorded) -> Replay:
 
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
+    informed = "target_estimate" in trace
     if not escorts(trace):
         places = np.concatenate([robots[0], *goals[[0, -1]]])
         target = np.broadcast_to(0.5 * (places.min(axis=0) + places.max(axis=0)), target.shape)
@@ -223,6 +242,11 @@ def replay_of(trace: Recorded) -> Replay:
         radius=float(trace.attrs["mission_radius"]),
         lost=lost(trace),
         formations=links(trace),
+        estimates=in_space("target_estimate") if informed else robots[:, :0],
+        seen=(trace["target_seen"].values if informed else lost(trace)[:, :0]) > 0,
+        heard=trace["heard_from"].values
+        if "heard_from" in trace
+        else np.zeros((*robots.shape[:2], 0), np.int16),
         planar=planar,
         axes=tuple(trace["axis"].values[:3]),
     )

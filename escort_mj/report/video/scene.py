@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.numerics.formation import widest_spacing
-from escort_mj.report.figures.losses import LOST, links_at
+from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.pen import Pen, circle
 from escort_mj.report.video.replay import Flags, Moment, Replay
 from escort_mj.scenario.geometry.shapes import in_space, outward
@@ -16,6 +16,8 @@ from escort_mj.scenario.geometry.shapes import in_space, outward
 Array = NDArray[np.float64]
 
 NEAR = 1.7  # spacings up to which neighbors in a crowd are linked
+GHOST = 0.8  # size of a ghost in that of the target: it hides in the target where the estimate is good
+SIGHT_PIECES = 24
 TRAIL_PIECES = 60
 MOST_TRAIL_PIECES = 1000  # of all robots together; a crowd has no trails
 
@@ -67,6 +69,8 @@ class Scenery:
         self._obstacles(pen, moment)
         self._escort(pen, moment)
         self._links(pen, moment)
+        if not self._crowd:
+            self._knowledge(pen, moment)
         self._trails(pen, moment)
         self._events(pen, moment, avoiding, touching)
 
@@ -157,8 +161,12 @@ class Scenery:
                 pen.ball(place, 1.3 * radius, color, 0.2)
 
     def _links(self, pen: Pen, moment: Moment) -> None:
-        """Who is whose neighbor; in a crowd once they are near, in space on this side of the target."""
-        pairs = links_at(self.replay.formations, moment.sample)
+        """Who hears whom, without a radio who is whose neighbor.
+
+        In a crowd those that are near; in space on this side of the target.
+        """
+        pairs = self.replay.linked(moment.sample)
+        color = palette.RADIO if self.replay.communicates else palette.LIMIT
         ends = moment.robots[pairs]
         if self._crowd:
             ends = ends[np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) < self._near]
@@ -166,7 +174,17 @@ class Scenery:
                 beyond = (ends.mean(axis=1) - moment.target) @ np.array(pen.scene.camera[0].forward)
                 ends = ends[beyond < 0.0]
         for pair in ends:
-            pen.path(pair, palette.LIMIT, 1.5 * self._pixel, 0.35)
+            pen.path(pair, color, 1.5 * self._pixel, 0.35)
+
+    def _knowledge(self, pen: Pen, moment: Moment) -> None:
+        """A dashed line of sight from each robot that sees the target, and ghosts where robots believe it."""
+        replay, lost = self.replay, self.replay.lost[moment.sample]
+        for index in np.flatnonzero(replay.seen[moment.sample] & ~lost[: replay.seen.shape[1]]):
+            sight = np.linspace(moment.robots[index], moment.target, SIGHT_PIECES)
+            pen.path(sight, self._colors[index], 2.0 * self._pixel, 0.9, dashed=True)
+        for place, color, absent in zip(replay.estimates[moment.sample], self._colors, lost, strict=False):
+            if not absent:
+                pen.ball(place, GHOST * replay.target_radius, color, 0.3)
 
     def _trails(self, pen: Pen, moment: Moment) -> None:
         """Where everyone was lately, fading."""

@@ -1,0 +1,51 @@
+"""Marks of what robots know, beside the model."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from escort_mj import palette
+from escort_mj.report.video.replay import replay_of
+from escort_mj.report.video.scene import Scenery
+from tests.synthetic import make_trace
+
+TIME = np.array([0.0, 1.0, 2.0])
+PLACES = np.array([[5.0, 0.0], [0.0, 5.0], [-5.0, 0.0]])
+BALL, LINE = mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_LINE
+
+
+def marks(kind: int, color: palette.Color, **given: object) -> int:
+    """How many marks of a kind and color a moment has."""
+    replay = replay_of(make_trace(TIME, robots=3, q=PLACES, **given))
+    model = mujoco.MjModel.from_xml_string("<mujoco/>")
+    scene, nobody = mujoco.MjvScene(model, 2000), np.zeros(3, dtype=bool)
+    Scenery(replay, 1.0, 1280).draw(scene, replay.at(0.5), nobody, nobody)
+    inks = [geom.rgba[:3] for geom in scene.geoms[: scene.ngeom] if geom.type == kind]
+    return sum(np.allclose(ink, color, atol=1e-6) for ink in inks)
+
+
+@pytest.mark.parametrize(
+    ("heard", "lines"), [([[0, 0], [1, 0], [0, 0]], 1), ([[2, 3], [1, 3], [1, 2]], 3), (0, 0)]
+)
+def test_robots_that_hear_each_other_are_linked(heard: object, lines: int) -> None:
+    assert marks(LINE, palette.RADIO, heard_from=heard) == lines
+
+
+def test_who_sees_the_target_has_a_line_of_sight() -> None:
+    first, second, _ = palette.robot_colors(3)
+    seeing = {"target_seen": [1, 0, 0]}
+    assert marks(LINE, first, **seeing) > marks(LINE, second, **seeing) + 5
+
+
+def test_estimates_are_ghosts_but_of_robots_that_are_left() -> None:
+    color = palette.robot_colors(3)[2]
+    assert marks(BALL, color) == 1
+    assert marks(BALL, color, lost=[0, 0, 1]) == 0
+    assert marks(BALL, color, truth=False) == 0
+
+
+def test_knowledge_goes_with_the_part_that_is_shown() -> None:
+    seen = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    part = replay_of(make_trace(TIME, robots=3, q=PLACES, target_seen=seen)).between(1.0, 2.0)
+    np.testing.assert_array_equal(part.seen, seen[1:] > 0)
+    assert len(part.estimates) == len(part.heard) == 2
