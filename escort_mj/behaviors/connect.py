@@ -1,0 +1,143 @@
+"""Stay in the range of teammates, so that the graph of who hears whom stays in one piece."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.behaviors.behavior import Behavior, Mask
+from escort_mj.behaviors.task import Situation, Task
+from escort_mj.behaviors.wish import Wish, along, square_of
+from escort_mj.knowledge.teammates import know_teammates
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import WIDTH, everywhere, load_rows, row_of, set_row, stack_rows, where
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+Array = NDArray[np.float64]
+
+
+class Connect(Behavior):
+    """Stay within a distance of those teammates that hold the team together.
+
+    These are a robot's neighbors in the relative neighborhood graph of what it knows (Toussaint 1980): no
+    third robot is nearer to both. This graph contains the minimum spanning tree, so while its links hold, the
+    team is in one piece. The farthest of these neighbors counts, and only beyond the distance.
+    """
+
+    behavior: Literal["connect"] = "connect"
+    distance: PositiveFloat
+    """Distance of the centers that a robot does not exceed [m]; less than the range of the radio."""
+    gain: PositiveFloat = 2.0
+    """Gain of the distance [1/s]."""
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task along the way to the farthest neighbor: back to the distance."""
+        n, p = now.q.shape
+        ways, _ = self.strained(now)
+        jacobian, rate = np.zeros((n, n, p)), np.zeros(n)
+        for i, way in enumerate(ways):
+            apart = float(np.linalg.norm(way))
+            if apart > self.distance:
+                jacobian[i, i] = way / apart
+                rate[i] = self.gain * (apart - self.distance)
+        return (Task(jacobian.reshape(n, n * p), rate),)
+
+    def strained(self, now: Situation) -> tuple[Array, Array]:
+        """Return the ways to the farthest neighbors, shape (n, p) [m], and who has one, shape (n,)."""
+        q = now.q
+        mates = np.broadcast_to(q, (len(q), *q.shape)) if now.mates is None else now.mates
+        ways, some = np.zeros_like(q), np.zeros(len(q), dtype=bool)
+        for i in range(len(q)):
+            known = [
+                j for j in range(len(q)) if j != i and np.isfinite(mates[i, j, 0]) and not now.team.lost[j]
+            ]
+            offset = {j: mates[i, j] - q[i] for j in known}
+            for j in known:
+                own = float(np.linalg.norm(offset[j]))
+                between = [
+                    k for k in known
+                    if k != j and max(np.linalg.norm(offset[k]), np.linalg.norm(offset[k] - offset[j])) < own
+                ]  # fmt: skip
+                if not between and (not some[i] or own > np.linalg.norm(ways[i])):
+                    ways[i], some[i] = offset[j], True
+        return ways, some
+
+    def active(self, now: Situation) -> Mask:
+        """Return which robots are beyond the distance, shape (n,)."""
+        return np.asarray(np.linalg.norm(self.strained(now)[0], axis=1) > self.distance)
+
+    def error(self, now: Situation) -> Array:
+        """Return by how much each robot is beyond the distance."""
+        return np.maximum(np.linalg.norm(self.strained(now)[0], axis=1) - self.distance, 0.0)
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        _find_strained(i, plan, state)
+        p = state.q.shape[1]
+        rows = stack_rows(p)
+        load_rows(state.wished_direction, i, rows)
+        square = square_of(rows, 0, p)
+        apart = root(square)
+        strained = apart > self.distance
+        speed = where(strained, self.gain * (apart - self.distance) / apart, 0.0)
+        for k in range(p):
+            set_row(x, k, row_of(rows, k))
+            set_row(wish, at + k, speed * row_of(rows, k))
+        active = where(strained, 1.0, everywhere(0.0))
+        return along(where(strained, 1.0 / square, 0.0), active, where(strained, apart - self.distance, 0.0))
+
+
+@on_demand
+def _find_strained(i: int, plan: Plan, state: State) -> None:
+    """Write the ways of robots i to i + 7 to their farthest neighbors: `wished_direction` [m]."""
+    n, p = state.q.shape
+    for robot in range(i, min(i + WIDTH, n)):
+        way, longest = state.wished_direction[robot], -1.0
+        for k in range(p):
+            way[k] = 0.0
+        if plan.informed:
+            know_teammates(robot, plan, state)
+        for j in range(n):
+            if j == robot or not _known(j, plan, state):
+                continue
+            own, between = _apart(robot, j, robot, plan, state), False
+            for k in range(n):
+                if k == robot or k == j or not _known(k, plan, state):
+                    continue
+                nearer = _apart(robot, k, robot, plan, state) < own
+                between = between or (nearer and _apart(robot, j, k, plan, state) < own)
+            if not between and own > longest:
+                longest = own
+                for k in range(p):
+                    place = state.mate_position[j, k] if plan.informed else state.q_measured[j, k]
+                    way[k] = place - state.q_measured[robot, k]
+
+
+@inlined
+def _known(j: int, plan: Plan, state: State) -> bool:
+    """Whether the robot at hand knows of another one."""
+    if plan.informed:
+        return bool(state.mate_unknown[j] == 0.0)
+    return bool(state.lost[j] == 0.0)
+
+
+@inlined
+def _apart(robot: int, j: int, k: int, plan: Plan, state: State) -> float:
+    """Return the distance of two robots as one that knows of both has them [m]."""
+    square = 0.0
+    for axis in range(state.q.shape[1]):
+        if plan.informed:
+            one = state.mate_position[j, axis]
+            other = state.q_measured[robot, axis] if k == robot else state.mate_position[k, axis]
+        else:
+            one, other = state.q_measured[j, axis], state.q_measured[k, axis]
+        square += (one - other) * (one - other)
+    return math.sqrt(square)

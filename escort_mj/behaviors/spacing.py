@@ -1,0 +1,125 @@
+"""Spread over a circle from what each robot knows of its two neighbors: half the angle between them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import PositiveFloat
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.task import Situation, Task, tangential
+from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
+from escort_mj.knowledge.belief import target_place
+from escort_mj.knowledge.teammates import know_teammates
+from escort_mj.native.lanes import WIDTH, everywhere, load_rows, row_of, set_row, stack_rows, where
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.memory.layout import Plan, State
+
+Array = NDArray[np.float64]
+
+TURN = 2.0 * math.pi
+
+
+class Spacing(Behavior):
+    """Spread evenly over a circle: each robot moves to the middle between its two neighbors.
+
+    A neighbor is the next robot around the target, one on each side, among those that the robot knows of
+    (Marshall, Broucke, Francis 2004; Kim, Sugie 2007). The angles are those in the plane of the first two
+    axes. It needs no places assigned to robots, and no more than the directions of two teammates.
+    """
+
+    spreads: ClassVar[bool] = True
+
+    behavior: Literal["spacing"] = "spacing"
+    gain: PositiveFloat = 0.8
+    """Gain of the way to the middle [1/s]."""
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task across the way to the target: half the difference of both angles, as a way."""
+        x = now.q - now.c
+        wanted = np.zeros_like(x)
+        wanted[:, 0], wanted[:, 1] = -x[:, 1], x[:, 0]
+        wanted *= self.gain * self.off_middle(now)[:, None]
+        across = tangential(x)
+        return (Task(across, across @ wanted.ravel()),)
+
+    def off_middle(self, now: Situation) -> Array:
+        """Return the angle from each robot to the middle between its neighbors, shape (n,) [rad]."""
+        setup, q = now.setup, now.q
+        mates = np.broadcast_to(q, (len(q), *q.shape)) if now.mates is None else now.mates
+        gaps = np.linalg.norm(q[:, None] - mates, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
+        known = np.isfinite(gaps) & ~now.team.lost
+        if now.mates is None or setup.radio is None:
+            known &= gaps <= setup.sensing.robots
+        angle = np.arctan2(mates[..., 1] - now.c[:, None, 1], mates[..., 0] - now.c[:, None, 0])
+        found = np.zeros(len(q))
+        for i in range(len(q)):
+            others = np.flatnonzero(known[i] & (np.arange(len(q)) != i))
+            own = math.atan2(q[i, 1] - now.c[i, 1], q[i, 0] - now.c[i, 0])
+            ahead = np.mod(angle[i, others] - own, TURN)
+            found[i] = 0.5 * (ahead.min() + ahead.max() - TURN) if len(others) else 0.0
+        return found
+
+    def error(self, now: Situation) -> Array:
+        """Return the way to the middle along the circle."""
+        return np.asarray(np.linalg.norm(self.velocity(now), axis=1) / self.gain)
+
+    def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        _find_middles(i, plan, state)
+        p = state.q.shape[1]
+        look_at_target(i, plan, state, x)
+        square, rows = square_of(x, 0, p), stack_rows(p)
+        weight = where(square > 0.0, 1.0 / square, 0.0)
+        load_rows(state.wished_velocity, i, rows)
+        inward = everywhere(0.0)
+        for k in range(p):
+            set_row(wish, at + k, self.gain * row_of(rows, k))
+            inward = inward + self.gain * row_of(rows, k) * row_of(x, k)
+        for k in range(p):
+            set_row(wish, at + k, row_of(wish, at + k) - inward * weight * row_of(x, k))
+        return across(weight, root(square_of(wish, at, p)) / self.gain)
+
+
+@on_demand
+def _find_middles(i: int, plan: Plan, state: State) -> None:
+    """Write the ways of robots i to i + 7 to the middles between their neighbors: `wished_velocity` [m]."""
+    n, p = state.q.shape
+    for robot in range(i, min(i + WIDTH, n)):
+        center, wished, q = target_place(robot, plan, state), state.wished_velocity[robot], state.q_measured
+        talks = plan.informed and state.link_from.shape[0] > 0
+        if plan.informed:
+            know_teammates(robot, plan, state)
+        x, y = q[robot, 0] - center[0], q[robot, 1] - center[1]
+        own, nearest, farthest = math.atan2(y, x), TURN, 0.0
+        for k in range(p):
+            wished[k] = 0.0
+        someone = False
+        for j in range(n):
+            gone = state.mate_unknown[j] != 0.0 if plan.informed else state.lost[j] != 0.0
+            if j == robot or gone:
+                continue
+            square = 0.0
+            for k in range(p):
+                place = state.mate_position[j, k] if plan.informed else q[j, k]
+                square += (q[robot, k] - place) ** 2
+            gap = math.sqrt(square) - plan.robot_radius[robot] - plan.robot_radius[j]
+            if not talks and gap > plan.sensing_robots:
+                continue
+            across = state.mate_position[j, 0] if plan.informed else q[j, 0]
+            up = state.mate_position[j, 1] if plan.informed else q[j, 1]
+            ahead = math.atan2(up - center[1], across - center[0]) - own
+            if ahead < 0.0:
+                ahead += TURN
+            if ahead >= TURN:
+                ahead -= TURN
+            nearest, farthest, someone = min(nearest, ahead), max(farthest, ahead), True
+        if someone:
+            off = 0.5 * (nearest + farthest - TURN)
+            wished[0], wished[1] = -off * y, off * x
