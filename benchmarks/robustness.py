@@ -59,9 +59,9 @@ class Map(NamedTuple):
     failures: dict[tuple[int, int], str]
 
 
-def measured(factor: Factor) -> Map:
-    """Makes the runs of a study that are missing, and counts."""
-    path = scenarios_folder() / "studies" / f"robustness_{factor.name}.yaml"
+def swept(name: str) -> tuple[Design, list[list[Row]]]:
+    """Makes the runs of a study that are missing; returns its design, and the runs of each cell."""
+    path = scenarios_folder() / "studies" / f"robustness_{name}.yaml"
     design = Design(load_study(path), scenarios_folder())
     out = Path("renders") / "studies" / design.study.study
     with backends.local(cores()) as backend:
@@ -69,13 +69,19 @@ def measured(factor: Factor) -> Map:
     planned = list(design.runs())
     with Store(out) as store:
         rows = store.get(run.key for run in planned)
+    cells = range(len(design.cells))
+    return design, [[rows[run.key] for run in planned if run.cell == cell] for cell in cells]
+
+
+def measured(factor: Factor) -> Map:
+    """Counts the runs of a study that pass."""
+    design, cells = swept(factor.name)
     key = next(iter(design.study.vary))
     places = [tuple(cell.labels[name] for name in ("case", key)) for cell in design.cells]
     laws, values = (list(dict.fromkeys(place[k] for place in places)) for k in (0, 1))
     passed, why = np.zeros((len(laws), len(values)), dtype=int), {}
-    for index, place in enumerate(places):
+    for place, of_cell in zip(places, cells, strict=True):
         at = laws.index(place[0]), values.index(place[1])
-        of_cell = [rows[run.key] for run in planned if run.cell == index]
         passed[at] = sum(row.passed for row in of_cell)
         if passed[at] < len(of_cell):
             why[at] = Counter(_reason(row) for row in of_cell if not row.passed).most_common(1)[0][0]

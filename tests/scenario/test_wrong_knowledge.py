@@ -51,8 +51,14 @@ WRONG = [
     ("communication: {delay: [0.2, 0.1]}", "communication.delay", "the least one first"),
     ("communication: {delay: -0.1}", "communication.delay", "at least 0"),
     ("communication: {delay: 5}", "communication.delay", "messages of each robot on their way"),
+    (
+        "communication: {graph: {edges: [[1, 2]]}, delay: 5}",
+        "communication.delay",
+        "messages of each robot on their way",
+    ),
     ("communication: {loss: 1}", "communication.loss", "less than 1"),
     ("communication: {loss: {mean: 0.2}}", "communication.loss.burst", "is missing: mean number"),
+    ("communication: {loss: {mean: 0.9, burst: 1}}", "communication.loss.burst", "expected at least 9, as"),
     ("communication: {timeout: 0}", "communication.timeout", "more than 0"),
     (
         "communication: {blackouts: [{after: 9, before: 8}]}",

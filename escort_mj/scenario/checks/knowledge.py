@@ -9,7 +9,7 @@ from escort_mj.behaviors import Chords, Formation, Surface, Vertices
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.placement import robot_count
-from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Nearest, senders_of
+from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Loss, Nearest, senders_of
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_ON_THEIR_WAY = 1000  # messages of one robot
@@ -80,6 +80,10 @@ def check_communication(scenario: Scenario) -> Iterator[Finding]:
         yield Finding((*path, "graph", "nearest"), words, related=(("robots", "count"),))
     if isinstance(delay, tuple) and delay[1] < delay[0]:
         yield Finding((*path, "delay"), f"found {delay[0]:g} to {delay[1]:g} s; expected the least one first")
+    loss = communication.loss
+    if isinstance(loss, Loss) and loss.burst < (least := loss.mean / (1.0 - loss.mean)) * (1.0 - 1e-9):
+        words = f"found {loss.burst:g}; expected at least {least:.4g}, as a share of {loss.mean:g} is lost"
+        yield Finding((*path, "loss", "burst"), words, related=((*path, "loss", "mean"),))
     for index, blackout in enumerate(communication.blackouts):
         place: Path = (*path, "blackouts", index)
         if blackout.before is not None and blackout.before <= blackout.after:
@@ -103,8 +107,6 @@ def _on_their_way(scenario: Scenario, path: Path) -> Iterator[Finding]:
     delay, timestep = communication.delay, scenario.physics.timestep
     longest = (delay[1] if isinstance(delay, tuple) else delay) + communication.jitter
     depth = longest * min(communication.rate or math.inf, 1.0 / timestep) + 2.0
-    if isinstance(communication.graph, Edges):
-        return
     slots = senders_of(communication, count).shape[1]
     size = 8.0 * depth * count * (slots + 8.0 * scenario.axes**2)
     if depth > MOST_ON_THEIR_WAY or size > MAX_LINKS:
