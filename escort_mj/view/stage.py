@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.report.figures.losses import LOST, links_at
+from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.pen import circle
 from escort_mj.report.video.replay import Moment, Replay
+from escort_mj.report.video.scene import GHOST
 from escort_mj.report.video.solids import Mesh, floor_of, places, pose, solids_of
 from escort_mj.scenario.geometry.shapes import in_space, outward
 
@@ -34,7 +35,8 @@ LAYERS = {
     "velocities": "task velocities",
     "safe": "safe distances",
     "contacts": "avoidance and contacts",
-    "links": "neighbors",
+    "links": "neighbors, or who hears whom",
+    "knowledge": "estimates and lines of sight",
     "escort": "escort radius",
     "numbers": "numbers",
 }
@@ -181,7 +183,8 @@ class StageView:
             head_length=0.8 * size,
         )
         handles["velocities"].append(self._arrows)
-        self._links = scene.add_line_segments("/links", nothing, gray, thickness=1.5, **line)
+        heard = _bytes(palette.RADIO) if replay.communicates else gray
+        self._links = scene.add_line_segments("/links", nothing, heard, thickness=1.5, **line)
         handles["links"].append(self._links)
         ring = circle(np.zeros(3), replay.radius, PIECES, _X, _Y)
         rings = [ring] if replay.planar else [ring, ring[:, [0, 2, 1]], ring[:, [2, 0, 1]]]
@@ -195,26 +198,33 @@ class StageView:
             handle = self._safe_mark(f"/safe/{k}", replay, k, float(radius), float(safe), red)
             self._safe.append(handle)
             handles["safe"].append(handle)
-        ball = _ball(self._solids.meshes)
-        self._halos = scene.add_batched_meshes_simple(
-            "/contacts",
-            ball.vertices,
-            ball.faces,
-            batched_wxyzs=np.tile(np.array(_QUIET), (replay.count, 1)),
-            batched_positions=np.zeros((replay.count, 3)),
-            batched_scales=np.full(replay.count, HIDDEN),
-            batched_colors=linear(self._colors),
-            opacity=0.35,
-            lod="off",
-            cast_shadow=False,
-            receive_shadow=False,
-        )
+        self._halos = self._balls("/contacts", 0.35)
         handles["contacts"].append(self._halos)
+        self._ghosts = self._balls("/estimates", 0.4)
+        self._sight = scene.add_line_segments("/sight", nothing, np.zeros((1, 2, 3)), thickness=2.0, **line)
+        handles["knowledge"] += [self._ghosts, self._sight]
         self._labels = [
             scene.add_label(f"/numbers/{k + 1}", str(k + 1), anchor="bottom-center", font_screen_scale=0.8)
             for k in range(0 if self._crowd else replay.count)
         ]
         handles["numbers"] += self._labels
+
+    def _balls(self, name: str, opacity: float) -> Any:
+        """A ball in each robot's color, hidden as yet."""
+        ball, count = _ball(self._solids.meshes), len(self._colors)
+        return self._scene.add_batched_meshes_simple(
+            name,
+            ball.vertices,
+            ball.faces,
+            batched_wxyzs=np.tile(np.array(_QUIET), (count, 1)),
+            batched_positions=np.zeros((count, 3)),
+            batched_scales=np.full(count, HIDDEN),
+            batched_colors=linear(self._colors),
+            opacity=opacity,
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
 
     def _safe_mark(
         self, name: str, replay: Replay, k: int, radius: float, safe: float, red: tuple[int, int, int]
@@ -266,11 +276,11 @@ class StageView:
         self._arrows.colors = linear(colors)
 
     def _draw_events(self, replay: Replay, moment: Moment) -> None:
-        """Neighbors, and halos of robots that avoid (their color) or touch (red) something."""
+        """Links, what robots know, and halos of robots that avoid (their color) or touch (red) something."""
         if not self._crowd and self.shown["links"]:
-            ends = moment.robots[links_at(replay.formations, moment.sample)]
-            if len(ends):
-                self._links.points = ends.astype(np.float32)
+            self._links.points = _segments(moment.robots[replay.linked(moment.sample)]).astype(np.float32)
+        if replay.seen.size and not self._crowd and self.shown["knowledge"]:
+            self._draw_knowledge(replay, moment)
         touching, avoiding = (replay.lately(one, moment, GLOW) for one in (replay.touching, replay.avoiding))
         halo = touching | avoiding
         self._halos.batched_positions = moment.robots.astype(np.float32)
@@ -278,8 +288,23 @@ class StageView:
         colors = np.where(touching[:, None], np.array(palette.CONTACT), self._colors)
         self._halos.batched_colors = linear(colors)
 
+    def _draw_knowledge(self, replay: Replay, moment: Moment) -> None:
+        """Lines of sight to the target, and its ghosts where robots believe it to be; of a crowd none."""
+        left = ~self._lost
+        sees = replay.seen[moment.sample] & left
+        ends = np.stack([moment.robots, np.broadcast_to(moment.target, moment.robots.shape)], axis=1)[sees]
+        self._sight.points = _segments(ends).astype(np.float32)
+        self._sight.colors = linear(_segments(np.repeat(self._colors[sees, None], 2, axis=1)))
+        self._ghosts.batched_positions = replay.estimates[moment.sample].astype(np.float32)
+        self._ghosts.batched_scales = np.where(left, GHOST * replay.target_radius, HIDDEN).astype(np.float32)
+
 
 _QUIET = (1.0, 0.0, 0.0, 0.0)
+
+
+def _segments(ends: Array) -> Array:
+    """Lines or their colors as viser's nodes want them, shape (k, 2, 3): at least one, of no length."""
+    return ends if len(ends) else np.zeros((1, 2, 3))
 
 
 def _ball(meshes: list[Mesh]) -> Mesh:

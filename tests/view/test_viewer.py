@@ -15,12 +15,14 @@ from PIL import Image
 
 from escort_mj.errors import UsageError
 from escort_mj.palette import robot_colors
+from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import parse_scenario
 from escort_mj.view import native
 from escort_mj.view.stage import LAYERS, linear
 from escort_mj.view.tape import Live
 from escort_mj.view.viewer import Viewer
 from tests.report.browser import needs_browser
+from tests.synthetic import make_trace
 from tests.view.devtools import Browser, wait
 
 pytest.importorskip("viser")
@@ -113,6 +115,23 @@ def test_bodies_are_where_the_run_has_them(viewer, tape) -> None:
     np.testing.assert_allclose(arrows[:, 0], moment.robots, atol=1e-5)
     along = (arrows[:, 1] - arrows[:, 0])[:, :2]
     np.testing.assert_allclose(along, 3.0 * part["v_d"].values[moment.sample], atol=1e-4)
+
+
+def test_what_robots_know_is_seen(viewer) -> None:
+    stage, places = viewer._stage, 3.0 * np.eye(5, 2)
+    known = {"target_seen": [0, 1, 0, 0, 0], "target_estimate": [1.0, 2.0]}
+    ends = []
+    for heard in ([[2], [0], [0], [0], [0]], 0):
+        trace = make_trace([0.0, 1.0], robots=5, q=places, heard_from=heard, **known)
+        replay = replay_of(trace)
+        stage._draw_events(replay, replay.at(0.5))
+        ends.append(stage._links.points[..., :2].copy())
+    np.testing.assert_allclose(ends[0], places[None, :2], atol=1e-6)
+    assert not ends[1].any(), "none that was there before"
+    np.testing.assert_allclose(stage._sight.points[0, :, :2], [places[1], [0, 0]], atol=1e-6)
+    np.testing.assert_array_equal(stage._sight.colors[0, 0], linear(np.array(robot_colors(5)[1])))
+    np.testing.assert_allclose(stage._ghosts.batched_positions[:, :2], np.tile([1.0, 2.0], (5, 1)))
+    assert (stage._ghosts.batched_scales > 0.1).all()
 
 
 def test_colors_in_linear_light() -> None:

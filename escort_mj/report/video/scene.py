@@ -174,7 +174,7 @@ class Scenery:
                 beyond = (ends.mean(axis=1) - moment.target) @ np.array(pen.scene.camera[0].forward)
                 ends = ends[beyond < 0.0]
         for pair in ends:
-            pen.path(pair, color, 1.5 * self._pixel, 0.35)
+            pen.path(pair, color, 1.5 * self._pixel, 0.5 if self.replay.communicates else 0.35)
 
     def _knowledge(self, pen: Pen, moment: Moment) -> None:
         """A dashed line of sight from each robot that sees the target, and ghosts where robots believe it."""
