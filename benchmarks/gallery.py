@@ -43,6 +43,7 @@ MOMENTS = {
     "goals/swap_space_100": 0.22,
     "goals/opening": 0.42,
     "goals/coverage": 0.15,
+    "knowledge/split_and_rejoin": 0.5,
     "benchmarks/gcbf": 0.15,
     "benchmarks/gcbf_space": 0.1,
     "benchmarks/gcbf_drone": 0.15,
@@ -54,6 +55,7 @@ WHOLE |= {f"goals/swap{rest}" for rest in ("", "_32", "_space_100")}
 WHOLE |= {f"goals/{name}" for name in ("opening", "coverage", "dead_end")}
 SECTIONS = {
     "": "Missions",
+    "knowledge": "What robots know",
     "goals": "Goals and formations",
     "robots": "Kinds of robots",
     "worlds": "Worlds",
