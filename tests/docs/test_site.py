@@ -64,6 +64,22 @@ def test_no_page_is_left_out() -> None:
     assert sorted("".join(pair) for pair in listed) == sorted(pages)
 
 
+def test_included_code_is_found() -> None:
+    found = 0
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for path, options in re.findall(
+            r"^```{literalinclude} (\S+)\n(.*?)^```", text, re.MULTILINE | re.DOTALL
+        ):
+            code = (page.parent / path).read_text(encoding="utf-8")
+            for key, words in re.findall(r"^:([\w-]+): (.+)$", options, re.MULTILINE):
+                name = words.strip('"').rpartition(".")[2]
+                sought = rf"\b(def|class) {name}\b" if key == "pyobject" else re.escape(words.strip('"'))
+                assert key == "language" or re.search(sought, code), (page.name, words)
+                found += 1
+    assert found > 5
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_equations_can_be_drawn(page: Path) -> None:
     ziamath = pytest.importorskip("ziamath", reason="the extra docs is not installed")
