@@ -28,18 +28,16 @@ def estimate_error(trace: Recorded) -> Array:
     return np.where(lost(trace), np.nan, np.linalg.norm(off, axis=2))
 
 
-def hears(trace: Recorded) -> NDArray[np.bool_]:
-    """Who is linked with whom, because one of the two has heard the other, shape (time, robot, robot)."""
-    return linked(trace["heard_from"].values)
-
-
 def linked(heard: NDArray[Any]) -> NDArray[np.bool_]:
-    """The same from the signal `heard_from`, shape (time, robot, slot)."""
-    times, n, slots = heard.shape
-    found = np.zeros((times, n, n + 1), dtype=bool)
-    found[np.arange(times)[:, None, None], np.arange(n)[:, None], heard.astype(int)] = True
-    found = found[:, :, 1:]
-    return np.asarray(found | found.swapaxes(1, 2))
+    """Who is linked with whom, because one of the two has heard the other, shape (robot, robot).
+
+    Args:
+        heard: The signal `heard_from` at a sample, shape (robot, slot).
+    """
+    n = len(heard)
+    found = np.zeros((n, n + 1), dtype=bool)
+    found[np.arange(n)[:, None], heard.astype(int)] = True
+    return np.asarray(found[:, 1:] | found[:, 1:].T)
 
 
 def parts(trace: Recorded) -> NDArray[np.int64]:
@@ -47,11 +45,14 @@ def parts(trace: Recorded) -> NDArray[np.int64]:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    gone, found = lost(trace), []
-    for links, absent in zip(hears(trace), gone, strict=True):
-        left = links[~absent][:, ~absent]
+    heard, gone = trace["heard_from"].values, lost(trace)
+    changes = (heard[1:] != heard[:-1]).any(axis=(1, 2)) | (gone[1:] != gone[:-1]).any(axis=1)
+    first = np.flatnonzero(np.append(True, changes))  # samples of a graph that was not there before
+    found = []
+    for row in first:
+        left = linked(heard[row])[~gone[row]][:, ~gone[row]]
         found.append(connected_components(csr_array(left), directed=False)[0])
-    return np.array(found)
+    return np.repeat(found, np.diff(np.append(first, len(heard))))
 
 
 def _takes_long(trace: Recorded) -> bool:
@@ -122,8 +123,8 @@ def connectivity_min(trace: Recorded) -> Measure:
     if "heard_from" not in trace:
         return Measure(None, reason=NO_RADIO)
     gone, lowest, when = lost(trace), np.inf, 0
-    for row, (links, absent) in enumerate(zip(hears(trace), gone, strict=True)):
-        left = links[~absent][:, ~absent].astype(float)
+    for row, (heard, absent) in enumerate(zip(trace["heard_from"].values, gone, strict=True)):
+        left = linked(heard)[~absent][:, ~absent].astype(float)
         if len(left) < 2:
             continue
         second = np.linalg.eigvalsh(np.diag(left.sum(axis=1)) - left)[1]

@@ -53,7 +53,7 @@ def heard_links(heard: NDArray[Any], gone: NDArray[np.bool_]) -> NDArray[np.int6
         heard: The signal `heard_from` there, shape (n, slots).
         gone: Which robots are lost, shape (n,).
     """
-    return np.argwhere(np.triu(linked(heard[None])[0]) & ~gone & ~gone[:, None])
+    return np.argwhere(np.triu(linked(heard)) & ~gone & ~gone[:, None])
 
 
 def lost_keys(trace: Recorded) -> list[Key]:
