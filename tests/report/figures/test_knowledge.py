@@ -81,6 +81,9 @@ def test_the_figure_is_drawn_of_any_team(trace):
     drawn(make_trace(TIME, robots=N, q=PLACES, lost=lost), "knowledge")  # no covariance, nobody heard
     canvas = drawn(make_trace(TIME, robots=70, heard_from=[[1, 2]], target_covariance=np.eye(2)), "knowledge")
     assert "median robot" in words(canvas)
+    silent = drawn(trace.drop_vars("heard_from"), "knowledge")
+    assert len(silent.axes) == 3 and "team in parts" not in words(silent)
+    drawn(trace.isel(time=[0]), "knowledge")
     assert "knowledge" not in plots_of(make_trace(TIME, truth=False))
 
 
