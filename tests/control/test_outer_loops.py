@@ -320,3 +320,22 @@ def test_a_scenario_may_name_every_outer_loop() -> None:
     for loop in OUTER_LOOPS:
         named = Scenario.model_validate({"mission": {"outer": loop.model_fields["loop"].default}})
         assert named.mission.outer == loop.model_validate({})
+
+
+@pytest.mark.parametrize("coming", [-1.0, -0.2, 0.0, 0.3, 2.0])
+def test_a_teammate_that_does_not_do_its_half_is_left_to_come_no_nearer(coming: float) -> None:
+    """Two teammates within their safe distance: the second one moves toward the first."""
+    setup, avoid, *_ = crowd(2, 1)
+    setup = replace(setup, obstacle_position=np.zeros((0, 2)), obstacle_radius=np.zeros(0))
+    avoid = avoid.model_copy(update={"teammates": True, "teammate_distance": 1.0, "measure": "center"})
+    n = setup.count
+    q, v = np.arange(n)[:, None] * [50.0, 0.0], np.zeros((n, 2))
+    q[1] = q[0] + [0.8, 0.0]
+    v[1] = [-coming, 0.0]
+    rules = Rules(2.0, UNLIMITED, 0.0, 1.0, 0.0, 1.0)
+    turned = np.tile(np.eye(2), (n, 1, 1))
+    now = Situation(setup, Team.whole(setup), turned, q, v, 0.0 * q, 0.0 * q + 1e4, 0.0 * q, q, v)
+    first, second = (constraints_of(avoid, rules, now)[robot].bounds[0] for robot in (0, 1))
+    half = -0.5 * approach(-0.2, rules)
+    assert first == pytest.approx(max(half, coming + 2.0 * half)), "away at least as fast as it comes"
+    assert second == pytest.approx(2.0 * half), "the first one stands, and does not do its half"

@@ -178,7 +178,7 @@ def _consider(
     margin = apart - reach
     if rules.cone != 0.0 and margin > 0.0:
         return count
-    square = 0.0
+    square = pursuit = 0.0
     for k in range(p):
         if mate < 0:
             motion = state.obstacle_velocity[other, k]
@@ -188,9 +188,14 @@ def _consider(
             motion = state.v_measured[mate, k]
         else:
             motion, share = team_motion(robot, k, rules, plan, state), 0.5
+            pursuit += direction[k] * rules.foresees * state.v_measured[mate, k]
         along += direction[k] * motion
         square += motion * motion
     closing, place = share * approach(margin, rules), count
+    if (
+        share < 1.0 and margin < 0.0 and rules.foresees != 0.0
+    ):  # one that does not do its half is left to come no nearer
+        closing = min(closing, approach(margin, rules) + along - pursuit)
     could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - closing
     if could < 0.0:
         return count
@@ -278,7 +283,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
         motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i])])
-        velocity, shares = motion[wanted], share[wanted]
+        velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], now.v])[wanted]
         if rules.target_distance > 0.0:
             x = q[i] - now.c[i]
             length = float(np.linalg.norm(x))
@@ -286,10 +291,15 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
             rows = np.vstack([rows, x / length if length > 0.0 else np.eye(len(x))[0]])
             margin = np.append(margin, length - bodies - rules.target_distance)
             velocity, shares = np.vstack([velocity, now.c_dot[i]]), np.append(shares, 1.0)
+            own = np.vstack([own, now.c_dot[i]])
         kept = ~((rules.cone != 0.0) & (margin > 0.0))
         rows, margin, velocity, shares = rows[kept], margin[kept], velocity[kept], shares[kept]
-        closing = shares * [approach(float(each), rules) for each in margin]
-        bounds = rules.foresees * np.sum(rows * velocity, axis=1) - closing
+        full = np.array([approach(float(each), rules) for each in margin])
+        along = rules.foresees * np.sum(rows * velocity, axis=1)
+        pursuit = rules.foresees * np.sum(rows * own[kept], axis=1)
+        late = (shares < 1.0) & (margin < 0.0) & (rules.foresees != 0.0)
+        closing = np.where(late, np.minimum(shares * full, full + along - pursuit), shares * full)
+        bounds = along - closing
         speed = rules.foresees * np.linalg.norm(velocity, axis=1)
         found.append(Constraints(rows, bounds, closing, speed, shares < 1.0, rules.target_radius > 0.0))
     return found
