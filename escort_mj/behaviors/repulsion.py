@@ -14,7 +14,7 @@ from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.knowledge.belief import target_place
-from escort_mj.knowledge.teammates import know_teammates
+from escort_mj.knowledge.teammates import age_of, place_of
 from escort_mj.native.lanes import (
     WIDTH,
     everywhere,
@@ -97,41 +97,55 @@ class Repulsion(Behavior):
 def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
     """The same where robots i to i + 7 know teammates and the target each by itself."""
     n, p = state.q.shape
+    slots = state.link_from.shape[1]
+    heard = state.link_from.shape[0] > 0
     for robot in range(i, min(i + WIDTH, n)):
-        know_teammates(robot, plan, state)
-        center, push = target_place(robot, plan, state), state.wished_velocity[robot]
-        team, own, inward, speed = 0.0, 0.0, 0.0, 0.0
+        center, push, here = (
+            target_place(robot, plan, state),
+            state.wished_velocity[robot],
+            state.q_measured[robot],
+        )
+        team, own, inward, speed = 1.0, 0.0, 0.0, 0.0
         for k in range(p):
             push[k] = 0.0
-            own += (state.q_measured[robot, k] - center[k]) ** 2
+            own += (here[k] - center[k]) ** 2
         if own == 0.0:
             continue
-        for j in range(n):
-            if state.mate_unknown[j] != 0.0:
+        for place in range(slots if heard else n):
+            mate, age = place, 0.0
+            if heard:
+                mate = int(state.link_from[robot, place])
+                age = age_of(robot, place, plan, state)
+                if mate < 0 or age == math.inf or age > plan.radio_timeout or state.lost[mate] != 0.0:
+                    continue
+            elif mate == robot or state.lost[mate] != 0.0:
                 continue
             away, gap, apart = 0.0, 0.0, 0.0
             for k in range(p):
-                away += (state.mate_position[j, k] - center[k]) ** 2
-                gap += (state.mate_position[j, k] - state.q_measured[robot, k]) ** 2
-            near = math.sqrt(gap) - plan.robot_radius[robot] - plan.robot_radius[j] <= plan.sensing_robots
-            if j != robot and state.link_from.shape[0] == 0 and not near:
+                there = place_of(robot, place, age, k, heard, state)
+                away += (there - center[k]) ** 2
+                gap += (there - here[k]) ** 2
+            near = math.sqrt(gap) - plan.robot_radius[robot] - plan.robot_radius[mate] <= plan.sensing_robots
+            if not heard and not near:
                 continue
             team += 1.0
-            if away == 0.0 or j == robot:
+            if away == 0.0:
                 continue
             for k in range(p):
-                unit = (state.q_measured[robot, k] - center[k]) / math.sqrt(own)
-                apart += (unit - (state.mate_position[j, k] - center[k]) / math.sqrt(away)) ** 2
+                unit = (here[k] - center[k]) / math.sqrt(own)
+                apart += (
+                    unit - (place_of(robot, place, age, k, heard, state) - center[k]) / math.sqrt(away)
+                ) ** 2
             if apart <= SAME:
                 continue
             for k in range(p):
-                unit = (state.q_measured[robot, k] - center[k]) / math.sqrt(own)
-                way = unit - (state.mate_position[j, k] - center[k]) / math.sqrt(away)
+                unit = (here[k] - center[k]) / math.sqrt(own)
+                way = unit - (place_of(robot, place, age, k, heard, state) - center[k]) / math.sqrt(away)
                 push[k] += way / (apart * math.sqrt(apart))
         for k in range(p):
-            inward += push[k] * (state.q_measured[robot, k] - center[k]) / own
+            inward += push[k] * (here[k] - center[k]) / own
         for k in range(p):
-            push[k] = (push[k] - inward * (state.q_measured[robot, k] - center[k])) / max(team, 1.0)
+            push[k] = (push[k] - inward * (here[k] - center[k])) / team
             speed += push[k] * push[k]
         limit = gain * plan.radius / max(math.sqrt(speed), 1.0)
         for k in range(p):

@@ -33,13 +33,18 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
+UNSURE = -1.0  # in place of a density: there is no covariance
+
+
 class EstimatorParameters(Fields):
     """Which estimator robots have."""
 
     estimator: Annotated[int, Value("1", "place in ESTIMATORS")]
     estimator_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
     estimate_moves: Annotated[bool, Value("1", "whether estimates move on between two measurements")]
-    estimate_density: Annotated[float, Value("m^2/s^3", "of the acceleration that it expects")]
+    estimate_density: Annotated[
+        float, Value("m^2/s^3", "of the noise that it expects; -1 where it does not say how sure it is")
+    ]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
@@ -47,7 +52,7 @@ class EstimatorParameters(Fields):
         return {
             "estimator": number_of(setup.estimator, ESTIMATORS),
             "estimate_moves": setup.estimator.predicts,
-            "estimate_density": setup.estimator.density,
+            "estimate_density": setup.estimator.density if setup.estimator.has_covariance else UNSURE,
         }
 
 
@@ -172,7 +177,8 @@ def _note(plan: Plan, state: State) -> None:
         carry(x, covariance, p, state.time[0] - state.belief_time[i], plan.estimate_density)
         for a in range(p):
             for b in range(p):
-                state.target_covariance[i, a * p + b] = covariance[a * size + b]
+                sure = plan.estimate_density != UNSURE
+                state.target_covariance[i, a * p + b] = covariance[a * size + b] if sure else 0.0
         for s in range(slots):
             age = (state.step[0] - state.link_step[i, s]) * plan.timestep
             known = state.link_step[i, s] >= 0.0 and age <= plan.radio_timeout

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated
 
 from escort_mj.native.fields import Array, Fields, Value
@@ -20,6 +21,23 @@ class TeammateState(Fields):
 
 
 @inlined
+def age_of(robot: int, slot: int, plan: Plan, state: State) -> float:
+    """Return the age of what a robot has heard in a slot [s]; infinite where it has heard nothing."""
+    if state.link_step[robot, slot] < 0.0:
+        return math.inf
+    return (state.step[0] - state.link_step[robot, slot]) * plan.timestep
+
+
+@inlined
+def place_of(robot: int, place: int, age: float, k: int, heard: bool, state: State) -> float:
+    """Return where on axis k a teammate is: that of a slot as the robot has heard, or by its number [m]."""
+    if not heard:
+        return state.q_measured[place, k]
+    link = robot * state.link_from.shape[1] + place
+    return state.heard_position[link, k] + age * state.heard_velocity[link, k]
+
+
+@inlined
 def know_teammates(robot: int, plan: Plan, state: State) -> None:
     """Write where a robot knows its teammates to be: `mate_position`, `mate_unknown`.
 
@@ -35,10 +53,8 @@ def know_teammates(robot: int, plan: Plan, state: State) -> None:
     if not heard:
         return
     for s in range(slots):
-        j, link = int(state.link_from[robot, s]), robot * slots + s
-        age = (state.step[0] - state.link_step[robot, s]) * plan.timestep
-        if j >= 0 and state.link_step[robot, s] >= 0.0 and age <= plan.radio_timeout:
+        j, age = int(state.link_from[robot, s]), age_of(robot, s, plan, state)
+        if j >= 0 and age <= plan.radio_timeout and age < math.inf:
             state.mate_unknown[j] = state.lost[j]
             for k in range(p):
-                moved = age * state.heard_velocity[link, k]
-                state.mate_position[j, k] = state.heard_position[link, k] + moved
+                state.mate_position[j, k] = place_of(robot, s, age, k, True, state)
