@@ -59,6 +59,11 @@ def test_a_ring_that_breaks(traced):
     assert measure("disconnected_time", traced(heard_from=heard, lost=lost)).value == 0.0
 
 
+def test_an_estimator_without_a_covariance_is_not_judged(traced):
+    trace = traced(target_covariance=np.zeros((N, 2, 2)))
+    assert measure("estimate_consistency", trace).reason == "the estimator does not say how sure it is"
+
+
 def test_without_knowledge_or_messages(make_trace):
     trace = make_trace(TIME, robots=2, truth=False)
     for name in ("estimate_error_rms", "disagreement_max", "information_age_max", "estimate_consistency"):
@@ -96,7 +101,7 @@ def recomputed_information_age_max(again):
 
 
 def recomputed_estimate_consistency(again):
-    if not _knows(again):
+    if not _knows(again) or again.case.keys["knowledge"]["estimator"] == "hold":
         return None
     covariance = again.get("target_covariance").reshape(again.steps, again.n, again.p, again.p)
     found = [
