@@ -64,7 +64,7 @@ class Repulsion(Behavior):
             np.linalg.norm(now.q[:, None] - now.q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
         )
         np.fill_diagonal(gaps, 0.0)
-        known = (gaps <= setup.sensing.robots) if now.mates is None else np.isfinite(mates).all(axis=2)
+        known = (gaps <= setup.sensing.robots) if setup.radio is None else np.isfinite(mates).all(axis=2)
         known = known & ~lost
         push = np.einsum("ij,ijk->ik", np.where(known, weight, 0.0), np.where(known[..., None], offset, 0.0))
         push = (across @ push.ravel()).reshape(x.shape)

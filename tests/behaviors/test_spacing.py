@@ -7,7 +7,7 @@ import pytest
 
 import escort_mj
 from escort_mj import Scenario
-from escort_mj.behaviors import Surface
+from escort_mj.behaviors import Repulsion, Surface
 from escort_mj.behaviors.connect import Connect
 from escort_mj.behaviors.spacing import Spacing
 from escort_mj.control.outer_loops import SetBased
@@ -17,7 +17,11 @@ from escort_mj.measuring import measure
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import AVOID, compare, mission
 
-STACKS = [(AVOID, Spacing(), Surface()), (Connect(distance=3.0), Spacing(gain=0.5), Surface())]
+STACKS = [
+    (AVOID, Spacing(), Surface()),
+    (AVOID, Repulsion(), Surface()),
+    (Connect(distance=3.0), Spacing(gain=0.5), Surface()),
+]
 NEAR = {"behavior": "avoid_obstacles", "safe_distance": 0.8}
 SEEN = Sight((True,) * 6, noise=(0.05, 0.1, -1.0, -1.0))
 NEAREST = Radio(np.full((6, 3), -1), every=2, delay=(0, 3), fail=0.3, recover=0.5, timeout=0.02)
@@ -32,7 +36,8 @@ def test_kernel_and_twin(axes: int, knows: str, stack) -> None:
     if knows == "all":
         setup = replace(setup, sensing=Sensors(Channel(0.02), robots=5.0))
     else:
-        setup = replace(setup, sight=SEEN, radio=NEAREST if knows == "messages" else None)
+        ranges = Sensors(Channel(0.02), robots=5.0)
+        setup = replace(setup, sensing=ranges, sight=SEEN, radio=NEAREST if knows == "messages" else None)
     compare(setup, q, v, steps=8, tolerance=1e-8)
 
 
