@@ -6,7 +6,6 @@ the run that it hit is stored there; only the folder of that run says how far it
 
 from __future__ import annotations
 
-import _thread
 import atexit
 import os
 import signal
@@ -153,7 +152,10 @@ class _Command:
             sys.__unraisablehook__(lost)
         elif not self.ended:
             self.first = None
-            again = threading.Timer(AGAIN, _thread.interrupt_main)  # here it would be lost as well
+            main = threading.main_thread().ident
+            again = threading.Timer(
+                AGAIN, signal.pthread_kill, (main, signal.SIGINT)
+            )  # here, it would be lost
             again.daemon = True
             again.start()
 
@@ -175,6 +177,7 @@ def command(run: Callable[[], None]) -> None:
     for number in SIGNALS:
         signal.signal(number, _command)
     sys.unraisablehook = _command.unraisable
+    told = _listening()
     try:
         run()
     except BaseException as end:
@@ -192,6 +195,35 @@ def command(run: Callable[[], None]) -> None:
         os._exit(EXIT_CODE)  # where it passed an `exec` of text, Python itself would end by SIGINT instead
     finally:
         _command.ended = True
+        signal.set_wakeup_fd(-1)
+        os.close(told)
+
+
+def _listening() -> int:
+    """Start a thread that hears signals while the main one is in machine code, where Python's handlers wait.
+
+    Returns:
+        The end of a pipe to which Python writes them; closing it ends the thread.
+    """
+    heard, told = os.pipe()
+    os.set_blocking(told, False)
+    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    threading.Thread(target=_listen, args=(heard,), daemon=True).start()
+    return told
+
+
+def _listen(heard: int) -> None:
+    """End the process at a second signal, unless its handler does so in time."""
+    first: float | None = None
+    with open(heard, "rb", buffering=0) as signals:
+        while number := signals.read(1):
+            now = time.monotonic()
+            if number[0] not in SIGNALS:
+                continue
+            if first is not None and now - first > PATIENCE:
+                time.sleep(PATIENCE)
+                os._exit(EXIT_CODE)
+            first = now if first is None else first
 
 
 def _interrupt_in(end: BaseException) -> KeyboardInterrupt | None:

@@ -136,6 +136,14 @@ def run():
         except BaseException:
             pass
         stopping.raise_if_interrupted()
+    elif sys.argv[1] == "machine code":  # that does not come back, as in an endless loop
+        import ctypes, os, threading
+        stopping.PATIENCE, lock = 0.05, ctypes.create_string_buffer(64)
+        for delay in (0.1, 0.3):
+            threading.Timer(delay, os.kill, (os.getpid(), signal.SIGTERM)).start()
+        for _ in range(2):
+            ctypes.CDLL(None).pthread_mutex_lock(lock)
+        print("never")
     elif sys.argv[1] == "twice":
         stopping.PATIENCE = 0.0
         try:
@@ -162,8 +170,9 @@ def test_a_command_says_one_line_and_ends(how: str) -> None:
     assert done.stderr == f"escort-mj: interrupted; {kept}\n"
 
 
-def test_a_second_interrupt_ends_a_command_at_once() -> None:
-    done = subprocess.run([sys.executable, "-c", COMMAND, "twice"], capture_output=True, text=True)
+@pytest.mark.parametrize("how", ["twice", "machine code"])
+def test_a_second_interrupt_ends_a_command_at_once(how: str) -> None:
+    done = subprocess.run([sys.executable, "-c", COMMAND, how], capture_output=True, text=True, timeout=20)
     assert (done.returncode, done.stdout, done.stderr) == (stopping.EXIT_CODE, "", "")
 
 

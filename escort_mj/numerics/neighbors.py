@@ -309,7 +309,8 @@ def _list_one(
         need = ROUNDING * (max(distance, clearance + own + largest) + 2.0 * skin)
         if around >= widest or need <= around * size:
             break
-        around = min(2 * around if need == math.inf else int(need / size) + 1, widest)
+        wider = 2.0 * around if need == math.inf else max(need / size, float(around)) + 1.0
+        around = int(wider) if wider < widest else widest  # also where it is too large for an integer
     square = (ROUNDING * distance + 2.0 * skin) ** 2
     clearance += 2.0 * skin
     row, found = lists[i], 0

@@ -236,6 +236,10 @@ def test_one_wall_takes_the_velocity_into_it() -> None:
     np.testing.assert_allclose(v, [[2.0 * 0.75, 0.0]], rtol=1e-3)
     v, _ = filtered(rules, setup, avoid, np.zeros((1, 2)), 0.0 * inside, lost)  # no way is out: any is
     np.testing.assert_allclose(v, [[2.0, 0.0]], rtol=1e-3)
+    v, _ = filtered(
+        rules, setup, avoid, np.full((1, 2), np.nan), q, lost
+    )  # of a mission that breaks: it ends
+    assert np.isnan(v).all()
 
 
 def test_contradictions_end_in_the_least_violation() -> None:

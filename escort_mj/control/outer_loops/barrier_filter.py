@@ -85,7 +85,7 @@ class BarrierFilter(OuterLoop):
                         for k in range(p):
                             v[k] = wanted[k]
                         moved = nearest_velocity(rows, bounds, count, v)
-                        if length_of(v) <= speed:
+                        if not length_of(v) > speed:
                             break
             state.avoidance_active[robot] = 1.0 if moved else 0.0
             slow_down(robot, plan, state)
@@ -100,5 +100,5 @@ def filtered(found: Constraints, wanted: Array) -> tuple[Array, bool]:
     while True:
         speed = float(np.linalg.norm(v))
         v, moved = nearest(*found.within(speed, speed)[:2], wanted)
-        if np.linalg.norm(v) <= speed:
+        if not np.linalg.norm(v) > speed:
             return v, moved
