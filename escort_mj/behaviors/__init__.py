@@ -5,6 +5,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.chords import Chords
 from escort_mj.behaviors.formation import Formation
 from escort_mj.behaviors.goal import Goal, Headed
+from escort_mj.behaviors.intercept import Intercept
 from escort_mj.behaviors.repulsion import Repulsion
 from escort_mj.behaviors.surface import Surface
 from escort_mj.behaviors.vertices import Vertices
@@ -20,6 +21,7 @@ __all__ = [
     "Formation",
     "Goal",
     "Headed",
+    "Intercept",
     "Repulsion",
     "Surface",
     "Vertices",

@@ -32,6 +32,8 @@ class Behavior(Component):
     outputs: ClassVar[tuple[str, ...]] = BEHAVIOR_OUTPUTS
     frame: ClassVar[Literal["target", "world"]] = "target"
     """Whether what it asks is relative to the target's motion, or not."""
+    chases: ClassVar[bool] = False
+    """Whether it needs a target although what it asks is not relative to the target's motion."""
     avoids: ClassVar[bool] = False
     """Whether it keeps robots away from something, and asks nothing of those that are far from it."""
     spreads: ClassVar[bool] = False

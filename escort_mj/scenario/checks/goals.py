@@ -27,7 +27,7 @@ def check_target(scenario: Scenario) -> Iterator[Finding]:
     if scenario.target is not None:
         return
     for path, behavior in behaviors_of(scenario):
-        if behavior.frame == "target":
+        if behavior.chases or behavior.frame == "target":
             yield Finding(
                 path,
                 f"found {behavior.behavior}, which needs a target; this mission has none (target: null)",

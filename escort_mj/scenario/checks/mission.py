@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from escort_mj.behaviors import AvoidObstacles, Behavior, Chords
+from escort_mj.behaviors import AvoidObstacles, Behavior, Chords, Intercept
 from escort_mj.control.supervisor import Condition
 from escort_mj.numerics.formation import chords_exist, widest_spacing
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -28,13 +28,16 @@ def behaviors_of(scenario: Scenario) -> Iterator[tuple[Path, Behavior]]:
 
 
 def check_behaviors(scenario: Scenario) -> Iterator[Finding]:
-    """Each behavior at most once in a priority stack, and chords in one order only."""
+    """Each behavior at most once in a priority stack, chords in one order only, interception at a speed."""
     for path, stack in _stacks(scenario):
         seen: set[str] = set()
         for index, behavior in enumerate(stack):
             if behavior.behavior in seen:
                 yield Finding((*path, index), f"found {behavior.behavior} a second time")
             seen.add(behavior.behavior)
+    for path, behavior in behaviors_of(scenario):
+        if isinstance(behavior, Intercept) and behavior.speed is None and scenario.mission.max_speed is None:
+            yield Finding(path, "found intercept without a speed; give speed or mission.max_speed")
     orders = [(path, b.order) for path, b in behaviors_of(scenario) if isinstance(b, Chords)]
     for path, order in orders[1:]:
         if order != orders[0][1]:

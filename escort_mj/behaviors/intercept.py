@@ -1,0 +1,161 @@
+"""Go to where the target will be met on its present straight course."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import PositiveFloat
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.task import Situation, Task, directions
+from escort_mj.behaviors.wish import Wish, across, square_of
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.knowledge.belief import target_rows, target_velocity_rows
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import (
+    everywhere,
+    greatest,
+    load_rows,
+    row_of,
+    set_row,
+    stack_rows,
+    there,
+    where,
+)
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+
+class Intercept(Behavior):
+    """Send each robot to where it meets the target on the target's present straight course.
+
+    From a robot of speed s, the target is at y and moves at w. The robot heads for y + w t with the least
+    t >= 0 for which abs(y + w t) = s t (Apollonius' circle; Isaacs, Differential Games, 1965). Where a faster
+    target gets away, it heads for the point of the course where it comes nearest to the target. Near the
+    target, the velocity relative to it is at most `gain` times the distance that is left.
+    """
+
+    frame: ClassVar[Literal["target", "world"]] = "world"
+    chases: ClassVar[bool] = True
+
+    behavior: Literal["intercept"] = "intercept"
+    speed: PositiveFloat | None = None
+    """Speed of the robots [m/s], at most `mission.max_speed`; null: `mission.max_speed`."""
+    within: PositiveFloat = 0.5
+    """Distance from the target at which robots have caught it, center to center [m]; they then go along with
+    it."""
+    gain: PositiveFloat = 2.0
+    """Gain of the distance that is left [1/s]."""
+
+    @classmethod
+    def numbers(cls) -> dict[str, type]:
+        """Return its parameters as kernels see them."""
+        return {"speed": float, "within": float, "gain": float}
+
+    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+        """Return its parameters as numbers."""
+        return {"speed": self._pace(setup), "within": self.within, "gain": self.gain}
+
+    def _pace(self, setup: Setup | None) -> float:
+        """Return the speed of the robots [m/s]."""
+        most = UNLIMITED if setup is None else min(setup.max_speed, UNLIMITED)
+        return most if self.speed is None else min(self.speed, most)
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task sigma = q, which takes all directions: the velocity of the interception."""
+        point, course = _quarry_of(now)
+        speed, way = self._pace(now.setup), point - now.q
+        distance = np.linalg.norm(way, axis=1, keepdims=True)
+        relative = toward_meeting(way, course, speed) - course
+        asked = np.linalg.norm(relative, axis=1, keepdims=True)
+        most = np.minimum(self.gain * np.maximum(distance - self.within, 0.0), asked)
+        velocity = course + most * directions(relative)
+        size = np.linalg.norm(velocity, axis=1, keepdims=True)
+        return (Task(np.eye(now.q.size), (velocity * speed / np.maximum(size, speed)).ravel()),)
+
+    def error(self, now: Situation) -> Array:
+        """Return the distance that is left."""
+        point, _ = _quarry_of(now)
+        return np.asarray(np.maximum(np.linalg.norm(point - now.q, axis=1) - self.within, 0.0))
+
+    def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        n, p = state.q.shape
+        here, way, course = stack_rows(p), stack_rows(p), stack_rows(p)
+        load_rows(state.q_measured, i, here)
+        _quarry_rows(i, plan, state, way, course)
+        recedes = everywhere(0.0)
+        for k in range(p):
+            set_row(x, k, everywhere(0.0))
+            set_row(way, k, where(there(n - i), row_of(way, k) - row_of(here, k), 0.0))
+            set_row(course, k, where(there(n - i), row_of(course, k), 0.0))
+            recedes = recedes + row_of(way, k) * row_of(course, k)
+        far, fast, lead = square_of(way, 0, p), square_of(course, 0, p), self.speed * self.speed
+        lead = lead - fast
+        slack = recedes * recedes + lead * far
+        rise = root(greatest(slack, 0.0))
+        rate = where(recedes > 0.0, lead / (rise + recedes), where(far > 0.0, (rise - recedes) / far, 0.0))
+        lost = where(lead < 0.0, where(recedes > 0.0, 1.0, where(slack < 0.0, 1.0, 0.0)), 0.0) > 0.5
+        behind = where(lost, -lead, 1.0)
+        aside = root(greatest(far * fast - recedes * recedes, 0.0) / behind)
+        later = greatest(self.speed * aside - recedes, 0.0) / where(lost, fast, 1.0)
+        for k in range(p):
+            set_row(here, k, row_of(way, k) + later * row_of(course, k))
+        share = self.speed / root(where(lost, square_of(here, 0, p), 1.0))
+        for k in range(p):
+            chase = share * row_of(here, k) - row_of(course, k)
+            set_row(wish, at + k, where(lost, chase, rate * row_of(way, k)))
+        left = greatest(root(far) - self.within, 0.0)
+        asked, most = root(square_of(wish, at, p)), self.gain * left
+        share = where(asked > most, most / asked, 1.0)
+        for k in range(p):
+            set_row(wish, at + k, row_of(course, k) + share * row_of(wish, at + k))
+        size = root(square_of(wish, at, p))
+        share = where(size > self.speed, self.speed / size, 1.0)
+        for k in range(p):
+            set_row(wish, at + k, share * row_of(wish, at + k))
+        return across(everywhere(0.0), left)
+
+
+@inlined
+def _quarry_rows(i: int, plan: Plan, state: State, point: Array, velocity: Array) -> None:
+    """Read where robots i to i + 7 believe what they intercept to be [m], and how fast it moves [m/s]."""
+    target_rows(i, plan, state, point)
+    target_velocity_rows(i, plan, state, velocity)
+
+
+# The same in plain NumPy.
+
+
+def _quarry_of(now: Situation) -> tuple[Array, Array]:
+    """Return where each robot believes what it intercepts to be [m], and how fast it moves [m/s]."""
+    return now.c, now.c_dot
+
+
+def toward_meeting(way: Array, course: Array, speed: float) -> Array:
+    """Return the velocities of robots that go straight to where they meet what moves straight.
+
+    Args:
+        way: To where it is now, shape (n, p) [m].
+        course: How fast it moves, likewise [m/s].
+        speed: Of the robots [m/s].
+    """
+    recedes, far, fast = (np.sum(a * b, axis=1) for a, b in ((way, course), (way, way), (course, course)))
+    lead = speed**2 - fast
+    slack = recedes**2 + lead * far
+    rise = np.sqrt(np.maximum(slack, 0.0))
+    never = (lead < 0.0) & ((recedes > 0.0) | (slack < 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rate = np.where(
+            recedes > 0.0, lead / (rise + recedes), np.where(far > 0.0, (rise - recedes) / far, 0.0)
+        )
+        aside = np.sqrt(np.maximum(far * fast - recedes**2, 0.0) / -lead)
+        later = np.maximum(speed * aside - recedes, 0.0) / fast
+    meeting = course + rate[:, None] * way
+    nearest = speed * directions(way + np.where(never, later, 0.0)[:, None] * course)
+    return np.where(never[:, None], nearest, meeting)
