@@ -14,6 +14,7 @@ Qhull or, outside, non-negative least squares, until the next bound is no better
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -35,29 +36,39 @@ FLAT = 1e-9  # of the team's extent: points nearer than this to a hyperplane lie
 BLOCK = 2**15  # products at once: they stay in the processor's cache
 
 
-def _takes_long(trace: Recorded) -> bool:
+def takes_long(trace: Recorded) -> bool:
     """Whether there are too many robots, axes and samples for every run."""
     robots, axes, samples = (trace.sizes[name] for name in ("robot", "axis", "time"))
     normals = math.comb(robots, axes)
     return normals > CANDIDATES or normals * robots * samples * max(1, axes - 2) ** 2 > DEAR
 
 
-@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=_takes_long)
+@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=takes_long)
 def hull_margin(trace: Recorded) -> Measure:
     """Minimum depth of the target in the convex hull of the robots; outside, minus the distance to it."""
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
+    best, when = math.inf, 0
+    for first, team in teams(trace):
+        value, row = least_margin(team)
+        if not value >= best:
+            best, when = value, first + row
+    return Measure(best, float(trace["time"][when])) if best != math.inf else Measure(None, reason=ALL_LOST)
+
+
+def teams(trace: Recorded) -> Iterator[tuple[int, Array]]:
+    """Yield where the robots that are left are as seen from the target.
+
+    One item for each stretch of samples with the same robots: its first sample, and shape (samples, robots,
+    axes) [m].
+    """
     around, gone = trace["q"].values - trace["target_position"].values[:, None], lost(trace)
     counts = gone.sum(axis=1)
-    best, when = math.inf, 0
     for count in np.unique(counts):  # robots are lost for good: as many, the same
         first, end = np.searchsorted(counts, [count, count + 1])
         team = around[first:end][:, ~gone[first]]
         if team.size:
-            value, row = least_margin(team)
-            if not value >= best:
-                best, when = value, int(first) + row
-    return Measure(best, float(trace["time"][when])) if best != math.inf else Measure(None, reason=ALL_LOST)
+            yield int(first), team
 
 
 def least_margin(points: Array) -> tuple[float, int]:
@@ -81,12 +92,14 @@ def least_margin(points: Array) -> tuple[float, int]:
 
 
 def margins(points: Array) -> Array:
-    """Return the margin of the origin in each of several hulls of few points, shape (hulls,) [m].
+    """Return the margin of the origin in each of several hulls, shape (hulls,) [m].
 
     Args:
         points: Shape (hulls, points, axes) [m].
     """
     count, axes = points.shape[1:]
+    if math.comb(count, axes) > CANDIDATES:
+        return np.array([margin(hull) for hull in points])
     step = max(1, BLOCK // (count * sum(math.comb(count, size) for size in range(1, axes + 1))))
     return np.concatenate([_margins(points[k : k + step]) for k in range(0, len(points), step)])
 

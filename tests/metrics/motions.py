@@ -61,3 +61,12 @@ KNOWING = {
         "communication": {},
     },
 }  # fmt: skip
+
+# A target that dashes out between two robots of a team that intercepts it; one of them touches it.
+DASH = {
+    "a dash": {
+        "robots": {"positions": [[2, 0], [0, 2], [-2, 0], [0, -2]], "force_limit": None},
+        "target": {"position": ["4*t", "2.5*t"], "radius": 0.3},
+        "mission": {"radius": 2, "behaviors": [{"behavior": "intercept", "speed": 1, "within": 0.1}]},
+    },
+}  # fmt: skip

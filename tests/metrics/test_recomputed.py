@@ -22,7 +22,7 @@ from escort_mj import mission
 from escort_mj.measuring import SHIPPED
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.reader.load import parse_scenario
-from tests.metrics.motions import HEADED, KNOWING
+from tests.metrics.motions import DASH, HEADED, KNOWING
 
 Array = np.ndarray
 DT = 0.002
@@ -123,7 +123,7 @@ CASES = {
         },
         dead={1: 0.3},
     ),
-    **{name: Case(keys) for name, keys in {**HEADED, **KNOWING}.items()},
+    **{name: Case(keys) for name, keys in {**HEADED, **KNOWING, **DASH}.items()},
 }  # fmt: skip
 
 
