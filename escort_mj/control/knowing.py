@@ -222,7 +222,16 @@ class Minds:
         self.seen = np.zeros(setup.count)
         self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
 
-    def update(self, t: float, q: Array, measured: tuple[Array, ...], target: Array, team: Team) -> None:
+    def follow(self, setup: Setup) -> None:
+        """Take note of where obstacles are by now."""
+        self._setup = setup
+        if self.mail is not None:
+            self.mail.setup = setup
+
+    def update(
+        self, t: float, q: Array, measured: tuple[Array, ...], target: Array, team: Team,
+        headings: Array | None = None,
+    ) -> None:  # fmt: skip
         """Let robots look, tell and hear, and turn their figures.
 
         Args:
@@ -232,6 +241,7 @@ class Minds:
                 sensors show them, shape (p,).
             target: True position of the target, shape (p,) [m].
             team: Who is left, in which figure.
+            headings: Which way robots look, shape (n, p) [1]; None where they see all around.
         """
         setup, (q_m, v_m, c, c_dot) = self._setup, measured
         estimator, step = setup.estimator, round(t / setup.timestep)
@@ -239,7 +249,9 @@ class Minds:
             self.beliefs = [self._told(i, t, c, c_dot) for i in range(setup.count)]
         if setup.sight is not None and step % setup.sight.every == 0:
             for i in range(setup.count):
-                found = None if team.lost[i] else look(i, step, q[i], q_m[i], target, (c, c_dot), setup)
+                found = (
+                    None if team.lost[i] else look(i, step, (q, headings), q_m[i], target, (c, c_dot), setup)
+                )
                 self.seen[i] = found is not None
                 if found is not None:
                     self.beliefs[i] = estimator.seen(self.beliefs[i], found, t)

@@ -109,6 +109,7 @@ class ReferenceController:
         bias: Array | None = None,
         obstacle_points: Array | None = None,
         target_state: tuple[Array, Array] | None = None,
+        headings: Array | None = None,
     ) -> ReferenceSignals:
         """Advances the state if time has advanced, then evaluates the law.
 
@@ -122,6 +123,7 @@ class ReferenceController:
                 (n + 1, m, p) [m]; None for centers that rest.
             target_state: Position [m] and velocity [m/s] of a target that can be bumped, shape (p,) each;
                 None for one that moves as commanded.
+            headings: Which way robots look that do not see all around, shape (n, p) [1].
         """
         if obstacle_points is not None:
             self.setup = replace(self.setup, obstacle_points=obstacle_points)
@@ -147,7 +149,9 @@ class ReferenceController:
         c, c_dot = np.tile(target, (n, 1)), np.tile(target_velocity, (n, 1))
         if self._minds is not None:
             if moved:
-                self._minds.update(t, q, (q_m, v_m, target, target_velocity), true_target[0], team)
+                self._minds.follow(setup)
+                measured = q_m, v_m, target, target_velocity
+                self._minds.update(t, q, measured, true_target[0], team, headings)
             (c, c_dot), mates = self._minds.estimate(t), self._minds.mates(t, q_m, lost)
         e = self.q_d - q_m
         phase = self._supervisor.choose(t, q_m, c, lost)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.components.rays import Shape
 from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import ControlPhase
@@ -114,6 +115,7 @@ class Setup:
         movers: Obstacles that move, and a target that can be bumped.
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         expected_distances: Distances to obstacles that expectations put bounds on [m].
+        shapes: Obstacles as lines meet them; empty where none has to, or all are spheres.
         obstacle_points: For the twin: what each robot, and last the target, sees of each obstacle at the
             moment, shape (n + 1, m, p) [m]; None where all see `obstacle_position`.
         outside: What is written from outside, between steps, instead of computed: the reference velocities of
@@ -155,6 +157,7 @@ class Setup:
     sensing: Sensors = Sensors()
     movers: tuple[Mover, ...] = ()
     shaped: bool = False
+    shapes: tuple[Shape, ...] = ()
     expected_distances: tuple[float, ...] = ()
     obstacle_points: Array | None = None
     outside: Literal["velocity", "force"] | None = None

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.rays import hidden, is_between
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined
+from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.numerics.gaussian import RADIO, fractions, uniforms
 
 if TYPE_CHECKING:
@@ -48,6 +49,7 @@ class Radio(NamedTuple):
         recover: Probability that a link that has lost a message passes the next one.
         timeout: Age from which on what was heard does not count [s].
         silences: When parts of the team do not hear each other.
+        blocked: Whether messages do not pass through obstacles.
     """
 
     senders: NDArray[np.int64]
@@ -60,6 +62,7 @@ class Radio(NamedTuple):
     recover: float = 1.0
     timeout: float = math.inf
     silences: tuple[Silence, ...] = ()
+    blocked: bool = False
 
     @property
     def listed(self) -> bool:
@@ -84,6 +87,7 @@ class LinkParameters(Fields):
     radio_surface: Annotated[float, Value("1", "1 where that is measured between surfaces, else 0")]
     radio_fail: Annotated[float, Value("1", "probability that a good link loses the next message")]
     radio_recover: Annotated[float, Value("1", "probability that a bad link passes the next message")]
+    radio_blocked: Annotated[bool, Value("1", "whether messages do not pass through obstacles")]
     radio_timeout: Annotated[float, Value("s", "age from which on what was heard does not count")]
     silence_after: Annotated[Array, "silences", Value("s", "start of each silence")]
     silence_before: Annotated[Array, "silences", Value("s", "end of each silence")]
@@ -103,6 +107,7 @@ class LinkParameters(Fields):
             "radio_surface": radio.surface,
             "radio_fail": radio.fail,
             "radio_recover": radio.recover,
+            "radio_blocked": radio.blocked,
             "radio_timeout": radio.timeout,
             "silence_after": [silence.after for silence in radio.silences],
             "silence_before": [silence.before for silence in radio.silences],
@@ -125,13 +130,21 @@ class LinkState(Fields):
 
 @inlined
 def may_pass(i: int, j: int, plan: Plan, state: State) -> bool:
-    """Whether robot i is near enough to hear robot j, and nothing silences the two."""
+    """Whether robot i is near enough to hear robot j, and neither silence nor an obstacle is between them."""
     late = state.time[0] + 0.5 * plan.timestep
     for w in range(plan.silence_after.shape[0]):
         if plan.silence_after[w] <= late < plan.silence_before[w]:
             if plan.silence_part[w, i] != plan.silence_part[w, j]:
                 return False
-    return apart(i, j, plan, state) <= plan.radio_reach
+    if apart(i, j, plan, state) > plan.radio_reach:
+        return False
+    if not plan.radio_blocked:
+        return True
+    p = state.q.shape[1]
+    way = vector_at(stack_memory(), p)
+    for k in range(p):
+        way[k] = state.q[j, k] - state.q[i, k]
+    return not is_between(state.q[i], way, plan, state)
 
 
 @inlined
@@ -220,14 +233,17 @@ def distances(q: Array, setup: Setup) -> Array:
     return np.asarray(gaps)
 
 
-def passes(t: float, gaps: Array, setup: Setup) -> NDArray[np.bool_]:
-    """Return who may hear whom at a time, shape (n, n)."""
+def passes(t: float, q: Array, gaps: Array, setup: Setup) -> NDArray[np.bool_]:
+    """Return who may hear whom at a time, from true positions and distances, shape (n, n)."""
     assert setup.radio is not None
     found = gaps <= setup.radio.reach
     for silence in setup.radio.silences:
         if silence.after <= t + 0.5 * setup.timestep < silence.before:
             part = np.array(silence.part)
             found &= part[:, None] == part
+    if setup.radio.blocked:
+        for i, j in np.argwhere(found):
+            found[i, j] = not hidden(q[i], q[j] - q[i], setup)
     return found
 
 

@@ -178,7 +178,7 @@ class Mail:
 
     def __init__(self, setup: Setup) -> None:
         assert setup.radio is not None
-        self._setup, self._radio, n = setup, setup.radio, setup.count
+        self.setup, self._radio, n = setup, setup.radio, setup.count
         self.links = [[Link(int(sender)) for sender in row] for row in setup.radio.senders]
         self._next = [lateness(j, 0, setup) for j in range(n)]
         self.sent, self.heard, self.lost = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -192,9 +192,9 @@ class Mail:
             write: Makes the message of a robot at a step.
             gone: Robots that have failed, shape (n,).
         """
-        setup, radio, step = self._setup, self._radio, round(t / self._setup.timestep)
+        setup, radio, step = self.setup, self._radio, round(t / self.setup.timestep)
         gaps = distances(q, setup)
-        reached = passes(t, gaps, setup)
+        reached = passes(t, q, gaps, setup)
         for j in range(setup.count):
             if self._next[j] > step or gone[j]:
                 continue
@@ -215,7 +215,7 @@ class Mail:
 
     def _link(self, i: int, j: int, gaps: Array, t: float) -> Link | None:
         """Return the link on which robot i hears robot j; None where it does not."""
-        links, dt = self.links[i], self._setup.timestep
+        links, dt = self.links[i], self.setup.timestep
         known = [link for link in links if link.sender == j]
         if known or self._radio.listed:
             return known[0] if known else None
@@ -233,7 +233,7 @@ class Mail:
 
     def deliver(self, i: int, t: float) -> list[Message]:
         """Return the messages that reach robot i now: slot by slot, the oldest first."""
-        step, found = round(t / self._setup.timestep), []
+        step, found = round(t / self.setup.timestep), []
         for link in self.links[i]:
             due = [message for arrival, message in link.coming if arrival <= step]
             link.coming = [each for each in link.coming if each[0] > step]
@@ -249,7 +249,7 @@ class Mail:
         found = []
         for link in self.links[i]:
             if link.newest is not None:
-                dt = self._setup.timestep
+                dt = self.setup.timestep
                 age = (round(t / dt) - link.newest.step) * dt
                 if age <= self._radio.timeout:
                     found.append((link.sender, link.newest.position + age * link.newest.velocity))

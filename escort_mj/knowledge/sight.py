@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
+from escort_mj.components.rays import hidden, is_between, mate_between
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
@@ -37,7 +38,9 @@ class Sight(NamedTuple):
         dropout: Probability that nothing comes of a look.
         outliers: Probability of an outlier.
         outlier: Largest error of one, per axis [m].
-        opaque: Whether spheres hide the target.
+        opaque: Whether obstacles hide the target.
+        behind_mates: Whether teammates hide it.
+        field: Opening angle of the cone around a robot's heading in which it sees [rad]; inf for all around.
     """
 
     robots: tuple[bool, ...]
@@ -48,6 +51,8 @@ class Sight(NamedTuple):
     outliers: float = 0.0
     outlier: float = 0.0
     opaque: bool = False
+    behind_mates: bool = False
+    field: float = math.inf
 
 
 class SightParameters(Fields):
@@ -63,7 +68,9 @@ class SightParameters(Fields):
     sight_dropout: Annotated[float, Value("1", "probability that nothing comes of a look")]
     sight_outliers: Annotated[float, Value("1", "probability of an outlier")]
     sight_outlier: Annotated[float, Value("m", "largest error of one, per axis")]
-    sight_opaque: Annotated[bool, Value("1", "whether spheres hide the target")]
+    sight_opaque: Annotated[bool, Value("1", "whether obstacles hide the target")]
+    sight_behind_mates: Annotated[bool, Value("1", "whether teammates hide it")]
+    sight_cosine: Annotated[float, Value("1", "least cosine of the angle between heading and way to it")]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
@@ -79,12 +86,17 @@ class SightParameters(Fields):
             "sight_outliers": sight.outliers,
             "sight_outlier": sight.outlier,
             "sight_opaque": sight.opaque,
+            "sight_behind_mates": sight.behind_mates,
+            "sight_cosine": math.cos(0.5 * min(sight.field, 2.0 * math.pi)),
         }
 
 
 class SightState(Fields):
-    """The last measurements of the target."""
+    """The last measurements of the target, and which way robots look."""
 
+    heading: Annotated[
+        Array, "facing", "p", Value("1", "x axis of each body, as far as it lies in the mission's axes")
+    ]
     seen_position: Annotated[Array, "informed", "p", Value("m", "measured position")]
     seen_velocity: Annotated[Array, "informed", "p", Value("m/s", "measured velocity")]
     seen_range: Annotated[Array, "informed", Value("m", "measured distance of the centers")]
@@ -108,25 +120,24 @@ def look_at_target(plan: Plan, state: State) -> None:
 
 @inlined
 def in_view(i: int, plan: Plan, state: State) -> bool:
-    """Whether the target is near enough to a robot, and nothing hides it."""
+    """Whether the target is near enough to a robot and in its field of view, and nothing hides it."""
     p, square = state.q.shape[1], 0.0
+    way = vector_at(stack_memory(), p)
     for k in range(p):
-        square += (state.target_position[k] - state.q[i, k]) ** 2
+        way[k] = state.target_position[k] - state.q[i, k]
+        square += way[k] * way[k]
     if math.sqrt(square) - plan.robot_radius[i] - plan.sight_target > plan.sight_reach:
         return False
-    if plan.sight_opaque:
-        for j in range(plan.obstacle_radius.shape[0]):
-            along = 0.0
-            for k in range(p):
-                way = state.target_position[k] - state.q[i, k]
-                along += way * (state.obstacle_position[j, k] - state.q[i, k])
-            share, apart = min(max(along / max(square, 1e-300), 0.0), 1.0), 0.0
-            for k in range(p):
-                way = state.target_position[k] - state.q[i, k]
-                apart += (state.q[i, k] + share * way - state.obstacle_position[j, k]) ** 2
-            if apart < plan.obstacle_radius[j] * plan.obstacle_radius[j]:
-                return False
-    return True
+    if state.heading.shape[0] > 0:
+        ahead, length = 0.0, 0.0
+        for k in range(p):
+            ahead += way[k] * state.heading[i, k]
+            length += state.heading[i, k] ** 2
+        if ahead < plan.sight_cosine * math.sqrt(square * length):
+            return False
+    if plan.sight_opaque and is_between(state.q[i], way, plan, state):
+        return False
+    return not (plan.sight_behind_mates and mate_between(i, state.q[i], way, plan, state))
 
 
 @inlined
@@ -186,26 +197,37 @@ class Look(NamedTuple):
     noise: tuple[float, ...]
 
 
-def look(i: int, step: int, q: Array, eye: Array, target: Array, shown: tuple[Array, Array], setup: Setup
-         ) -> Look | None:  # fmt: skip
+def look(
+    i: int, step: int, team: tuple[Array, Array | None], eye: Array, target: Array,
+    shown: tuple[Array, Array], setup: Setup,
+) -> Look | None:  # fmt: skip
     """Return what a robot measures at a step; None where it does not see the target.
 
     Args:
         i: The robot, from 0.
         step: Physics step.
-        q: Its true position, shape (p,) [m].
+        team: True positions of the robots, shape (n, p) [m], and their headings, likewise [1]; None without.
         eye: Its measured position, shape (p,) [m].
         target: True position of the target, shape (p,) [m].
         shown: Position and velocity of the target as the team's sensors show them, shape (p,) each.
         setup: Gives the sight.
     """
-    sight, p = setup.sight, setup.axes
+    sight, p, (robots, headings) = setup.sight, setup.axes, team
     if sight is None or not sight.robots[i]:
         return None
+    q = robots[i]
     way = target - q
     gap = np.linalg.norm(way) - setup.robot_radius[i] - (setup.target_radius or 0.0)
-    if gap > sight.reach or (sight.opaque and _hidden(q, way, setup)):
+    if gap > sight.reach or (sight.opaque and hidden(q, way, setup)):
         return None
+    if sight.behind_mates:
+        mates = np.arange(setup.count) != i
+        if hidden(q, way, setup, (robots[mates], setup.robot_radius[mates])):
+            return None
+    if headings is not None:
+        lengths = np.linalg.norm(way) * np.linalg.norm(headings[i])
+        if np.arccos(np.clip(way @ headings[i] / max(lengths, 1e-300), -1.0, 1.0)) > 0.5 * sight.field:
+            return None
     missed, odd = uniforms(2, setup.seed, SIGHT, i, step)
     if missed < sight.dropout:
         return None
@@ -227,10 +249,3 @@ def look(i: int, step: int, q: Array, eye: Array, target: Array, shown: tuple[Ar
         eye,
         sight.noise,
     )
-
-
-def _hidden(q: Array, way: Array, setup: Setup) -> bool:
-    """Whether some sphere is in the way from a robot to the target."""
-    offset = setup.obstacles_seen()[-1] - q
-    share = np.clip(offset @ way / max(float(way @ way), 1e-300), 0.0, 1.0)
-    return bool((np.linalg.norm(share[:, None] * way - offset, axis=1) < setup.obstacle_radius).any())

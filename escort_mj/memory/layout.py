@@ -19,6 +19,7 @@ from escort_mj.components.component import ComponentParameters
 from escort_mj.components.mission import MissionParameters, MissionState
 from escort_mj.components.movers import MoverParameters, MoverState
 from escort_mj.components.obstacles import ObstacleParameters, ObstacleState
+from escort_mj.components.rays import ShapeParameters
 from escort_mj.components.views import BehaviorView, LawView
 from escort_mj.control.controller import ControllerParameters, ControllerState
 from escort_mj.control.custom.calls import CustomState
@@ -56,6 +57,7 @@ class Plan(
     MissionParameters,
     ObstacleParameters,
     MoverParameters,
+    ShapeParameters,
     ComponentParameters,
     SensorParameters,
     BeliefParameters,

@@ -78,6 +78,7 @@ def pack(
         "driven": n * setup.driven,
         "headed": n * setup.headed,
         "informed": n * setup.informed,
+        "facing": n * (setup.sight is not None and setup.sight.field < np.inf),
         "believed": setup.estimator.orders * p,
         "turned": n if setup.informed else 1,
         "depth": setup.radio.depth if setup.radio else 0,

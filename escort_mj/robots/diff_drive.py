@@ -36,6 +36,7 @@ class DiffDrive(RobotKind):
     rolls: ClassVar[bool] = True
     needs_gravity: ClassVar[bool] = True
     driven: ClassVar[bool] = True
+    has_heading: ClassVar[bool] = True
 
     kind: Literal["diff_drive"] = "diff_drive"
     track: Radius | None = None

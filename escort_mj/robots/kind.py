@@ -58,6 +58,8 @@ class RobotKind(Parameters):
     flies: ClassVar[bool] = False
     """Whether thrust holds its weight, turned by an attitude loop to where the law wants a force."""
 
+    has_heading: ClassVar[bool] = False
+    """Whether the x axis of its body is a heading, around which it has a field of view."""
     driven: ClassVar[bool] = False
     """Whether it has a drive of its own, see `drive_model`."""
 

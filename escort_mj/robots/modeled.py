@@ -127,6 +127,7 @@ class ModeledKind(RobotKind):
 
     needs_gravity: ClassVar[bool] = True
     driven: ClassVar[bool] = True
+    has_heading: ClassVar[bool] = True
 
     @abstractmethod
     def source(self, mass: float, radius: float) -> Source:

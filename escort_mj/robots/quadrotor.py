@@ -55,6 +55,7 @@ class Quadrotor(RobotKind):
     opacity: ClassVar[float] = 0.15
     painted: ClassVar[tuple[str, ...]] = ("hub", *NAMES)
     needs_gravity: ClassVar[bool] = True
+    has_heading: ClassVar[bool] = True
     flies: ClassVar[bool] = True
 
     kind: Literal["quadrotor"] = "quadrotor"

@@ -50,6 +50,7 @@ class SurfaceVessel(RobotKind):
     opacity: ClassVar[float] = 0.1
     painted: ClassVar[tuple[str, ...]] = ("midship", "bow")
     most_axes: ClassVar[int] = 2
+    has_heading: ClassVar[bool] = True
     driven: ClassVar[bool] = True
 
     kind: Literal["surface_vessel"] = "surface_vessel"

@@ -10,6 +10,7 @@ import numpy as np
 
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
+from escort_mj.components.rays import KINDS, Shape
 from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Setup
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
@@ -18,6 +19,7 @@ from escort_mj.numerics.thomson import Figure, even_figure
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
+from escort_mj.scenario.geometry.shapes import hull, rotation_matrix
 from escort_mj.scenario.geometry.trajectory import (
     Trajectory,
     disturbance_trajectory,
@@ -83,6 +85,7 @@ def controller_setup(
         movers=_movers(scenario, obstacles),
         driven=any(kind.driven for kind in robots.kind),
         shaped=any(not body.is_sphere for body in obstacles),
+        shapes=_shapes(scenario, obstacles),
         expected_distances=tuple(x for one in scenario.expect for x in one.exact_distances()),
     )
 
@@ -99,6 +102,25 @@ def _knowledge(scenario: Scenario, count: int) -> dict[str, Any]:
         "estimator": knowledge.estimator,
         "start_deviation": tuple(getattr(knowledge.initial, name) for name in DERIVATIVES),
     }
+
+
+def _shapes(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Shape, ...]:
+    """Return obstacles as lines of sight and radio meet them, where that matters and some are no spheres."""
+    knowledge, radio = scenario.knowledge, scenario.communication
+    met = (knowledge is not None and knowledge.target.hidden) or (radio is not None and radio.blocked)
+    if not met or all(body.is_sphere for body in obstacles):
+        return ()
+    return tuple(
+        Shape(
+            KINDS[body.shape],
+            np.pad(body.size, (0, 3 - len(body.size))),
+            rotation_matrix(body.orientation),
+            body.lift,
+            body.bounding_radius,
+            hull(tuple(map(tuple, body.vertices)))[1] if body.shape == "mesh" else np.zeros((0, 4)),
+        )
+        for body in obstacles
+    )
 
 
 def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:

@@ -129,7 +129,8 @@ class NumpyBackend:
         if points is None and now.obstacles is not None:
             points = np.broadcast_to(now.obstacles, (self._setup.count + 1, *now.obstacles.shape))
         target = None if now.target is None else (now.target[0], now.target[1])
-        self._law.setup = replace(self._law.setup, obstacle_velocity=now.motion)
+        centers = self._setup.obstacle_position if now.obstacles is None else now.obstacles
+        self._law.setup = replace(self._law.setup, obstacle_velocity=now.motion, obstacle_position=centers)
         self._last = self._law.evaluate(now.time, now.q, now.v, now.mass, now.bias, points, target)
         self._now = now
 

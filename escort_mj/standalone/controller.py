@@ -136,6 +136,11 @@ class Controller:
         setup = controller_setup(self.scenario, robots)
         paths = [(mover.obstacle, mover.path) for mover in setup.movers if mover.obstacle >= 0]
         setup = replace(setup, movers=())
+        if self._options["simulate"] and setup.sight is not None and setup.sight.field < math.inf:
+            raise UsageError(
+                "simulate: the scenario has knowledge.target.field_of_view, and a controller is not given "
+                "headings; expected simulate=False, or a scenario without it"
+            )
         if not self._options["simulate"]:
             ranges = Sensors(robots=setup.sensing.robots, obstacles=setup.sensing.obstacles)
             setup = replace(setup, sensing=ranges, disturbance=None, failures=(), reforming=None)

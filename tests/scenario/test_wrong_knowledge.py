@@ -16,6 +16,13 @@ WRONG = [
     ("knowledge: {target: {rate: 30}}", "knowledge.target.rate", "29.4117647 or 31.25"),
     ("knowledge: {target: {rate: 1000}}", "knowledge.target.rate", "0.5 steps of 0.002 s apart"),
     ("knowledge: {target: {range: -1}}", "knowledge.target.range", "more than 0"),
+    ("knowledge: {target: {field_of_view: 7}}", "knowledge.target.field_of_view", "less than 6.28"),
+    (
+        "knowledge: {target: {robots: [2, 3], field_of_view: 2}}\nrobots: {kind: quadrotor, overrides: "
+        "[{robot: 3, kind: point_mass}]}",
+        "knowledge.target.field_of_view",
+        "robot 3 is a point_mass, which has no heading",
+    ),
     ("knowledge: {target: {measures: [speed]}}", "knowledge.target.measures[0]", "position, velocity, range"),
     (
         "knowledge: {target: {measures: [range]}}",
@@ -109,7 +116,9 @@ def test_one_clear_fault(text: str, key: str, words: str) -> None:
 RIGHT = [
     "knowledge: {}",
     "knowledge: {estimator: {estimator: kalman, model: acceleration}, target: {measures: [range, bearing]}}",
-    "communication: {}",
+    "knowledge: {target: {robots: [2], field_of_view: 2, hidden_by_teammates: true}}\nrobots: {overrides: "
+    "[{robot: 2, kind: quadrotor}]}",
+    "communication: {blocked: true}",
     "communication: {graph: ring, range: 4, measure: surface, rate: 10, delay: [0, 0.1], jitter: 0.02}",
     "communication: {graph: {nearest: 2}, loss: {mean: 0.3, burst: 4}, timeout: null}",
     "communication: {blackouts: [{after: 1, before: 2}, {robots: [1]}, {groups: [[1, 2], [3, 4]]}]}",

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from escort_mj.behaviors import Chords, Formation, Surface, Vertices
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.geometry.placement import robot_count
-from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Loss, Nearest, senders_of
+from escort_mj.scenario.geometry.placement import kinds_of, robot_count
+from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Loss, Nearest, TargetSight, senders_of
 from escort_mj.scenario.schema.scenario import Scenario
 
 MOST_ON_THEIR_WAY = 1000  # messages of one robot
@@ -51,6 +51,23 @@ def check_target_sight(scenario: Scenario) -> Iterator[Finding]:
     yield from _numbers(scenario, (*path, "robots"), knowledge.target.robots or ())
     yield from _steps(scenario, (*path, "rate"), knowledge.target.rate)
     yield from _needs(knowledge, (*path, "measures"))
+    if knowledge.target.field_of_view is not None:
+        yield from _headings(scenario, (*path, "field_of_view"), knowledge.target)
+
+
+def _headings(scenario: Scenario, path: Path, sight: TargetSight) -> Iterator[Finding]:
+    """Robots with a field of view have a heading."""
+    kinds = kinds_of(scenario)
+    headless = [robot for robot, kind in enumerate(kinds, 1) if not kind.has_heading]
+    if wrong := [robot for robot in headless if sight.robots is None or robot in sight.robots]:
+        kind = kinds[wrong[0] - 1].kind
+        words = f"found {sight.field_of_view:g} rad; robot {wrong[0]} is a {kind}, which has no heading"
+        yield Finding(
+            path,
+            f"{words}; expected null, or in knowledge.target.robots only kinds with a heading, "
+            "such as diff_drive, surface_vessel and quadrotor",
+            related=(("robots",),),
+        )
 
 
 def _needs(knowledge: Knowledge, path: Path) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -57,8 +58,13 @@ class TargetSight(Parameters):
     """Numbers of the robots that can see the target; null: all."""
     range: PositiveFloat | None = None
     """Distance up to which they see it, surface to surface [m]; null: any."""
+    field_of_view: Annotated[float, Field(gt=0.0, lt=2.0 * math.pi)] | None = None
+    """Opening angle of the cone around a robot's heading in which it sees the target [rad]; null: all around.
+    """
     hidden: bool = False
-    """Whether spherical obstacles hide the target."""
+    """Whether obstacles and walls hide the target."""
+    hidden_by_teammates: bool = False
+    """Whether teammates hide the target."""
     rate: PositiveFloat | None = None
     """Looks per second [1/s], a whole number of physics steps apart; null: at every step."""
     measures: Annotated[
@@ -183,6 +189,8 @@ class Communication(Parameters):
     """Largest distance of two robots that hear each other [m]; null: any."""
     measure: Literal["center", "surface"] = "center"
     """Whether this distance is measured between centers or surfaces."""
+    blocked: bool = False
+    """Whether obstacles and walls between two robots block their messages."""
     rate: PositiveFloat | None = None
     """Messages per second of each robot [1/s], a whole number of physics steps apart; null: at every
     step."""
@@ -220,6 +228,8 @@ def sight_of(knowledge: Knowledge, timestep: float, count: int) -> Sight:
         outliers.share if outliers else 0.0,
         outliers.size if outliers else 0.0,
         target.hidden,
+        target.hidden_by_teammates,
+        np.inf if target.field_of_view is None else target.field_of_view,
     )
 
 
@@ -245,6 +255,7 @@ def radio_of(communication: Communication, timestep: float, count: int) -> Radio
         recover,
         np.inf if communication.timeout is None else communication.timeout,
         tuple(_silence(each, count) for each in communication.blackouts),
+        communication.blocked,
     )
 
 

@@ -47,6 +47,7 @@ class Addresses(Fields):
     crafts: Annotated[Array, "flying", len(Craft._fields), Value("1", "see `robots/attitude.py`")]
     rotor_gain: Annotated[Array, "flying", ROTORS, Value("1", "of each rotor's motor")]
     rotor_state: Annotated[Array, "flying", Value("1", "first activation of rotors that lag, else -1")]
+    base: Annotated[Array, "n", Value("1", "body whose x axis is each robot's heading")]
     drive: Annotated[
         Array, "n", Value("1", "row in `drives` of each robot with actuators of its own, else -1")
     ]
@@ -125,16 +126,18 @@ def _drives(model: mujoco.MjModel, team: Placement) -> dict[str, Array]:
     """What drives are like, and whose they are, see `Addresses`."""
     rows: list[DriveRow] = []
     inputs: list[Input] = []
-    owner = np.full(len(team.mass), -1)
-    for i, drive in enumerate(drives_of(team)):
+    drives, owner = drives_of(team), np.full(len(team.mass), -1)
+    names = [f"_{drive.base}" if drive is not None and drive.base else "" for drive in drives]
+    bases = [model.body(f"robot_{i + 1}{name}").id for i, name in enumerate(names)]
+    for i, drive in enumerate(drives):
         if drive is None:
             continue
         owner[i] = len(rows)
         root = model.body(f"robot_{i + 1}").id
-        base = model.body(f"robot_{i + 1}_{drive.base}").id if drive.base else root
-        rows.append(drive.row(base, root, len(inputs), team.position[i]))
+        rows.append(drive.row(bases[i], root, len(inputs), team.position[i]))
         inputs += drive.inputs
     return {
+        "base": np.array(bases, float),
         "drive": owner,
         "drives": np.array(rows, float).reshape(len(rows), len(DriveRow._fields)),
         "inputs": np.array(inputs, float).reshape(len(inputs), len(Input._fields)),

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.rays import BOX, CAPSULE, CYLINDER, ELLIPSOID, MESH, stretch
 from escort_mj.memory.layout import State
 from escort_mj.monitor.mass import INT
-from escort_mj.native.kernels import DOUBLE, inlined, int_at, kernel, pointer_at, stack_memory, vector_at
+from escort_mj.native.kernels import DOUBLE, inlined, int_at, pointer_at, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
 from escort_mj.world.loop.addresses import Addresses
 from escort_mj.world.loop.layout import offset
@@ -23,9 +23,6 @@ Array = NDArray[np.float64]
 
 MODEL_TYPE, MODEL_SIZE = offset("mjModel", "geom_type"), offset("mjModel", "geom_size")
 DATA_PLACE, DATA_TURN = offset("mjData", "geom_xpos"), offset("mjData", "geom_xmat")
-BOX, MESH = int(mujoco.mjtGeom.mjGEOM_BOX), int(mujoco.mjtGeom.mjGEOM_MESH)
-CAPSULE, CYLINDER = int(mujoco.mjtGeom.mjGEOM_CAPSULE), int(mujoco.mjtGeom.mjGEOM_CYLINDER)
-ELLIPSOID = int(mujoco.mjtGeom.mjGEOM_ELLIPSOID)
 RAYS = 72  # in a plane: those among which the shortest way out is looked for, before it is refined
 HALVINGS = 60
 BISECTIONS = 120
@@ -178,46 +175,8 @@ def _in_plane(shape: int, size: Array, x: Array, turn: Array, ray: Array, way: A
         cosine, sine = math.cos(angle), math.sin(angle)
         for axis in range(3):
             ray[axis] = turn[axis] * cosine + turn[3 + axis] * sine
-        length = _exit(shape, size, x, ray)
+        _, length = stretch(shape, size, x, ray)
         if length < best:
             best, chosen = length, angle
             way[0], way[1] = cosine, sine
     return best
-
-
-@kernel
-def _exit(shape: int, size: Array, x: Array, ray: Array) -> float:
-    """How far a ray goes from a point inside until it leaves a shape for good, in the shape's axes [m]."""
-    a = b = c = 0.0
-    for k in range(3 if shape == ELLIPSOID else 2):
-        scale = size[k] if shape == ELLIPSOID else size[0]
-        a += (ray[k] / scale) ** 2
-        b += ray[k] * x[k] / (scale * scale)
-        c += (x[k] / scale) ** 2
-    c -= 1.0
-    rest = b * b - a * c
-    if shape == ELLIPSOID:
-        return (math.sqrt(rest) - b) / a
-    # the side, infinitely long, and between the lids
-    first, last = -math.inf, math.inf
-    if a > TINY / size[0] ** 2:
-        first, last = math.inf, -math.inf
-        if rest > 0.0:
-            first, last = (-math.sqrt(rest) - b) / a, (math.sqrt(rest) - b) / a
-    elif c >= 0.0:
-        last = -math.inf
-    if abs(ray[2]) > TINY:
-        to_lid, to_other = (size[1] - x[2]) / ray[2], (-size[1] - x[2]) / ray[2]
-        first, last = max(first, min(to_lid, to_other)), min(last, max(to_lid, to_other))
-    elif abs(x[2]) > size[1]:
-        last = -math.inf
-    if shape == CYLINDER:
-        return last
-    longest = last if last > first else 0.0
-    for side in range(2):  # a capsule's caps
-        z = x[2] + size[1] * (1.0 if side == 0 else -1.0)
-        b = x[0] * ray[0] + x[1] * ray[1] + z * ray[2]
-        rest = b * b - (x[0] * x[0] + x[1] * x[1] + z * z - size[0] * size[0])
-        if rest > 0.0:
-            longest = max(longest, math.sqrt(rest) - b)
-    return longest

@@ -110,6 +110,16 @@ def read_points(d: int, state: State, addresses: Addresses) -> None:
 
 
 @on_demand
+def read_headings(d: int, state: State, addresses: Addresses) -> None:
+    """Which way robots look."""
+    n, p = state.q.shape
+    for i in range(n):
+        turned = vector_at(pointer_at(d + DATA_TURN()) + DOUBLE * 9 * int(addresses.base[i]), 9)
+        for k in range(p):
+            state.heading[i, k] = turned[3 * k]
+
+
+@on_demand
 def operate(
     i: int, d: int, controls: Array, failure: float, plan: Plan, state: State, addresses: Addresses
 ) -> None:

@@ -33,7 +33,7 @@ from escort_mj.native.kernels import (
 from escort_mj.native.lanes import copy_in, copy_numbers
 from escort_mj.native.on_demand import CLASSES, callback, on_demand
 from escort_mj.world.loop.addresses import Addresses, behind, unpack_addresses
-from escort_mj.world.loop.drives import read_forces, read_points
+from escort_mj.world.loop.drives import read_forces, read_headings, read_points
 from escort_mj.world.loop.layout import offset, size
 from escort_mj.world.loop.motors import command_motors
 from escort_mj.world.loop.nearest import find_nearest
@@ -124,6 +124,8 @@ def control(m: int, d: int, axes: int) -> None:
         float_vessels(m, d, addresses)
     if state.model_bias.shape[0] > 0:
         tell_model(m, d, addresses, state)
+    if state.heading.shape[0] > 0:
+        read_headings(d, state, addresses)
     if plan.shaped:
         find_nearest(m, d, plan, state, addresses)
     evaluate(plan, state)

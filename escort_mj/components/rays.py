@@ -1,0 +1,300 @@
+"""Where straight lines meet obstacles: closed forms, for sight, radio and lidars. All obstacles are convex.
+
+A line is a point and a vector; places on it are multiples of that vector. What a line has in common with a
+convex body is one stretch of it, from `first` to `last`; where it misses the body, first is not before last.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined, kernel, stack_memory, vector_at
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+KINDS = {"sphere": 2, "capsule": 3, "ellipsoid": 4, "cylinder": 5, "box": 6, "mesh": 7}
+"""Shapes, numbered as in MuJoCo."""
+CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = 3, 4, 5, 6, 7
+PARALLEL = 1e-200
+
+
+class Shape(NamedTuple):
+    """One obstacle as lines meet it.
+
+    Attributes:
+        kind: Number in KINDS.
+        size: Half-sizes and radii as MuJoCo has them, shape (3,) [m]; 0 where there are fewer.
+        turn: From its own axes to the world's, shape (3, 3).
+        lift: How far its center is above the plane of a planar mission [m].
+        reach: Radius of a ball around its center that contains it [m].
+        planes: Faces of a mesh in its own axes: outward normal, and minus the distance of the face from the
+            center [m], shape (k, 4).
+    """
+
+    kind: int
+    size: Array
+    turn: Array
+    lift: float
+    reach: float
+    planes: Array
+
+
+class ShapeParameters(Fields):
+    """Obstacles that are no spheres, in missions in which lines must meet them."""
+
+    shape_kind: Annotated[Array, "formed", Value("1", "number in KINDS")]
+    shape_size: Annotated[Array, "formed", 3, Value("m", "half-sizes and radii")]
+    shape_turn: Annotated[Array, "formed", 9, Value("1", "from its own axes to the world's, row by row")]
+    shape_lift: Annotated[Array, "formed", Value("m", "of its center above a planar mission's plane")]
+    shape_reach: Annotated[Array, "formed", Value("m", "of a ball around its center that contains it")]
+    shape_planes: Annotated[
+        Array, "planes", 5, Value("1 or m", "of meshes: obstacle, outward normal, offset, in its own axes")
+    ]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        shapes = setup.shapes
+        planes = [np.insert(shape.planes, 0, number, axis=1) for number, shape in enumerate(shapes)]
+        return {
+            "shape_kind": [shape.kind for shape in shapes],
+            "shape_size": np.reshape([shape.size for shape in shapes], (-1, 3)),
+            "shape_turn": np.reshape([shape.turn for shape in shapes], (-1, 9)),
+            "shape_lift": [shape.lift for shape in shapes],
+            "shape_reach": [shape.reach for shape in shapes],
+            "shape_planes": np.concatenate([np.zeros((0, 5)), *planes]),
+        }
+
+
+@inlined
+def is_between(origin: Array, way: Array, plan: Plan, state: State) -> bool:
+    """Whether some obstacle is between a point [m] and the one that a vector leads to [m]."""
+    for j in range(plan.obstacle_radius.shape[0]):
+        first, last = stretch_in(j, origin, way, plan, state)
+        if first < last and first < 1.0 and last > 0.0:
+            return True
+    return False
+
+
+@inlined
+def mate_between(i: int, origin: Array, way: Array, plan: Plan, state: State) -> bool:
+    """Whether a teammate of robot i is between a point [m] and the one that a vector leads to [m]."""
+    for j in range(state.q.shape[0]):
+        a, b, c = 0.0, 0.0, -plan.robot_radius[j] * plan.robot_radius[j]
+        for k in range(state.q.shape[1]):
+            offset = origin[k] - state.q[j, k]
+            a, b, c = a + way[k] * way[k], b + way[k] * offset, c + offset * offset
+        first, last = roots(a, b, c)
+        if j != i and first < last and first < 1.0 and last > 0.0:
+            return True
+    return False
+
+
+@inlined
+def stretch_in(j: int, origin: Array, way: Array, plan: Plan, state: State) -> tuple[float, float]:
+    """Return the stretch of a line that is inside an obstacle.
+
+    Args:
+        j: The obstacle, from 0.
+        origin: A point of the line, shape (p,) [m].
+        way: Its vector, shape (p,) [m].
+        plan: Gives the shapes.
+        state: Gives where they are.
+    """
+    ball, lift = plan.obstacle_radius[j], 0.0
+    is_ball = ball > 0.0
+    if not is_ball:
+        ball, lift = plan.shape_reach[j], plan.shape_lift[j]
+    a, b, c = 0.0, 0.0, lift * lift - ball * ball
+    for k in range(origin.shape[0]):
+        offset = origin[k] - state.obstacle_position[j, k]
+        a, b, c = a + way[k] * way[k], b + way[k] * offset, c + offset * offset
+    first, last = roots(a, b, c)
+    if not is_ball and first < last:
+        first, last = _stretch_in_shape(j, origin, way, plan, state)
+    return first, last
+
+
+@inlined
+def _stretch_in_shape(j: int, origin: Array, way: Array, plan: Plan, state: State) -> tuple[float, float]:
+    """The same for an obstacle that is no sphere."""
+    memory = stack_memory()
+    x, ray = vector_at(memory, 3), vector_at(memory + 24, 3)
+    turn, p = plan.shape_turn[j], origin.shape[0]
+    for axis in range(3):
+        x[axis] = -turn[6 + axis] * plan.shape_lift[j]
+        ray[axis] = 0.0
+        for k in range(p):
+            x[axis] += turn[3 * k + axis] * (origin[k] - state.obstacle_position[j, k])
+            ray[axis] += turn[3 * k + axis] * way[k]
+    shape = int(plan.shape_kind[j])
+    if shape != MESH:
+        return stretch(shape, plan.shape_size[j], x, ray)
+    first, last = -math.inf, math.inf
+    for f in range(plan.shape_planes.shape[0]):
+        plane = plan.shape_planes[f]
+        if plane[0] == float(j):
+            rate = plane[1] * ray[0] + plane[2] * ray[1] + plane[3] * ray[2]
+            height = plane[1] * x[0] + plane[2] * x[1] + plane[3] * x[2] + plane[4]
+            first, last = _below(height, rate, first, last)
+    return first, last
+
+
+@kernel
+def stretch(shape: int, size: Array, x: Array, ray: Array) -> tuple[float, float]:
+    """Return the stretch of a line that is inside a box, an ellipsoid, a cylinder or a capsule.
+
+    Args:
+        shape: Number in KINDS.
+        size: Half-sizes and radii, shape (3,) [m].
+        x: A point of the line in the shape's axes, shape (3,) [m].
+        ray: Its vector, likewise.
+    """
+    first, last = -math.inf, math.inf
+    if shape == BOX:
+        for k in range(3):
+            first, last = _within(size[k], x[k], ray[k], first, last)
+        return first, last
+    a, b, c = 0.0, 0.0, -1.0
+    for k in range(3 if shape == ELLIPSOID else 2):
+        scale = size[k] if shape == ELLIPSOID else size[0]
+        a += (ray[k] / scale) ** 2
+        b += ray[k] * x[k] / (scale * scale)
+        c += (x[k] / scale) ** 2
+    first, last = roots(a, b, c)
+    if shape == ELLIPSOID:
+        return first, last
+    first, last = _within(size[1], x[2], ray[2], first, last)  # the side, between the lids
+    if shape == CYLINDER:
+        return first, last
+    if not first < last:
+        first, last = math.inf, -math.inf
+    for side in range(2):  # a capsule's caps
+        z = x[2] + size[1] * (1.0 if side == 0 else -1.0)
+        a = ray[0] * ray[0] + ray[1] * ray[1] + ray[2] * ray[2]
+        b = x[0] * ray[0] + x[1] * ray[1] + z * ray[2]
+        c = x[0] * x[0] + x[1] * x[1] + z * z - size[0] * size[0]
+        enters, leaves = roots(a, b, c)
+        if enters < leaves:
+            first, last = min(first, enters), max(last, leaves)
+    return first, last
+
+
+@inlined
+def roots(a: float, b: float, c: float) -> tuple[float, float]:
+    """Return between which s the form a s^2 + 2 b s + c is negative, for a >= 0."""
+    rest = b * b - a * c
+    if a > PARALLEL:
+        if rest > 0.0:
+            root = math.sqrt(rest)
+            return (-root - b) / a, (root - b) / a
+        return math.inf, -math.inf
+    return (-math.inf, math.inf) if c < 0.0 else (math.inf, -math.inf)
+
+
+@inlined
+def _below(height: float, rate: float, first: float, last: float) -> tuple[float, float]:
+    """Return what of a stretch is below a plane, given the height of the point and its rate on the line."""
+    if rate > PARALLEL:
+        return first, min(last, -height / rate)
+    if rate < -PARALLEL:
+        return max(first, -height / rate), last
+    return (first, last) if height < 0.0 else (math.inf, -math.inf)
+
+
+@inlined
+def _within(half: float, x: float, ray: float, first: float, last: float) -> tuple[float, float]:
+    """Return what of a stretch is between two parallel planes."""
+    first, last = _below(x - half, ray, first, last)
+    return _below(-x - half, -ray, first, last)
+
+
+# The same in plain NumPy.
+
+
+def stretches(origin: Array, ways: Array, setup: Setup) -> tuple[Array, Array]:
+    """Return the stretches of lines through a point that are inside each obstacle, shape (k, m) each.
+
+    Args:
+        origin: The point, shape (p,) [m].
+        ways: Vectors of the lines, shape (k, p) [m].
+        setup: Gives the obstacles.
+    """
+    m = len(setup.obstacle_radius)
+    first, last = np.empty((len(ways), m)), np.empty((len(ways), m))
+    for j, radius in enumerate(setup.obstacle_radius):
+        x = origin - setup.obstacle_position[j]
+        if radius > 0.0:
+            first[:, j], last[:, j] = _in_ball(x, ways, radius)
+            continue
+        shape, pad = setup.shapes[j], (0, 3 - len(x))
+        x = (np.pad(x, pad) - [0.0, 0.0, shape.lift]) @ shape.turn
+        first[:, j], last[:, j] = _in_shape(shape, x, np.pad(ways, ((0, 0), pad)) @ shape.turn)
+    return first, last
+
+
+def _in_shape(shape: Shape, x: Array, rays: Array) -> tuple[Array, Array]:
+    """The same for one shape that is no sphere, in its own axes."""
+    walls = np.concatenate([np.eye(3), -np.eye(3)])
+    if shape.kind == BOX:
+        return _under(np.column_stack([walls, -np.tile(shape.size, 2)]), x, rays)
+    if shape.kind == MESH:
+        return _under(shape.planes, x, rays)
+    if shape.kind == ELLIPSOID:
+        return _in_ball(x / shape.size, rays / shape.size, 1.0)
+    radius, half = shape.size[:2]
+    sides = _in_ball(x[:2], rays[:, :2], radius)
+    lids = _under(np.column_stack([walls[[2, 5]], [-half, -half]]), x, rays)
+    first, last = np.maximum(sides[0], lids[0]), np.minimum(sides[1], lids[1])
+    if shape.kind == CYLINDER:
+        return first, last
+    parts = [(first, last), *(_in_ball(x + [0.0, 0.0, end], rays, radius) for end in (half, -half))]
+    met = [one < other for one, other in parts]
+    first = np.min([np.where(hit, one, np.inf) for hit, (one, _) in zip(met, parts, strict=True)], axis=0)
+    last = np.max([np.where(hit, other, -np.inf) for hit, (_, other) in zip(met, parts, strict=True)], axis=0)
+    return first, last
+
+
+def _in_ball(x: Array, rays: Array, radius: float) -> tuple[Array, Array]:
+    """Stretches in a ball, or a disk, around the origin."""
+    a, b, c = (rays * rays).sum(axis=1), rays @ x, x @ x - radius * radius
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(b * b - a * c)
+        first, last = (-b - root) / a, (-b + root) / a
+    along, missed = a == 0.0, ~(b * b - a * c > 0.0)
+    first = np.where(along, -np.inf if c < 0.0 else np.inf, np.where(missed, np.inf, first))
+    return first, np.where(along, -first, np.where(missed, -np.inf, last))
+
+
+def _under(planes: Array, x: Array, rays: Array) -> tuple[Array, Array]:
+    """Stretches below planes (outward normal and offset), shape (k, 4)."""
+    heights, rates = planes[:, :3] @ x + planes[:, 3], rays @ planes[:, :3].T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = -heights / rates
+    above = (rates == 0.0) & (heights >= 0.0)
+    first = np.where(rates < 0.0, at, np.where(above, np.inf, -np.inf)).max(axis=1)
+    last = np.where(rates > 0.0, at, np.where(above, -np.inf, np.inf)).min(axis=1)
+    return first, last
+
+
+def hidden(origin: Array, way: Array, setup: Setup, balls: tuple[Array, Array] | None = None) -> bool:
+    """Return whether something is between a point and the one that a vector leads to.
+
+    Args:
+        origin: The point, shape (p,) [m].
+        way: The vector, shape (p,) [m].
+        setup: Gives the obstacles.
+        balls: Centers, shape (k, p), and radii, shape (k,), of balls to look for in place of obstacles [m].
+    """
+    if balls is None:
+        first, last = (each[0] for each in stretches(origin, way[None], setup))
+    else:
+        ends = [_in_ball(origin - place, way[None], size) for place, size in zip(*balls, strict=True)]
+        first, last = np.reshape(ends, (-1, 2)).T
+    return bool(((first < last) & (first < 1.0) & (last > 0.0)).any())
