@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.metrics.hull_margin import ALL_LOST, margins, takes_long, teams
+from escort_mj.metrics.hull_margin import ALL_LOST, margins, over_time, takes_long, teams
 from escort_mj.metrics.largest_gap import beside_gap
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import NO_TARGET, escorts
@@ -27,6 +27,5 @@ def escaped(trace: Recorded) -> Measure:
     first, last = found[-1]
     if first + len(last) == len(time) and margins(last[-1:])[0] >= 0.0:
         return Measure(math.inf, float(time[-1]), reason="never escapes")
-    inside = np.concatenate([np.flatnonzero(margins(team) >= 0.0) + first for first, team in found])
-    row = int(inside.max(initial=-1)) + 1
+    row = int(np.flatnonzero(over_time(trace, margins) >= 0.0).max(initial=-1)) + 1
     return Measure(float(time[row]), float(time[row]), beside_gap(trace, row))

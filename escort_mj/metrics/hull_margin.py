@@ -14,7 +14,7 @@ Qhull or, outside, non-negative least squares, until the next bound is no better
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING
 
@@ -69,6 +69,19 @@ def teams(trace: Recorded) -> Iterator[tuple[int, Array]]:
         team = around[first:end][:, ~gone[first]]
         if team.size:
             yield int(first), team
+
+
+def over_time(trace: Recorded, of: Callable[[Array], Array]) -> Array:
+    """Return a number of each sample's team, shape (time,); NaN where no robot is left.
+
+    Args:
+        trace: Of a mission with a target.
+        of: The numbers of several teams, of an array as `teams` yields it.
+    """
+    found = np.full(trace.sizes["time"], np.nan)
+    for first, team in teams(trace):
+        found[first : first + len(team)] = of(team)
+    return found
 
 
 def least_margin(points: Array) -> tuple[float, int]:
@@ -173,7 +186,9 @@ def _nearest(corners: Array) -> Array:
     square = edges.swapaxes(2, 3) @ edges
     most = square.max(axis=(2, 3), keepdims=True, initial=0.0)
     square += (1e-300 + 1e-15 * most) * np.eye(edges.shape[3])  # robots may be at one place
-    nearest = base - edges @ np.linalg.solve(square, edges.swapaxes(2, 3) @ base)
+    nearest = base
+    for _ in range(2):  # what the first leaves along the flat is small, but not beside a small distance
+        nearest = nearest - edges @ np.linalg.solve(square, edges.swapaxes(2, 3) @ nearest)
     return np.moveaxis(nearest[..., 0], 1, 2)
 
 

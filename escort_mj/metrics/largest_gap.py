@@ -36,12 +36,9 @@ def largest_gap(trace: Recorded) -> Measure:
     return Measure(float(opening(np.array(value))), float(trace["time"][when]), beside_gap(trace, when))
 
 
-def gaps(trace: Recorded) -> Array:
-    """Return the largest gap of each sample, shape (time,) [rad]; NaN where no robot is left."""
-    found = np.full(trace.sizes["time"], np.nan)
-    for first, team in teams(trace):
-        found[first : first + len(team)] = opening(margins(directions(team)))
-    return found
+def gaps(team: Array) -> Array:
+    """Return the largest gap around the target in each of several teams, shape (samples,) [rad]."""
+    return opening(margins(directions(team)))
 
 
 def directions(team: Array) -> Array:

@@ -132,6 +132,14 @@ class TestFlatTeams:
         beside = ring - 2.0 * np.eye(axes)[0] + 0.75 * (np.eye(axes)[2] - np.eye(axes)[0] * 4.0 / 3.0)
         assert both(beside) == pytest.approx(-1.25, rel=1e-12)
 
+    def test_a_hair_off_a_triangle(self):
+        corners = np.random.default_rng(2).standard_normal((3, 3))
+        corners -= np.array([0.2, 0.3, 0.5]) @ corners
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        away = 1e-4 * normal / np.linalg.norm(normal)
+        assert margins((corners + away)[None])[0] == pytest.approx(-1e-4, rel=1e-11)
+        assert both(corners + away) == pytest.approx(-1e-4, rel=1e-11)
+
     @pytest.mark.parametrize("axes", [2, 3])
     def test_of_robots_at_one_place(self, axes):
         assert both(np.full((5, axes), 1.0)) == pytest.approx(-math.sqrt(axes))

@@ -7,15 +7,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.measuring import measure
-from escort_mj.metrics.hull_margin import margins
-from escort_mj.metrics.largest_gap import directions, gaps, opening
+from escort_mj.metrics.hull_margin import over_time
+from escort_mj.metrics.largest_gap import gaps
 from tests.metrics.test_hull_margin import polygon, simplex
 
 TIME = np.linspace(0.0, 4.0, 9)
 
 
 def opening_of(points):
-    return float(opening(margins(directions(np.asarray(points, float)[None])))[0])
+    return float(gaps(np.asarray(points, float)[None])[0])
 
 
 def recomputed_largest_gap(again):
@@ -71,7 +71,7 @@ def test_its_moment_and_who_is_beside_it(make_trace):
     assert found[:3] == (pytest.approx(math.pi - 0.2), 3.0, ("robot_2", "robot_3"))
     wanted = np.full(9, 0.5 * math.pi)
     wanted[6] = math.pi - 0.2
-    np.testing.assert_allclose(gaps(trace), wanted)
+    np.testing.assert_allclose(over_time(trace, gaps), wanted)
     lost = np.zeros((9, 4))
     lost[4:, 0] = 1.0
     found = measure("largest_gap", make_trace(TIME, robots=4, q=polygon(4), lost=lost))
