@@ -6,12 +6,15 @@ from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Measure, metric
+from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
 from escort_mj.robots import RobotKind
 
 __all__ = [
     "ACROSS",
+    "ACTS",
     "ALONG",
     "NOTHING",
+    "RESTS",
     "Behavior",
     "BehaviorView",
     "Expectation",
@@ -19,6 +22,8 @@ __all__ = [
     "Law",
     "LawView",
     "Measure",
+    "Policy",
+    "PolicyView",
     "RobotKind",
     "metric",
 ]

@@ -24,6 +24,7 @@ TAGS = {
     "robots": "kind",
     "outer-loops": "loop",
     "estimators": "estimator",
+    "policies": "policy",
 }
 Kind = Literal[
     "scenarios",
@@ -32,6 +33,7 @@ Kind = Literal[
     "behaviors",
     "outer-loops",
     "estimators",
+    "policies",
     "robots",
     "metrics",
     "expectations",
@@ -190,6 +192,7 @@ LISTS: dict[Kind, Callable[[Sequence[str]], Iterator[Listed]]] = {
     "behaviors": _components("behavior"),
     "outer-loops": _components("loop"),
     "estimators": _components("estimator"),
+    "policies": _components("policy"),
     "robots": _components("kind"),
     "metrics": _metrics,
     "expectations": _expectations,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple,
 
 from pydantic import ConfigDict
 
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import NAME_KEYS, Parameters
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import reachable
 from escort_mj.native.memory import Layout, viewer
@@ -65,11 +65,15 @@ class Component(Parameters):
     """What the method is handed."""
     outputs: ClassVar[tuple[str, ...]]
     """What it writes there."""
+    answers: ClassVar[str] = ""
+    """What the method returns, where it is called for one robot or body at a time, its last argument."""
+    gives: ClassVar[str] = "robot {} a force"
+    """What it writes, in words, for the robot or body of a number."""
     prefer_kernel: ClassVar[bool] = True
     """Whether the compiled form runs, where there is one."""
     digest: ClassVar[str] = ""
     """Identifies the plugin's content; set by what loads it."""
-    python_only: ClassVar[frozenset[str]] = frozenset({"law", "behavior"})
+    python_only: ClassVar[frozenset[str]] = frozenset(NAME_KEYS)
     """Keys that kernels do not read."""
 
     @classmethod

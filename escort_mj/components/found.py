@@ -7,7 +7,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from typing import TypeVar
 
-from escort_mj.components.parameters import Parameters
+from escort_mj.components.parameters import NAME_KEYS, Parameters
 
 T = TypeVar("T", bound=Parameters)
 
@@ -34,7 +34,7 @@ def found_in(package: str, path: Iterable[str], base: type[T]) -> tuple[type[T],
 
 def _name_of(member: type[Parameters]) -> str | None:
     """The name by which a scenario asks for a component; None for a base class."""
-    for key in ("law", "behavior", "kind", "loop", "estimator"):
+    for key in NAME_KEYS:
         if (field := member.model_fields.get(key)) is not None:
             return field.default if isinstance(field.default, str) else None
     kind = getattr(member, "kind", None)

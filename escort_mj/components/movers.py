@@ -5,13 +5,16 @@ mass and slide along the axes, and a force drives each of them so that its veloc
 
     v = v_d + gain (x_d - x)
 
-as far as the force's limit allows and nothing else pushes.
+as far as the force's limit allows and nothing else pushes. Bodies with a policy have no trajectory: v is what
+their policy wants.
 """
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
 
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.on_demand import on_demand
@@ -21,7 +24,9 @@ if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
+MEMORY = 8  # numbers that a policy keeps for each body
 TARGET = -1.0  # in the place of an obstacle
+NO_POLICY = -1.0
 
 
 class MoverParameters(Fields):
@@ -31,6 +36,7 @@ class MoverParameters(Fields):
     mover_force_limit: Annotated[Array, "movers", Value("N", "largest force that drives it")]
     mover_gain: Annotated[Array, "movers", Value("1/s", "how fast it comes back to its trajectory")]
     mover_obstacle: Annotated[Array, "movers", Value("1", "which obstacle, from 0; -1 for the target")]
+    mover_start: Annotated[Array, "movers", "p", Value("m", "where it begins")]
     mover_paths: Annotated[
         Array, "movers*p", 2, Value("1", "first instruction and their number, axis by axis")
     ]
@@ -43,6 +49,7 @@ class MoverParameters(Fields):
             "mover_force_limit": [mover.force_limit for mover in setup.movers],
             "mover_gain": [mover.gain for mover in setup.movers],
             "mover_obstacle": [mover.obstacle for mover in setup.movers],
+            "mover_start": np.reshape([mover.path.position(0.0) for mover in setup.movers], (-1, setup.axes)),
         }
 
 
@@ -52,16 +59,18 @@ class MoverState(Fields):
     mover_position: Annotated[Array, "movers", "p", Value("m", "of each, as MuJoCo has it")]
     mover_velocity: Annotated[Array, "movers", "p", Value("m/s", "likewise")]
     mover_force: Annotated[Array, "movers", "p", Value("N", "that drives it in the present step")]
+    mover_wish: Annotated[Array, "movers", "p", Value("m/s", "what its policy wants")]
+    mover_memory: Annotated[Array, "movers", MEMORY, Value("1", "what its policy keeps")]
+    mover_acts: Annotated[Array, "movers", Value("1", "whether its policy acts at the moment")]
 
 
 @on_demand
 def drive(plan: Plan, state: State) -> None:
-    """Finds where moving bodies are and what force drives them.
+    """Finds what force drives moving bodies.
 
     Args:
         plan: Gives their drives and trajectories.
-        state: Gives `time`, `mover_position` and `mover_velocity`; `mover_force` is written, and so is
-            what follows from them: `obstacle_position`, or the target's position and velocity.
+        state: Gives `time`, `mover_position`, `mover_velocity` and `mover_wish`; `mover_force` is written.
     """
     p, time = state.q.shape[1], state.time[0]
     for b in range(plan.mover_mass.shape[0]):
@@ -72,16 +81,30 @@ def drive(plan: Plan, state: State) -> None:
             _, speed = evaluate_program(
                 plan.code, first, count, plan.segments, time + plan.timestep, state.operands
             )
-            lag = wanted - state.mover_position[b, k]
-            change = speed + plan.mover_gain[b] * lag - state.mover_velocity[b, k]
+            pull = speed + plan.mover_gain[b] * (wanted - state.mover_position[b, k])
+            asked = pull if plan.mover_policy[b] == NO_POLICY else state.mover_wish[b, k]
+            change = asked - state.mover_velocity[b, k]
             state.mover_force[b, k] = plan.mover_mass[b] * change / plan.timestep
             square += state.mover_force[b, k] * state.mover_force[b, k]
-        most, obstacle = plan.mover_force_limit[b], plan.mover_obstacle[b]
+        most = plan.mover_force_limit[b]
         if square > most * most:
             share = most / math.sqrt(square)
             for k in range(p):
                 state.mover_force[b, k] *= share
-        for k in range(p):
+
+
+@on_demand
+def place_movers(plan: Plan, state: State) -> None:
+    """Takes over where moving bodies are.
+
+    Args:
+        plan: Says which obstacle each of them is, or the target.
+        state: Gives `mover_position` and `mover_velocity`; positions and velocities of obstacles or of the
+            target are written.
+    """
+    for b in range(plan.mover_obstacle.shape[0]):
+        obstacle = plan.mover_obstacle[b]
+        for k in range(state.q.shape[1]):
             if obstacle == TARGET:
                 state.target_position[k] = state.mover_position[b, k]
                 state.target_velocity[k] = state.mover_velocity[b, k]

@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from escort_mj.behaviors.behavior import Behavior
+from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.conformance.behaviors import check_behavior
 from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.missions import check_missions
 from escort_mj.conformance.parameters import check_parameters
+from escort_mj.conformance.policies import check_policy
 from escort_mj.conformance.records import check_expectation, try_metric
 from escort_mj.conformance.stand import BrokenError, CheckResult
 from escort_mj.control.custom.place import place_of
@@ -19,6 +21,7 @@ from escort_mj.errors import EscortError
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
+from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.reader.catalog import assemble, scenario_type
 from escort_mj.scenario.reader.plugins import Plugin, load_plugin, source_of
@@ -27,6 +30,7 @@ Checks = Callable[[Any, type[Any]], Iterator[CheckResult]]
 CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Law: (check_parameters, check_law, check_missions),
     Behavior: (check_parameters, check_behavior, check_missions),
+    Policy: (check_parameters, check_policy, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
     Metric: (try_metric,),
     Expectation: (check_parameters, check_expectation),
@@ -89,7 +93,7 @@ def _told(plugin: Plugin, member: Any) -> str:
         return f"metric: {member.name} [{member.unit}], {member.meaning}"
     if issubclass(member, Expectation):
         return f"expectation: {member.kind}"
-    for key in ("law", "behavior", "kind"):
+    for key in NAME_KEYS:
         if key in member.model_fields:
             return f"{key}: {member.model_fields[key].default}, {plugin.identity[:19]}"
     return plugin.identity[:19]

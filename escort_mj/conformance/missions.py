@@ -10,6 +10,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.stand import CheckResult, trying
 from escort_mj.laws.law import Law
 from escort_mj.mission import Flight
+from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -63,6 +64,9 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
     elif issubclass(member, Behavior):
         name = member.model_fields["behavior"].default
         table["mission"] = {"behaviors": ("avoid_obstacles", name, "surface")}
+    elif issubclass(member, Policy):
+        target = {"position": (0.0,) * axes, "policy": member.model_fields["policy"].default}
+        table["target"] = target
     elif issubclass(member, RobotKind):
         table["robots"] = {"kind": member.model_fields["kind"].default, "force_limit": 100.0}
     return kind.model_validate(table)

@@ -8,13 +8,12 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from escort_mj.components.parameters import description_of
+from escort_mj.components.parameters import NAME_KEYS, description_of
 from escort_mj.conformance.stand import CheckResult
 from escort_mj.scenario.schema.scenario import Scenario
 
 UNIT = re.compile(r"\[[^\]]+\]")
 BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
-NAMES = ("law", "behavior", "kind")
 
 
 def own_parameters(member: type[BaseModel]) -> list[str]:
@@ -23,7 +22,7 @@ def own_parameters(member: type[BaseModel]) -> list[str]:
     for base in member.__mro__[1:]:
         if base.__module__.startswith("escort_mj.") and issubclass(base, BaseModel):
             shared |= set(base.model_fields)
-    return [name for name in member.model_fields if name not in shared and name not in NAMES]
+    return [name for name in member.model_fields if name not in shared and name not in NAME_KEYS]
 
 
 def check_parameters(member: type[BaseModel], kind: type[Scenario]) -> Iterator[CheckResult]:

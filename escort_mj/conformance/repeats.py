@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from escort_mj.behaviors.behavior import Behavior
+from escort_mj.components.component import Component
 from escort_mj.conformance.stand import (
     ROUNDING,
     SEED,
@@ -18,14 +18,14 @@ from escort_mj.conformance.stand import (
     stands,
 )
 from escort_mj.control.custom.place import place_of
-from escort_mj.laws.law import Law
+from escort_mj.policies import Policy
 from escort_mj.scenario.schema.scenario import Scenario
 
 DRAWS = 20
 
 
-def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Check a law or behavior, call by call.
+def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[CheckResult]:
+    """Check a law, behavior or policy, call by call.
 
     Args:
         member: What is called.
@@ -39,7 +39,7 @@ def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Ite
         random = np.random.default_rng(SEED)
         for draw in range(DRAWS):
             stand.fill(random)
-            robot = None if issubclass(member, Law) else draw % len(stand.state.q)
+            robot = draw % stand.numbers if member.answers else None
             before = stand.inputs()
             first = _written(stand, robot)
             touched |= stand.inputs() != before
@@ -52,7 +52,7 @@ def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Ite
             if twin is not None:
                 twin.memory[:] = kept
                 apart = max(apart, gap(first, _written(twin, robot)))
-    sizes = "in 2, 3 and 5 axes"
+    sizes = "in 2 and 3 axes" if issubclass(member, Policy) else "in 2, 3 and 5 axes"
     yield CheckResult("finite", finite, f"{'numbers' if finite else 'something else than numbers'} {sizes}")
     yield CheckResult(
         "leaves what it sees", not touched, "writes its outputs only" if not touched else "writes inputs"
@@ -67,14 +67,14 @@ def check_calls(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Ite
         yield CheckResult("forms agree", held, f"compiled and NumPy: relative difference {apart:.1g}")
 
 
-def _in_bounds(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[CheckResult]:
+def _in_bounds(member: type[Component], kind: type[Scenario]) -> Iterator[CheckResult]:
     """Run a compiled form as Python first: there an index beyond its array is an error, not a wild write."""
     kernel = member.forms().kernel
     if kernel is None or not member.prefer_kernel:
         return
     for stand in stands(member, kind):
         random = np.random.default_rng(SEED)
-        for robot in [None] if issubclass(member, Law) else range(len(stand.state.q)):
+        for robot in range(stand.numbers) if member.answers else [None]:
             stand.fill(random)
             try:
                 stand.interpret(robot)

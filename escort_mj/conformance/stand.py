@@ -8,13 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
 from escort_mj.control.custom import native
 from escort_mj.laws.law import Law
 from escort_mj.memory.layout import LAYOUT, State, state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
 from escort_mj.native.kernels import DOUBLE
+from escort_mj.policies import Policy
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 
@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 SEED = 4144
 ROUNDING = 1e-9  # relative difference of two ways to compute the same
+IN_SPACE = 3  # axes
 SIZES = ((5, 2), (1, 2), (4, 3), (3, 5))  # robots and axes
 
 
@@ -79,6 +80,8 @@ class Stand:
         table["obstacles"] = tuple(obstacles)
         if isinstance(own, Law):
             table["controller"] = own.model_dump()
+        elif isinstance(own, Policy):
+            table["target"] = {"policy": own.model_dump()}
         else:
             table["mission"] = {"behaviors": (own.model_dump(),)}
         setup = controller_setup(kind.model_validate(table))
@@ -90,6 +93,8 @@ class Stand:
         self._number = native.ready(type(own), axes)
         plan = unpack_plan(self._plan, axes)
         place = 0 if isinstance(own, Law) else int(plan.level_place[0])
+        if isinstance(own, Policy):
+            place = int(plan.mover_place[0])
         self._block = plan.parameters.ctypes.data + DOUBLE * place
 
     @property
@@ -121,6 +126,8 @@ class Stand:
         for i in range(len(state.model_mass)):
             state.model_mass[i] = np.eye(state.q.shape[1]).ravel() * random.uniform(0.5, 2.0)
         state.model_bias[:] = random.standard_normal(state.model_bias.shape)
+        for values in (state.q, state.v, state.mover_position, state.mover_velocity, state.mover_memory):
+            values[:] = random.standard_normal(values.shape)
 
     def call(self, robot: int | None = None) -> int:
         """Call the law, or the behavior for one robot.
@@ -148,6 +155,11 @@ class Stand:
         """
         native.interpret(self._number, self._block, self._plan, self._memory, robot)
 
+    @property
+    def numbers(self) -> int:
+        """How many robots, or bodies with a policy, the method can be called for."""
+        return len(self.state.mover_position) if isinstance(self.own, Policy) else len(self.state.q)
+
     def outputs(self) -> Array:
         """All that was written, in a row."""
         written = [getattr(self.state, name).ravel() for name in type(self.own).outputs]
@@ -160,10 +172,11 @@ class Stand:
         return b"".join(np.asarray(each).tobytes() for each in kept) + self.plan.tobytes()
 
 
-def stands(member: type[Law] | type[Behavior], kind: type[Scenario]) -> Iterator[Stand]:
-    """A stand of each size."""
+def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:
+    """A stand of each size; bodies with a policy move in two or three axes."""
     for robots, axes in SIZES:
-        yield Stand(member.model_validate({}), kind, robots, axes)
+        if axes <= IN_SPACE or not issubclass(member, Policy):
+            yield Stand(member.model_validate({}), kind, robots, axes)
 
 
 def other_form(member: type[Component]) -> type[Component] | None:

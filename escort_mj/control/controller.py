@@ -12,8 +12,9 @@ from escort_mj.behaviors.formation import place_formations
 from escort_mj.behaviors.goal import choose_goals
 from escort_mj.behaviors.surface import choose_radii
 from escort_mj.behaviors.vertices import turn_figures
-from escort_mj.components.movers import drive
+from escort_mj.components.movers import drive, place_movers
 from escort_mj.control.conflicts import weigh_tasks
+from escort_mj.control.deciding import decide
 from escort_mj.control.failure import command_failing_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
@@ -70,6 +71,9 @@ def evaluate(plan: Plan, state: State) -> None:
     moved = advance(plan, state)
     follow_time(plan, state)
     if plan.mover_mass.shape[0] > 0:
+        place_movers(plan, state)
+        if moved and plan.willed:
+            decide(plan, state)
         drive(plan, state)
     take_measurements(plan, state)
     state.sampled[0] = is_sampled(int(state.step[0]), plan)

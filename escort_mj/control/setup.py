@@ -22,6 +22,7 @@ from escort_mj.laws import Law
 from escort_mj.numerics.formation import Arrangement
 from escort_mj.numerics.reform import Reforming
 from escort_mj.numerics.thomson import Figure, least_energy
+from escort_mj.policies import Policy
 from escort_mj.sensing.sensors import Sensors
 
 Array = NDArray[np.float64]
@@ -57,6 +58,7 @@ class Mover(NamedTuple):
         force_limit: Largest force that drives it [N]; inf for none.
         gain: How fast it comes back to where it should be [1/s].
         obstacle: Which obstacle it is, from 0; -1 for the target.
+        policy: What it wants, where that is not its path; the path is then where it begins.
     """
 
     path: FunctionOfTime
@@ -64,6 +66,7 @@ class Mover(NamedTuple):
     force_limit: float
     gain: float
     obstacle: int
+    policy: Policy | None = None
 
 
 class Frame(NamedTuple):

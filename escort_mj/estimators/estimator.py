@@ -20,7 +20,6 @@ class Estimator(Component):
     which changes the rows `belief...` of one robot.
     """
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"estimator"})
     predicts: ClassVar[bool] = True
     """Whether the estimate moves on with the velocity between two measurements."""
     needs: ClassVar[tuple[tuple[str, ...], ...]] = tuple((name,) for name in MEASURES if name != "velocity")

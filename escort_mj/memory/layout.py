@@ -23,6 +23,7 @@ from escort_mj.components.rays import ShapeParameters
 from escort_mj.components.views import BehaviorView, LawView
 from escort_mj.control.controller import ControllerParameters, ControllerState
 from escort_mj.control.custom.calls import CustomState
+from escort_mj.control.deciding import PolicyParameters
 from escort_mj.control.failure import FailureParameters
 from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
@@ -49,6 +50,7 @@ from escort_mj.native.memory import FIRST, LENGTH, Layout, viewer
 from escort_mj.numerics.neighbors import NeighborState
 from escort_mj.numerics.program import ProgramParameters, ProgramState
 from escort_mj.numerics.reform import ReformingParameters, ReformingState
+from escort_mj.policies.policy import PolicyView, policy_view
 from escort_mj.sensing.sensors import SensorParameters, SensorState
 from escort_mj.signals import Signals
 
@@ -58,6 +60,7 @@ class Plan(
     ObstacleParameters,
     MoverParameters,
     ShapeParameters,
+    PolicyParameters,
     ComponentParameters,
     SensorParameters,
     BeliefParameters,
@@ -133,6 +136,7 @@ MAGIC = _mark()
 LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged", "headed", "informed", "turned"))
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)
+LAYOUT.part(PolicyView)
 
 
 @inlined
@@ -166,6 +170,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 
 viewer(LAYOUT, Plan, unpack_plan)
 viewer(LAYOUT, State, unpack_state)
+viewer(LAYOUT, PolicyView, policy_view)
 
 
 def state_size(plan: Array) -> int:

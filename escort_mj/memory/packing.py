@@ -23,6 +23,7 @@ from escort_mj.native.fields import Fields
 from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.reform import scratch_size
+from escort_mj.policies import POLICIES
 from escort_mj.sensing.sensors import rows_of_past
 from escort_mj.signals import SIGNALS
 
@@ -151,18 +152,21 @@ def _functions(setup: Setup) -> dict[str, Any]:
 def _components(setup: Setup) -> dict[str, Any]:
     """Return the parameters of law, outer loop and behaviors as kernels read them, and where each begins."""
     blocks, places, end = [], [], 0
-    members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors]
+    willed = [mover.policy for mover in setup.movers if mover.policy is not None]
+    members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *willed]
     for member in members:
         places.append(end)
-        if type(member) in (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS):
+        if type(member) in (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES):
             layout = shipped_layout(type(member))
             blocks.append(layout.pack({"p": setup.axes}, member.packed(setup)))
         else:
             blocks.append(block_of(member, setup.axes))
         end += len(blocks[-1])
+    by_policy = places[len(places) - len(willed) :]
     return {
         "parameters": np.concatenate(blocks),
         "outer_place": places[1],
         "estimator_place": places[2],
-        "level_place": places[3:],
+        "level_place": places[3 : len(places) - len(willed)],
+        "mover_place": [0 if mover.policy is None else by_policy.pop(0) for mover in setup.movers],
     }

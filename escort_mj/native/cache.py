@@ -28,7 +28,16 @@ PACKAGE = Path(__file__).parents[1]
 MOST_KEYS = 8  # folders of kernels that are kept, the latest used: versions, environments, checkouts
 AGAIN = "what is missing there is compiled again in each run"
 ROOMS = (
-    *("native/compiler", "behaviors", "laws", "control", "control/outer_loops", "estimators", "monitor"),
+    *(
+        "native/compiler",
+        "behaviors",
+        "laws",
+        "control",
+        "control/outer_loops",
+        "estimators",
+        "policies",
+        "monitor",
+    ),
     *("memory", "world/loop"),
 )
 NO_CONSTANTS = {  # modules from which no kernel takes anything

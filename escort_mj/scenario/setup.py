@@ -16,6 +16,7 @@ from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
 from escort_mj.numerics.thomson import Figure, even_figure
+from escort_mj.policies import Policy
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
@@ -125,16 +126,24 @@ def _shapes(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Shape, ...]:
 
 def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
     """Obstacles that move, and a target that can be bumped, in this order."""
-    driven: list[tuple[Motion, Drive, int]] = [
-        (body.motion, body.drive, index)
+    driven: list[tuple[Motion, Drive, int, Policy | None]] = [
+        (body.motion, body.drive, index, None)
         for index, body in enumerate(obstacles)
         if body.motion is not None and body.drive is not None
     ]
-    if scenario.target is not None and scenario.target.body is not None:
-        driven.append((scenario.target, scenario.target.body, -1))
+    target = scenario.target
+    if target is not None and target.drive is not None:
+        driven.append((target, target.drive, -1, target.policy))
     return tuple(
-        Mover(trajectory(motion, scenario.axes), drive.mass, drive.force_limit or math.inf, drive.gain, index)
-        for motion, drive, index in driven
+        Mover(
+            trajectory(motion, scenario.axes),
+            drive.mass,
+            drive.force_limit or math.inf,
+            drive.gain,
+            index,
+            policy,
+        )
+        for motion, drive, index, policy in driven
     )
 
 

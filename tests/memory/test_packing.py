@@ -13,6 +13,7 @@ GIVEN_APART = {
         "outer_place",
         "estimator_place",
         "level_place",
+        "mover_place",
     ),  # blocks of components, one behind the other
     *(
         "code",

@@ -89,7 +89,7 @@ WRONG = [
         "walls[0]: ",
         "only spheres",
     ),
-    ("body in four axes", "axes: 4\ntarget: {body: {}}\n", "target.body: ", "moves as told"),
+    ("body in four axes", "axes: 4\ntarget: {body: {}}\n", "target.body: ", "expected 2 or 3"),
     (
         "twin names",
         "obstacles: [{position: [9, 9], name: a}, {position: [9, 0], name: a}]\n",

@@ -95,6 +95,31 @@ def _finite(state: State, p: int) -> bool:
     return math.isfinite(total)
 
 
+@on_demand
+def custom_policy(b: int, plan: Plan, state: State) -> int:
+    """Asks a plugin's policy for what body b wants; where it fails, its wish is not a number.
+
+    Returns:
+        What the policy returned.
+    """
+    plan_at, state_at = view_addresses(state)
+    block = data_address(plan.parameters) + DOUBLE * int(plan.mover_place[b])
+    function, status, acts, total = _function(block), 1, 0, 0.0
+    if function != 0:
+        status, acts = call_function(function, (block, block, plan_at, state_at, b))
+    failed = status != 0 and status != NONE
+    for k in range(state.q.shape[1]):
+        total += state.mover_wish[b, k]
+    if failed:
+        note_failure(block, plan_at, state_at, b)
+    elif not math.isfinite(total):
+        note_failure(block, plan_at, state_at, NO_NUMBER - b)
+    if failed:
+        for k in range(state.q.shape[1]):
+            state.mover_wish[b, k] = math.nan
+    return acts
+
+
 @inlined
 def custom_wishes(block: int, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
     """What a plugin's behavior wants of robots i to i + 7.

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component, layout_of
 from escort_mj.components.views import LawView
 from escort_mj.control.custom.place import place_of
@@ -132,9 +131,8 @@ def _compiled(model: type[Component], function: Any, layout: Layout, text: str, 
             known,
         ),
     )
-    robot = issubclass(model, Behavior)
     try:
-        keep, address, plugged = compile_function(function, views, robot)
+        keep, address, plugged = compile_function(function, views, bool(model.answers))
     except NotCompiledError as error:
         raise PluginError(str(error)) from None
     if plugged is not None and model.digest:
@@ -153,14 +151,14 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
             returned = function(parameters, view, *robot)
             if robot:
                 if returned not in (-1, 0, 1):
-                    raise TypeError(f"wish returned {returned!r}; expected ALONG, ACROSS or NOTHING")
+                    raise TypeError(f"{model.method} returned {returned!r}; expected {model.answers}")
                 ctypes.c_int64.from_address(result).value = int(returned)
         except BaseException as raised:  # no error can pass through compiled code
             _failures[state] = PluginFailure(_time(plan, state), place_of(raised, function))
             return RAISED
         return 0
 
-    words = [ctypes.c_void_p] * 2 + [ctypes.c_int64] * (5 if issubclass(model, Behavior) else 4)
+    words = [ctypes.c_void_p] * 2 + [ctypes.c_int64] * (5 if model.answers else 4)
     callback = ctypes.CFUNCTYPE(ctypes.c_int32, *words)(call)
     return Slot(model, layout, function, callback, ctypes.cast(callback, ctypes.c_void_p).value or 0)
 
@@ -218,7 +216,7 @@ def interpret(number: int, own: int, plan: int, state: int, robot: int | None = 
 def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
     numbers = slot.layout.read(slot.layout.plan, own, own)
     view = layout_with(slot.model.view).read(slot.model.view, plan, state)
-    slot.function(numbers, view, *([robot] if issubclass(slot.model, Behavior) else []))
+    slot.function(numbers, view, *([robot] if slot.model.answers else []))
 
 
 def forget(state: int) -> None:
@@ -244,11 +242,8 @@ def _note_failure(own: int, plan: int, state: int, robot: int) -> None:
     slot = _slots.get(int(vector_at(own, 1)[0]))
     words = "the model needs a law or behavior of a plugin that this process has not loaded"
     if slot is not None and robot <= NO_NUMBER:
-        written = "wish" if issubclass(slot.model, Behavior) else "force"
-        words = (
-            f"{_place(slot.function)}: {slot.model.__name__} gave robot {NO_NUMBER - robot + 1} a {written} "
-        )
-        words += "that is not a finite number"
+        given = slot.model.gives.format(NO_NUMBER - robot + 1)
+        words = f"{_place(slot.function)}: {slot.model.__name__} gave {given} that is not a finite number"
     elif slot is not None:
         words = f"{_place(slot.function)}: the compiled form raised an error that its Python form does not"
         try:

@@ -30,7 +30,6 @@ class OuterLoop(Component):
     state)` writes `v_d` and `avoidance_active` of robots i to i + 7, as far as the phase rules them.
     """
 
-    python_only: ClassVar[frozenset[str]] = frozenset({"loop"})
     title: ClassVar[str]
     """What tables and figures call it."""
     composes: ClassVar[bool] = True

@@ -62,7 +62,7 @@ def check_sides(scenario: Scenario) -> Iterator[Finding]:
         del known[FLOOR]
     if scenario.target is None:
         del known[TARGET]
-    led = scenario.target is not None and scenario.target.body is None
+    led = scenario.target is not None and scenario.target.drive is None
     for index, expectation in enumerate(scenario.expect):
         sides = expectation.named_sides
         if sides is None:

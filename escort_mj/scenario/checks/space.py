@@ -50,11 +50,15 @@ def check_dimensions(scenario: Scenario) -> Iterator[Finding]:
 
 def check_body(scenario: Scenario) -> Iterator[Finding]:
     """A target that can be bumped has axes to be bumped along, and a drive that the timestep can follow."""
-    if scenario.target is None or scenario.target.body is None:
+    target = scenario.target
+    if target is None or target.drive is None:
         return
     if scenario.axes > 3:
-        yield Finding(("target", "body"), f"found in {scenario.axes} axes; there the target moves as told")
-    yield from check_drive(scenario, scenario.target.body, ("target", "body"))
+        key = "body" if target.policy is None else "policy"
+        yield Finding(
+            ("target", key), f"found in {scenario.axes} axes; expected 2 or 3: there the target is kinematic"
+        )
+    yield from check_drive(scenario, target.drive, ("target", "body"))
 
 
 def check_clearance(scenario: Scenario) -> Iterator[Finding]:

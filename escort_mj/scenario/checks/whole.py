@@ -27,6 +27,7 @@ from escort_mj.scenario.checks.obstacles import (
     check_walls,
 )
 from escort_mj.scenario.checks.passage import check_doors, check_radii
+from escort_mj.scenario.checks.policies import check_policy
 from escort_mj.scenario.checks.robots import (
     check_heights,
     check_kinds,
@@ -85,7 +86,7 @@ def trace_size(scenario: Scenario) -> float:
     count, axes = robot_count(scenario), scenario.axes
     bodies = obstacles_of(scenario)
     moving = sum(body.motion is not None for body in bodies) + (
-        scenario.target is not None and scenario.target.body is not None
+        scenario.target is not None and scenario.target.drive is not None
     )
     coordinates = coordinates_of(kinds_of(scenario), axes) + moving * axes
     stacks = [scenario.mission.behaviors, *(phase.behaviors for phase in scenario.mission.supervisor)]
@@ -123,6 +124,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_walls, ("axes", "walls")),
     (check_environment, ("axes", "environment")),
     (check_body, ("axes", "physics", "target")),
+    (check_policy, ("target",)),
 )
 ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (

@@ -51,7 +51,7 @@ def bodies_of(scenario: Scenario) -> Bodies:
     """The bodies of a scenario."""
     robots, obstacles = robot_count(scenario), obstacles_of(scenario)
     motions: list[BodyMotion] = ["free"] * robots
-    motions.append("driven" if scenario.target is not None and scenario.target.body is not None else "led")
+    motions.append("driven" if scenario.target is not None and scenario.target.drive is not None else "led")
     motions += ["still" if body.drive is None else "driven" for body in obstacles]
     return Bodies(
         (*(f"robot_{i}" for i in range(1, robots + 1)), TARGET, *(body.name for body in obstacles), FLOOR),

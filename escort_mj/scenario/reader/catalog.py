@@ -25,6 +25,7 @@ from escort_mj.laws import LAWS
 from escort_mj.laws.law import Law
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
+from escort_mj.policies import POLICIES, Policy
 from escort_mj.robots import KINDS, RobotKind
 from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, source_of
@@ -32,7 +33,7 @@ from escort_mj.scenario.schema.expectations import expectation_of
 from escort_mj.scenario.schema.fields import one_of_kinds
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
-from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario
+from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario, Target
 
 Members = tuple[type[Any], ...]
 
@@ -45,6 +46,7 @@ class Catalog:
         plugins: What is loaded beside what comes with the package.
         laws: Of the inner loop.
         behaviors: Of the outer loop.
+        policies: Of targets and opponents.
         kinds: Of robots.
         demands: Kinds of expectations.
         metrics: What sums up a run.
@@ -53,6 +55,7 @@ class Catalog:
     plugins: tuple[Plugin, ...] = ()
     laws: Members = LAWS
     behaviors: Members = BEHAVIORS
+    policies: Members = POLICIES
     kinds: Members = KINDS
     demands: Members = EXPECTATIONS
     metrics: tuple[Metric, ...] = METRICS
@@ -104,6 +107,7 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
         tuple(plugins),
         merged("law", Law, LAWS, _default_of("law")),
         merged("behavior", Behavior, BEHAVIORS, _default_of("behavior")),
+        merged("policy", Policy, POLICIES, _default_of("policy")),
         merged("kind", RobotKind, KINDS, _default_of("kind")),
         merged("expectation", Expectation, EXPECTATIONS, lambda model: str(model.kind)),
         merged("metric", Metric, METRICS, lambda metric: str(metric.name)),
@@ -127,6 +131,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     phase = _with(Phase, behaviors=behaviors)
     phases = Annotated[tuple[phase, ...], Field(max_length=32)]  # type: ignore[valid-type]
     mission = _with(Mission, behaviors=behaviors, supervisor=phases)
+    target = _with(Target, policy=one_of_kinds(catalog.policies, "policy") | None)
     robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
     robots = _with(Robots, kind=robot, overrides=tuple[override, ...])  # type: ignore[valid-type]
@@ -138,6 +143,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         Extended,
         expect=expect,
         robots=robots,
+        target=target | None,
         controller=one_of_kinds(catalog.laws, "law", "apd_smc"),
         mission=mission,
     )

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
+from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.laws.gains import LAWS_WITH_A_RULE
 from escort_mj.scenario.reader.document import plain_scalar
 from escort_mj.scenario.reader.gains import AUTO, KEY
-from escort_mj.scenario.reader.paths import TAGS, tag_of
+from escort_mj.scenario.reader.paths import tag_of
 from escort_mj.scenario.schema.scenario import Scenario
 
-_FIRST = {*TAGS, *(kind.kind for kind in EXPECTATIONS)}  # keys that say what a table is
+_FIRST = {*NAME_KEYS, *(kind.kind for kind in EXPECTATIONS)}  # keys that say what a table is
 _PLAIN_WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 

@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
+from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.record.tables import markdown
 from escort_mj.scenario.reader.dump import flow, json_schema
-from escort_mj.scenario.reader.paths import TAGS
 from escort_mj.scenario.schema.scenario import Scenario
 
 Node = dict[str, Any]
@@ -79,7 +79,7 @@ def _section(title: str, table: Node, tables: dict[str, Node]) -> Iterator[str]:
 
 def _tag(table: Node) -> str:
     """The name that tells a table apart from others in its place, if it has one."""
-    for tag in TAGS:
+    for tag in NAME_KEYS:
         if value := table["properties"].get(tag, {}).get("const"):
             return f"`{tag}: {value}`. "
     return ""
@@ -104,7 +104,7 @@ def _by_name(default: Any) -> Any:
     if isinstance(default, list):
         return [_by_name(one) for one in default]
     named = default if isinstance(default, dict) else {}
-    return next((named[tag] for tag in TAGS if isinstance(named.get(tag), str)), default)
+    return next((named[tag] for tag in NAME_KEYS if isinstance(named.get(tag), str)), default)
 
 
 def _kind(node: Node) -> str:

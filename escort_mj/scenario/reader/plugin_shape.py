@@ -15,11 +15,17 @@ from escort_mj.errors import PluginError
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
+from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
-PARAMETERS: dict[type, list[str]] = {Law: ["self", "robots"], Behavior: ["self", "robots", "i"]}
+COMPONENTS: dict[type, tuple[str, list[str]]] = {
+    Law: ("law", ["self", "robots"]),
+    Behavior: ("behavior", ["self", "robots", "i"]),
+    Policy: ("policy", ["self", "view", "body"]),
+}
+"""Key of the name, and what the method is called with."""
 
 
 def check_shape(model: type[Any], source: str) -> None:
@@ -34,7 +40,7 @@ def check_shape(model: type[Any], source: str) -> None:
     """
     place = f"{source}: {model.__name__}"
     if issubclass(model, Component):
-        check_name(model, "law" if issubclass(model, Law) else "behavior", place)
+        check_name(model, _called(model)[0], place)
         _check_forms(model, place)
         try:
             model.numbers()
@@ -108,16 +114,16 @@ def _check_forms(model: type[Component], place: str) -> None:
     forms, method = model.forms(), model.method
     if forms.python is None and forms.kernel is None:
         own = [name for name, value in vars(model).items() if callable(value) and not name.startswith("_")]
-        wanted = ", ".join(_wanted(model))
+        wanted = ", ".join(_called(model)[1])
         hint = f"; it has {listed(own)}{did_you_mean(method, own)}" if own else ""
         raise PluginError(f"{place}: has neither {method}({wanted}) nor {method}{COMPILED}({wanted}){hint}")
     for function in forms:
         if function is not None:
-            _check_signature(function, _wanted(model), place)
+            _check_signature(function, _called(model)[1], place)
 
 
-def _wanted(model: type[Component]) -> list[str]:
-    return next(names for base, names in PARAMETERS.items() if issubclass(model, base))
+def _called(model: type[Component]) -> tuple[str, list[str]]:
+    return next(called for base, called in COMPONENTS.items() if issubclass(model, base))
 
 
 def _check_signature(function: Callable[..., Any], wanted: list[str], place: str) -> None:

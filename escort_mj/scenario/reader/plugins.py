@@ -29,6 +29,7 @@ from escort_mj.errors import PluginError
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
+from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.scenario.reader.plugin_shape import check_metric, check_shape
@@ -73,10 +74,10 @@ class Plugin:
         ]
 
 
-BASES: tuple[type[Any], ...] = (Law, Behavior, RobotKind, Expectation)
+BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, RobotKind, Expectation)
 """What members of a plugin derive from, beside functions that are metrics."""
 
-METHODS = ("force", "force_kernel", "wish", "wish_kernel", "judge", "shape")
+METHODS = ("force", "force_kernel", "wish", "wish_kernel", "velocity", "velocity_kernel", "judge", "shape")
 """What is written inside of their classes."""
 
 _loaded: dict[tuple[str, str], Plugin] = {}  # by file or package, and digest
@@ -302,7 +303,7 @@ def _members(module: ModuleType, name: str, home: str) -> tuple[Any, ...]:
     metrics = metrics_of(module, home)
     found = list(_classes(module, home))
     if not found and not metrics:
-        names = "Law, Behavior, RobotKind or Expectation of escort_mj.plugins, and no function is a @metric"
+        names = "Law, Behavior, Policy, RobotKind or Expectation of escort_mj.plugins, and none is a @metric"
         strays = [
             key
             for key, value in vars(module).items()

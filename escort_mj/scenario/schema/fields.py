@@ -17,6 +17,8 @@ from escort_mj.control.outer_loops import OUTER_LOOPS
 from escort_mj.control.outer_loops import OuterLoop as OuterLoopParameters
 from escort_mj.laws import LAWS
 from escort_mj.laws import Law as AnyLaw
+from escort_mj.policies import POLICIES
+from escort_mj.policies import Policy as AnyPolicy
 from escort_mj.scenario.schema.expressions import Expression, ExpressionError
 
 
@@ -89,8 +91,10 @@ if TYPE_CHECKING:
     Behavior: TypeAlias = AnyBehavior
     Law: TypeAlias = AnyLaw
     OuterLoop: TypeAlias = OuterLoopParameters
+    Policy: TypeAlias = AnyPolicy
 else:
     Behavior = one_of_kinds(BEHAVIORS, "behavior")
     Law = one_of_kinds(LAWS, "law", "apd_smc")
     OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "nsb")
+    Policy = one_of_kinds(POLICIES, "policy")
 Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]

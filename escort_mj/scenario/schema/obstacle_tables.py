@@ -71,6 +71,8 @@ class Drive(Parameters):
     """Largest driving force [N]; null: no limit."""
     gain: Annotated[float, Field(gt=0.0, le=1e3)] = 10.0
     """Rate at which the body returns to its path [1/s]."""
+    drag: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    """Linear drag [N s/m]; with a force limit, it limits the speed."""
 
 
 class Obstacle(Parameters):

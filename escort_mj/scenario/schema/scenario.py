@@ -25,6 +25,7 @@ from escort_mj.scenario.schema.fields import (
     Component,
     Law,
     OuterLoop,
+    Policy,
 )
 from escort_mj.scenario.schema.knowledge import Communication, Knowledge
 from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
@@ -65,8 +66,16 @@ class Target(Motion):
     radius: Radius = 0.3
     """Radius of the body [m]."""
     body: Drive | None = None
-    """Mass and drive of a target that can be pushed; null: kinematic, it follows its path whatever it meets.
-    """
+    """Mass and drive of a target that can be pushed; null: kinematic, it follows its path whatever it meets,
+    or, with a policy, 1 kg driven by up to 20 N."""
+    policy: Policy | None = None
+    """What the target wants; null: to follow its path. With a policy, the target starts at `position` and can
+    be blocked, pushed and caught."""
+
+    @property
+    def drive(self) -> Drive | None:
+        """Its mass and drive; None where it is kinematic."""
+        return self.body or (None if self.policy is None else Drive(mass=1.0, force_limit=20.0))
 
 
 class Phase(Parameters):

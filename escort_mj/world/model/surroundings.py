@@ -80,9 +80,9 @@ def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence
             body.remove(geom)
             continue
         set_attributes(geom, size=scenario.target.radius, rgba=[*palette.TARGET, 1.0], group=stage.number)
-        if scenario.target.body is not None:
+        if scenario.target.drive is not None:
             del body.attrib["mocap"]
-            _set_free(body, geom, name, scenario.target.body, stage, start)
+            _set_free(body, geom, name, scenario.target.drive, stage, start)
         if stage.is_abacus:  # bars across all columns: at the target, and as far from it as robots can be
             half = stage.width(count) / 2
             set_attributes(geom, type="box", size=[half, THIN * radius, THIN * radius])
@@ -104,9 +104,10 @@ def _set_free(body: Element, geom: Element, name: str, drive: Drive, stage: Stag
     set_attributes(geom, mass=drive.mass)
     set_attributes(body, gravcomp=1.0)
     for axis, value in zip(stage.directions, start[stage.axes], strict=True):
-        set_attributes(
-            SubElement(body, "joint", name=f"{name}_{axis}"), type="slide", axis=AXIS[axis], ref=value
-        )
+        joint = SubElement(body, "joint", name=f"{name}_{axis}")
+        set_attributes(joint, type="slide", axis=AXIS[axis], ref=value)
+        if drive.drag > 0.0:
+            set_attributes(joint, damping=drive.drag)
 
 
 def set_floor(tree: Element, environment: Environment) -> None:

@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.errors import ScenarioError
 from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
 from escort_mj.scenario.reader.document import SMALLEST, read_document
 from escort_mj.scenario.reader.dump import flow, short_dump
 from escort_mj.scenario.reader.load import tuples
-from escort_mj.scenario.reader.paths import TAGS
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = list(scenarios_in(SCENARIOS))
@@ -121,7 +121,7 @@ def test_the_schema_is_one_and_describes_every_key():
     for table in [schema, *schema["$defs"].values()]:
         for key, value in table["properties"].items():
             described = "description" in value or "$ref" in value  # a table describes itself
-            assert described or key in TAGS, f"{table['title']}.{key} has no description"
+            assert described or key in NAME_KEYS, f"{table['title']}.{key} has no description"
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,66 @@
+"""What bodies with a policy want: the kernels of all policies, called for the bodies that have them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+from escort_mj.components.component import number_of, reader
+from escort_mj.components.dispatch import one_of
+from escort_mj.components.movers import NO_POLICY
+from escort_mj.control.custom.calls import custom_policy
+from escort_mj.control.nsb import block_at
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined, reachable, view_addresses
+from escort_mj.native.on_demand import on_demand
+from escort_mj.policies import POLICIES, Policy
+from escort_mj.policies.policy import policy_view
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+
+class PolicyParameters(Fields):
+    """Which bodies have a policy."""
+
+    willed: Annotated[bool, Value("1", "whether some body has a policy")]
+    mover_policy: Annotated[Array, "movers", Value("1", "place in POLICIES; -1 for none")]
+    mover_place: Annotated[Array, "movers", Value("1", "where its block in `parameters` begins")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        kinds = [
+            NO_POLICY if mover.policy is None else number_of(mover.policy, POLICIES) for mover in setup.movers
+        ]
+        return {"mover_policy": kinds, "willed": any(kind != NO_POLICY for kind in kinds)}
+
+
+@on_demand
+def decide(plan: Plan, state: State) -> None:
+    """Asks each policy for the velocity that its body wants.
+
+    Args:
+        plan: Says which body has which policy.
+        state: Gives what policies see; `mover_wish`, `mover_memory` and `mover_acts` are written.
+    """
+    for b in range(plan.mover_policy.shape[0]):
+        if plan.mover_policy[b] != NO_POLICY:
+            state.mover_acts[b] = _ask(int(plan.mover_policy[b]), b, plan, state)
+
+
+def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:
+    """Return a kernel that asks a policy that ships."""
+    velocity, read = inlined(policy.__dict__["velocity_kernel"]), reader(policy)
+
+    def ask(b: int, plan: Plan, state: State) -> int:
+        plan_at, state_at = view_addresses(state)
+        view = policy_view(plan_at, state_at, state.q.shape[1])
+        asked: int = velocity(read(block_at(int(plan.mover_place[b]), plan), 0), view, b)
+        return asked
+
+    return on_demand(reachable(ask, f"ask_{policy.model_fields['policy'].default}"))
+
+
+_ask = one_of([*map(_kernel_of, POLICIES), custom_policy])

@@ -1,0 +1,35 @@
+"""Straight: toward the target on the shortest way."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from escort_mj.policies.policy import ACTS, Policy, PolicyView
+
+NEAR = 1e-9  # m
+
+
+class Straight(Policy):
+    """Toward the target, whatever stands in between."""
+
+    seeks: ClassVar[bool] = True
+    policy: Literal["straight"] = "straight"
+
+    def velocity(self, view: PolicyView, body: int) -> int:
+        """Write the velocity toward the target."""
+        way = view.target_position - view.mover_position[body]
+        view.mover_wish[body] = self.speed * way / max(float(np.linalg.norm(way)), NEAR)
+        return ACTS
+
+    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+        """Write the same, compiled."""
+        p, square = view.q.shape[1], 0.0
+        for k in range(p):
+            square += (view.target_position[k] - view.mover_position[body, k]) ** 2
+        for k in range(p):
+            way = view.target_position[k] - view.mover_position[body, k]
+            view.mover_wish[body, k] = self.speed * way / max(math.sqrt(square), NEAR)
+        return ACTS

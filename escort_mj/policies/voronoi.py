@@ -1,0 +1,45 @@
+"""Voronoi: along the longest free way, within the points that no robot reaches first."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from escort_mj.policies.directions import freest, write_freest
+from escort_mj.policies.policy import ACTS, Policy, PolicyView
+
+UNTIL, DIRECTION = 0, 1  # what is kept
+IN_CELL = 2
+
+
+class Voronoi(Policy):
+    """Along the direction in which the body's own Voronoi cell reaches farthest; out of it where it is open.
+
+    The cell holds the points that are nearer to the body than to any robot: those that it reaches first if
+    nobody is faster (Zhou, Zhang, Ding, Huang, Stipanovic, Tomlin, Automatica 2016, 72, 64-72). The direction
+    is chosen again at an interval.
+    """
+
+    policy: Literal["voronoi"] = "voronoi"
+    interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
+    """Time between two choices [s]."""
+
+    def velocity(self, view: PolicyView, body: int) -> int:
+        """Write the velocity along the longest way."""
+        kept, p = view.mover_memory[body], view.q.shape[1]
+        if view.time[0] >= kept[UNTIL]:
+            kept[UNTIL] = view.time[0] + self.interval
+            kept[DIRECTION : DIRECTION + p] = freest(view.mover_position[body], view.q, IN_CELL)
+        view.mover_wish[body] = self.speed * kept[DIRECTION : DIRECTION + p]
+        return ACTS
+
+    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+        """Write the same, compiled."""
+        kept, p = view.mover_memory[body], view.q.shape[1]
+        if view.time[0] >= kept[UNTIL]:
+            kept[UNTIL] = view.time[0] + self.interval
+            write_freest(view.mover_position[body], view.q, IN_CELL, kept[DIRECTION : DIRECTION + p])
+        for k in range(p):
+            view.mover_wish[body, k] = self.speed * kept[DIRECTION + k]
+        return ACTS

@@ -1,0 +1,158 @@
+"""Policies: both forms alike, closed forms, and what a body with a policy does in MuJoCo."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from escort_mj import Run, Scenario, load_scenario, run
+from escort_mj.conformance.checking import check_plugin
+from escort_mj.control.setup import Mover
+from escort_mj.memory.layout import unpack_plan
+from escort_mj.policies import POLICIES, Policy
+from escort_mj.policies.burst import Burst
+from escort_mj.policies.directions import directions, freest
+from escort_mj.policies.flee import Flee
+from escort_mj.policies.policy import policy_view
+from escort_mj.scenario.setup import controller_setup
+from tests.control.twins import Kernel
+
+Array = NDArray[np.float64]
+STEPS = 60
+SHORT = {"wait": 0.05, "dash": 0.04, "interval": 0.03, "reach": 1.0}
+
+
+def quick(kind: type[Policy]) -> Policy:
+    """A policy that changes its mind within a few steps."""
+    return kind(speed=1.5, **{key: value for key, value in SHORT.items() if key in kind.model_fields})
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("kind", POLICIES, ids=lambda kind: kind.__name__)
+def test_both_forms_want_the_same(kind: type[Policy], axes: int) -> None:
+    random = np.random.default_rng(axes)
+    scenario = Scenario(
+        axes=axes, target={"position": [0.0] * axes, "body": {"mass": 2.0}}, robots={"count": 5},
+        obstacles=[{"motion": {"position": [9.0] + [0.0] * (axes - 1)}, "radius": 0.3}],
+    )  # fmt: skip
+    setup = controller_setup(scenario)
+    policy, (obstacle, target) = quick(kind), setup.movers
+    kernel = Kernel(replace(setup, movers=(Mover(*obstacle[:5], policy), target)))
+    state, memory = kernel.state, np.zeros((2, 8))
+    policy_seen = policy_view(kernel.packed.ctypes.data, kernel.memory.ctypes.data, axes)
+    seen_own = policy_seen._replace(mover_memory=memory, mover_wish=np.zeros((2, axes)))
+    for step in range(STEPS):
+        state.mover_position[:] = random.normal(scale=3.0, size=(2, axes))
+        kernel.evaluate(step * setup.timestep, random.normal(scale=3.0, size=(5, axes)), np.zeros((5, axes)))
+        assert policy.velocity(seen_own, 0) == state.mover_acts[0]
+        assert np.abs(seen_own.mover_wish[0] - state.mover_wish[0]).max() < 1e-10
+        assert np.abs(memory - state.mover_memory).max() < 1e-10
+    assert np.linalg.norm(state.mover_wish[0]) <= 1.5 + 1e-12
+    assert not unpack_plan(kernel.packed.ctypes.data, axes).mover_policy[1] >= 0
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_the_freest_direction_halves_the_largest_gap(axes: int) -> None:
+    random = np.random.default_rng(5)
+    others, here, tried = random.normal(size=(6, axes)), np.full(axes, 0.1), random.normal(size=(20000, axes))
+    ways = (others - here) / np.linalg.norm(others - here, axis=1, keepdims=True)
+    clear = np.arccos((ways @ freest(here, others, 1)).max())
+    tried /= np.linalg.norm(tried, axis=1, keepdims=True)
+    best = np.arccos((tried @ ways.T).max(axis=1)).max()
+    assert best - (0.01 if axes == 2 else 0.07) < clear < best + 0.04
+
+
+def test_directions_are_even() -> None:
+    for axes, apart in ((2, 2 * np.pi / 360), (3, 0.08)):
+        found = directions(axes)
+        assert np.allclose(np.linalg.norm(found, axis=1), 1.0)
+        cosine = found @ found.T - 2.0 * np.eye(len(found))
+        nearest = np.arccos(np.clip(cosine.max(axis=1), -1, 1))
+        assert 0.8 * apart < nearest.min() and nearest.max() < 2.0 * apart
+
+
+def test_the_longest_way_in_the_cell_ends_where_a_robot_is_as_near() -> None:
+    here, others = np.zeros(2), np.array([[2.0, 0.0], [-1.0, 1.5], [-1.0, -1.8]])
+    u = freest(here, others, 2)
+    most = (others @ u / np.sum(others**2, axis=1)).max()
+    corner = u / (2.0 * most)
+    assert np.linalg.norm(others - corner, axis=1).min() == pytest.approx(np.linalg.norm(corner), rel=1e-9)
+    sampled = np.random.default_rng(0).uniform(-3, 3, (4000, 2))
+    inside = (
+        np.linalg.norm(others[None] - sampled[:, None], axis=2) > np.linalg.norm(sampled, axis=1)[:, None]
+    ).all(1)
+    assert np.linalg.norm(sampled[inside], axis=1).max() < np.linalg.norm(corner) + 0.02
+
+
+def alone(policy: dict[str, object], body: dict[str, float], duration: float = 2.0) -> Array:
+    """Positions over time of a target with a policy whose only robot is out of its reach."""
+    found = run(
+        Scenario(
+            duration=duration, target={"policy": policy, "body": body, "radius": 0.2},
+            robots={"count": 1, "positions": [[-3.0, 0.0]], "mass": 1e6, "force_limit": 1e-3},
+            mission={"behaviors": ["surface"], "radius": 3.0}, recording={"rate": 500},
+        )
+    )  # fmt: skip
+    return np.asarray(found.trace.target_position.values)
+
+
+def test_a_dash_accelerates_as_its_force_allows() -> None:
+    place = alone({"policy": "burst", "speed": 50.0, "wait": 0.0}, {"mass": 2.0, "force_limit": 3.0})
+    t = np.arange(len(place)) * 0.002
+    assert place[-1, 0] == pytest.approx(0.5 * 1.5 * t[-1] ** 2, rel=3e-3)  # F / m = 1.5 m/s^2
+    assert abs(place[-1, 1]) < 0.01 * place[-1, 0]
+
+
+def test_drag_limits_the_speed() -> None:
+    place = alone(
+        {"policy": "flee", "speed": 50.0, "sight": 1e3}, {"mass": 1.0, "force_limit": 3.0, "drag": 2.0}, 6.0
+    )
+    assert (place[-1, 0] - place[-101, 0]) / 0.2 == pytest.approx(1.5, rel=1e-3)  # F / drag
+
+
+def test_a_dash_waits_first() -> None:
+    place = alone({"policy": "burst", "speed": 1.0, "wait": 1.0}, {"mass": 1.0, "force_limit": 100.0})
+    assert not place[:499].any() and place[-1, 0] == pytest.approx(1.0, abs=0.02)
+
+
+PLUGIN = """
+from typing import Literal
+from escort_mj.plugins import ACTS, Policy
+
+
+class East(Policy):
+    'Always east.'
+
+    policy: Literal["east"] = "east"
+
+    def velocity(self, view, body):
+        view.mover_wish[body] = 0.0
+        view.mover_wish[body, 0] = WISH
+        return ACTS
+"""
+
+
+def flown(folder: Path, wish: str) -> Run:
+    (folder / "east.py").write_text(PLUGIN.replace("WISH", wish))
+    text = "plugins: [east.py]\ntarget: {policy: {policy: east, speed: 2.0}}\nduration: 1\n"
+    (folder / "mission.yaml").write_text(text)
+    return run(load_scenario(folder / "mission.yaml"))
+
+
+def test_a_plugin_has_a_policy(tmp_path: Path) -> None:
+    found = flown(tmp_path, "self.speed")
+    assert found.trace.target_position.values[-1, 0] == pytest.approx(1.9, abs=0.01)  # 20 N on 1 kg for 0.1 s
+    (row,) = [row for row in check_plugin(str(tmp_path / "east.py")) if row.name == "keeps to its speed"]
+    assert row.held
+
+
+def test_a_plugin_whose_policy_fails_says_where(tmp_path: Path) -> None:
+    found = flown(tmp_path, "1 // int(view.time[0] < 0.1)")
+    assert found.outcome.value == "failed" and "east.py:13: ZeroDivisionError" in found.message
+
+
+def test_nobody_in_sight_is_no_alarm() -> None:
+    assert not alone({"policy": "flee", "sight": 1.0}, {"mass": 1.0}, 0.2).any()
+    assert (Flee().sight, Burst().wait) == (5.0, 5.0)

@@ -1,0 +1,28 @@
+"""Wrong targets with a policy: one fault each, with its place and what is allowed."""
+
+import pytest
+
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario import parse_scenario
+
+WRONG = [
+    ("target: {policy: fle}", "target.policy", 'did you mean "flee"?'),
+    ("target: {policy: straight}", "target.policy", "an opponent's policy"),
+    ("target: {policy: {policy: flee, speed: 0}}", "target.policy.speed", "more than 0"),
+    ("target: {policy: {policy: flee, sight: -1}}", "target.policy.sight", "more than 0"),
+    ("target: {policy: {policy: burst, wait: -1}}", "target.policy.wait", "at least 0"),
+    ("target: {policy: {policy: burst, waits: 1}}", "target.policy.waits", 'did you mean "wait"?'),
+    ("target: {policy: flee, position: [t, 0]}", "target.position[0]", "found an expression in t"),
+    ("target: {policy: flee, waypoints: [{time: 0, position: [0, 0]}]}", "target.waypoints", "its start"),
+    ("target: {policy: flee, body: {drag: -1}}", "target.body.drag", "at least 0"),
+    ("target: {policy: flee, body: {gain: 1000}}", "target.body.gain", "at most 500"),
+    ("axes: 4\ntarget: {policy: flee}", "target.policy", "expected 2 or 3"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "path", "words"), WRONG)
+def test_each_fault_is_one_message_with_its_place(text: str, path: str, words: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(text)
+    (fault,) = caught.value.faults
+    assert (fault.key, words in fault.message) == (path, True), (fault.key, fault.message)
