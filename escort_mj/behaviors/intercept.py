@@ -17,6 +17,7 @@ from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
     everywhere,
     greatest,
+    least,
     load_rows,
     row_of,
     set_row,
@@ -37,7 +38,8 @@ class Intercept(Behavior):
     From a robot of speed s, the target is at y and moves at w. The robot heads for y + w t with the least
     t >= 0 for which abs(y + w t) = s t (Apollonius' circle; Isaacs, Differential Games, 1965). Where a faster
     target gets away, it heads for the point of the course where it comes nearest to the target. Near the
-    target, the velocity relative to it is at most `gain` times the distance that is left.
+    target, the velocity relative to it is at most `gain` times the distance that is left, unless the robot
+    then misses a faster target.
     """
 
     frame: ClassVar[Literal["target", "world"]] = "world"
@@ -69,14 +71,10 @@ class Intercept(Behavior):
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task sigma = q, which takes all directions: the velocity of the interception."""
         point, course = _quarry_of(now)
-        speed, way = self._pace(now.setup), point - now.q
-        distance = np.linalg.norm(way, axis=1, keepdims=True)
-        relative = toward_meeting(way, course, speed) - course
-        asked = np.linalg.norm(relative, axis=1, keepdims=True)
-        most = np.minimum(self.gain * np.maximum(distance - self.within, 0.0), asked)
-        velocity = course + most * directions(relative)
-        size = np.linalg.norm(velocity, axis=1, keepdims=True)
-        return (Task(np.eye(now.q.size), (velocity * speed / np.maximum(size, speed)).ravel()),)
+        way = point - now.q
+        left = np.maximum(np.linalg.norm(way, axis=1) - self.within, 0.0)
+        velocity = toward_meeting(way, course, self._pace(now.setup), self.gain * left)
+        return (Task(np.eye(now.q.size), velocity.ravel()),)
 
     def error(self, now: Situation) -> Array:
         """Return the distance that is left."""
@@ -100,25 +98,21 @@ class Intercept(Behavior):
         slack = recedes * recedes + lead * far
         rise = root(greatest(slack, 0.0))
         rate = where(recedes > 0.0, lead / (rise + recedes), where(far > 0.0, (rise - recedes) / far, 0.0))
-        lost = where(lead < 0.0, where(recedes > 0.0, 1.0, where(slack < 0.0, 1.0, 0.0)), 0.0) > 0.5
-        behind = where(lost, -lead, 1.0)
+        parts = where(recedes > 0.0, 1.0, where(slack < 0.0, 1.0, 0.0))
+        passes = where(lead < 0.0, parts, 0.0) > 0.5
+        distance = root(far)
+        left = greatest(distance - self.within, 0.0)
+        slowest = where(lead < 0.0, where(far > 0.0, -lead / (rise - recedes), 0.0), 0.0)
+        rate = least(greatest(where(far > 0.0, self.gain * left / distance, 0.0), slowest), rate)
+        behind = where(passes, -lead, 1.0)
         aside = root(greatest(far * fast - recedes * recedes, 0.0) / behind)
-        later = greatest(self.speed * aside - recedes, 0.0) / where(lost, fast, 1.0)
+        later = greatest(self.speed * aside - recedes, 0.0) / where(passes, fast, 1.0)
         for k in range(p):
             set_row(here, k, row_of(way, k) + later * row_of(course, k))
-        share = self.speed / root(where(lost, square_of(here, 0, p), 1.0))
+        share = self.speed / root(where(passes, square_of(here, 0, p), 1.0))
         for k in range(p):
-            chase = share * row_of(here, k) - row_of(course, k)
-            set_row(wish, at + k, where(lost, chase, rate * row_of(way, k)))
-        left = greatest(root(far) - self.within, 0.0)
-        asked, most = root(square_of(wish, at, p)), self.gain * left
-        share = where(asked > most, most / asked, 1.0)
-        for k in range(p):
-            set_row(wish, at + k, row_of(course, k) + share * row_of(wish, at + k))
-        size = root(square_of(wish, at, p))
-        share = where(size > self.speed, self.speed / size, 1.0)
-        for k in range(p):
-            set_row(wish, at + k, share * row_of(wish, at + k))
+            meeting = row_of(course, k) + rate * row_of(way, k)
+            set_row(wish, at + k, where(passes, share * row_of(here, k), meeting))
         return across(everywhere(0.0), left)
 
 
@@ -137,25 +131,26 @@ def _quarry_of(now: Situation) -> tuple[Array, Array]:
     return now.c, now.c_dot
 
 
-def toward_meeting(way: Array, course: Array, speed: float) -> Array:
+def toward_meeting(way: Array, course: Array, speed: float, closing: Array | float = np.inf) -> Array:
     """Return the velocities of robots that go straight to where they meet what moves straight.
 
     Args:
         way: To where it is now, shape (n, p) [m].
         course: How fast it moves, likewise [m/s].
-        speed: Of the robots [m/s].
+        speed: Of the robots, at most [m/s].
+        closing: Velocity relative to it, at most, as far as they still meet it, shape (n,) [m/s].
     """
     recedes, far, fast = (np.sum(a * b, axis=1) for a, b in ((way, course), (way, way), (course, course)))
     lead = speed**2 - fast
     slack = recedes**2 + lead * far
     rise = np.sqrt(np.maximum(slack, 0.0))
-    never = (lead < 0.0) & ((recedes > 0.0) | (slack < 0.0))
+    passes = (lead < 0.0) & ((recedes > 0.0) | (slack < 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
-        rate = np.where(
-            recedes > 0.0, lead / (rise + recedes), np.where(far > 0.0, (rise - recedes) / far, 0.0)
-        )
+        rate = np.where(recedes > 0.0, lead / (rise + recedes), (rise - recedes) / far)
+        slowest = np.where(lead < 0.0, -lead / (rise - recedes), 0.0)
+        rate = np.minimum(np.maximum(closing / np.sqrt(far), slowest), rate)
         aside = np.sqrt(np.maximum(far * fast - recedes**2, 0.0) / -lead)
         later = np.maximum(speed * aside - recedes, 0.0) / fast
-    meeting = course + rate[:, None] * way
-    nearest = speed * directions(way + np.where(never, later, 0.0)[:, None] * course)
-    return np.where(never[:, None], nearest, meeting)
+    meeting = course + np.where(far > 0.0, rate, 0.0)[:, None] * way
+    nearest = speed * directions(way + np.where(passes, later, 0.0)[:, None] * course)
+    return np.where(passes[:, None], nearest, meeting)

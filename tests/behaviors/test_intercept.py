@@ -90,6 +90,29 @@ def test_the_heading_is_continuous() -> None:
     np.testing.assert_array_equal(toward_meeting(0.0 * side, side, 1.0), side)
 
 
+def test_robots_slow_down_as_far_as_they_still_meet_it() -> None:
+    """The velocity relative to the target leads to it, and is the one asked for where the speed allows it."""
+    rng = np.random.default_rng(5)
+    way, course = rng.normal(size=(2, 4000, 2))
+    course[way[:, 0] > 0.0] *= 0.3
+    full, slow = (toward_meeting(way, course, 1.0, closing) for closing in (np.inf, 0.05))
+    meets = np.abs(_across(full - course, way)) < 1e-9
+    relative = np.linalg.norm(slow - course, axis=1)
+    assert 1000 < meets.sum() < 3500 and (np.linalg.norm(slow, axis=1) < 1.0 + 1e-9).all()
+    assert (np.abs(_across(slow - course, way)[meets]) < 1e-9).all()
+    assert ((slow - course) * way).sum(axis=1)[meets].min() >= 0.0
+    slower = np.linalg.norm(course, axis=1) < 0.95
+    np.testing.assert_allclose(relative[slower], 0.05, rtol=1e-9)
+    held = meets & ~slower & (relative > 0.05 + 1e-9)
+    np.testing.assert_allclose(np.linalg.norm(slow[held], axis=1), 1.0, rtol=1e-9)
+    assert held.sum() > 50
+    np.testing.assert_array_equal(slow[~meets], full[~meets])
+
+
+def _across(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / np.linalg.norm(b, axis=1)
+
+
 @pytest.mark.parametrize(("axes", "max_speed"), [(2, np.inf), (3, 1.5), (5, np.inf)])
 @pytest.mark.parametrize("speed", [0.6, 3.0])
 def test_kernel_and_numpy_agree(axes: int, max_speed: float, speed: float) -> None:
