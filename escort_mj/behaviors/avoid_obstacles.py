@@ -134,7 +134,7 @@ class AvoidObstacles(Behavior):
         centers = np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)  # by each robot
         gaps = np.linalg.norm(q[:, None] - centers, axis=2)
         if self.measure == "surface":
-            radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+            radii = np.concatenate([setup.seen_radius, setup.robot_radius])
             gaps -= setup.robot_radius[:, None] + radii
         obstacles, robots = len(setup.obstacle_position), np.arange(len(q))
         teammate_distance = setup.teammate_distance(self) if self.teammates else -np.inf
@@ -228,7 +228,7 @@ def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> t
         for k in range(p):
             way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
             square = square + way * way
-        reach = avoid.safe_distance + to_surface * (own + plan.obstacle_radius[j])
+        reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
         near = (square < reach * reach) & there(n - i)
         if any_of(near):
             length = root(square)

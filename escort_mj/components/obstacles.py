@@ -18,6 +18,7 @@ class ObstacleParameters(Fields):
 
     obstacle_position: Annotated[Array, "m", "p", Value("m", "center of each at the start")]
     obstacle_radius: Annotated[Array, "m", Value("m", "of each; 0 for those that are no spheres")]
+    seen_radius: Annotated[Array, "m", Value("m", "the same as robots see them; 0 for returns of a lidar")]
     shaped: Annotated[bool, Value("1", "whether some obstacle is no sphere")]
     nearest_within: Annotated[
         float, Value("m", "from here on the box around a shape will do for its nearest point")
@@ -47,8 +48,9 @@ class ObstacleState(Fields):
 def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
     """Where a robot finds each obstacle: its center, or if it is no sphere its nearest point, shape (m, p).
 
-    Distances to obstacles are those to these points less `plan.obstacle_radius`, which is 0 for all that are
-    no spheres.
+    With a lidar, the nearest return. Distances to obstacles are those to these points less
+    `plan.seen_radius`, which is 0 for all that are no spheres, and for returns; those of the target are less
+    `plan.obstacle_radius`.
 
     Args:
         robot: From 0; the number of robots for the target.
@@ -56,6 +58,8 @@ def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
         state: Gives where they are.
     """
     m = plan.obstacle_radius.shape[0]
+    if plan.lidar_rays.shape[0] > 0 and robot < state.q.shape[0]:
+        return state.lidar_point[robot * m : (robot + 1) * m]
     if plan.shaped:
         return state.obstacle_point[robot * m : (robot + 1) * m]
     return state.obstacle_position
@@ -65,8 +69,18 @@ def obstacles_seen(robot: int, plan: Plan, state: State) -> Array:
 def obstacle_places(i: int, j: int, k: int, plan: Plan, state: State) -> Lanes:
     """Where robots i to i + 7 find obstacle j on axis k [m]; as `obstacles_seen`."""
     m, p = state.obstacle_position.shape
-    if plan.shaped:
+    if plan.shaped or plan.lidar_rays.shape[0] > 0:
         robots = least(lane_numbers() + float(i), float(state.q.shape[0] - 1))
-        seen: Lanes = pick(state.obstacle_point, robots * float(m * p) + float(j * p + k))
+        place = robots * float(m * p) + float(j * p + k)
+        if plan.lidar_rays.shape[0] > 0:
+            returned: Lanes = pick(state.lidar_point, place)
+            return returned
+        seen: Lanes = pick(state.obstacle_point, place)
         return seen
     return everywhere(state.obstacle_position[j, k])
+
+
+@inlined
+def obstacle_speed(j: int, k: int, plan: Plan, state: State) -> float:
+    """Return the velocity of an obstacle on axis k [m/s]: 0 with a lidar, which does not measure it."""
+    return 0.0 if plan.lidar_rays.shape[0] > 0 else state.obstacle_velocity[j, k]

@@ -28,6 +28,7 @@ from escort_mj.native.lanes import WIDTH, copy_lanes, everywhere, load, set_row,
 from escort_mj.native.on_demand import on_demand, on_demand_unrolled
 from escort_mj.numerics.neighbors import keep_all_neighbors
 from escort_mj.numerics.program import evaluate_program, value_of
+from escort_mj.sensing.lidar import scan
 from escort_mj.sensing.measure import take_measurements
 
 if TYPE_CHECKING:
@@ -76,6 +77,8 @@ def evaluate(plan: Plan, state: State) -> None:
             decide(plan, state)
         drive(plan, state)
     take_measurements(plan, state)
+    if moved and plan.lidar_rays.shape[0] > 0:
+        scan(plan, state)
     state.sampled[0] = is_sampled(int(state.step[0]), plan)
     if moved and plan.informed:
         know(plan, state)

@@ -28,6 +28,7 @@ from escort_mj.control.knowing import Minds
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Supervisor
 from escort_mj.control.trigger import Holder
+from escort_mj.sensing.lidar import Scanner
 from escort_mj.sensing.measure import Instruments
 
 Array = NDArray[np.float64]
@@ -83,6 +84,7 @@ class ReferenceController:
         self.rho_hat = np.full_like(self.q_d, self.setup.law.estimate_at_start)
         self._time: float | None = None
         self._instruments = Instruments(self.setup)
+        self._scanner = Scanner()
         self._team = Team.whole(self.setup)
         self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
@@ -139,6 +141,12 @@ class ReferenceController:
 
         true_target = target_state or (setup.target.position(t), setup.target.velocity(t))
         q_m, v_m, target, target_velocity = self._instruments.read(t, moved, q, v, *true_target)
+        if setup.sensing.lidar is not None:
+            if moved:
+                self._returns = self._scanner.returns(t, q, q_m, setup)
+            seen = np.concatenate([self._returns, setup.obstacles_seen()[-1:]])
+            setup = self.setup = replace(setup, obstacle_points=seen)
+            self._supervisor.setup = self._holder.setup = setup
         push = np.zeros(q.shape)
         if setup.disturbance is not None:
             push += setup.disturbance.position(t)

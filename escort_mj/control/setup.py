@@ -248,6 +248,11 @@ class Setup:
             return math.inf
         return max([1.0, *safe, *self.expected_distances, *(bound for bound in bounds if bound is not None)])
 
+    @property
+    def seen_radius(self) -> Array:
+        """Radii of obstacles as robots see them, shape (m,) [m]; 0 for returns of a lidar."""
+        return self.obstacle_radius * (self.sensing.lidar is None)
+
     def obstacles_seen(self) -> Array:
         """What each robot, and last the target, sees of each obstacle, shape (n + 1, m, p) [m]."""
         if self.obstacle_points is not None:
@@ -255,8 +260,8 @@ class Setup:
         return np.broadcast_to(self.obstacle_position, (self.count + 1, *self.obstacle_position.shape))
 
     def obstacle_velocities(self) -> Array:
-        """Velocities of the obstacles' centers, shape (m, p) [m/s]."""
-        if self.obstacle_velocity is not None:
+        """Velocities of the obstacles' centers, shape (m, p) [m/s]; 0 with a lidar, which measures none."""
+        if self.obstacle_velocity is not None and self.sensing.lidar is None:
             return self.obstacle_velocity
         return np.zeros_like(self.obstacle_position)
 

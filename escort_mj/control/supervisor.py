@@ -184,7 +184,7 @@ def _quantity(i: int, quantity: float, plan: Plan, state: State) -> float:
         for k in range(p):
             square += (q[i, k] - seen[j, k]) ** 2
             of_target_square += (target_place(i, plan, state)[k] - around[j, k]) ** 2
-        gap = math.sqrt(square) - plan.robot_radius[i] - plan.obstacle_radius[j]
+        gap = math.sqrt(square) - plan.robot_radius[i] - plan.seen_radius[j]
         if gap > plan.sensing_obstacles:
             continue
         if of_target:
@@ -207,7 +207,7 @@ def quantity(name: str, q: Array, c: Array, setup: Setup, lost: Mask) -> Array:
         np.fill_diagonal(gaps, np.inf)
         gaps = in_range(gaps, setup.sensing.robots)
     else:
-        gaps = np.linalg.norm(q[:, None] - setup.obstacles_seen()[:-1], axis=2) - setup.obstacle_radius
+        gaps = np.linalg.norm(q[:, None] - setup.obstacles_seen()[:-1], axis=2) - setup.seen_radius
         gaps = in_range(gaps - setup.robot_radius[:, None], setup.sensing.obstacles)
         if name == "target_obstacle_distance":
             around = np.linalg.norm(c[:, None] - setup.obstacles_seen()[-1], axis=2) - setup.obstacle_radius

@@ -51,6 +51,7 @@ from escort_mj.numerics.neighbors import NeighborState
 from escort_mj.numerics.program import ProgramParameters, ProgramState
 from escort_mj.numerics.reform import ReformingParameters, ReformingState
 from escort_mj.policies.policy import PolicyView, policy_view
+from escort_mj.sensing.lidar import LidarParameters, LidarState
 from escort_mj.sensing.sensors import SensorParameters, SensorState
 from escort_mj.signals import Signals
 
@@ -63,6 +64,7 @@ class Plan(
     PolicyParameters,
     ComponentParameters,
     SensorParameters,
+    LidarParameters,
     BeliefParameters,
     SightParameters,
     LinkParameters,
@@ -96,6 +98,7 @@ class State(
     ObstacleState,
     MoverState,
     SensorState,
+    LidarState,
     BeliefState,
     SightState,
     LinkState,

@@ -79,6 +79,7 @@ def pack(
         "driven": n * setup.driven,
         "headed": n * setup.headed,
         "informed": n * setup.informed,
+        "scanned": n * (setup.sensing.lidar is not None),
         "facing": n * (setup.sight is not None and setup.sight.field < np.inf),
         "believed": setup.estimator.orders * p,
         "turned": n if setup.informed else 1,

@@ -106,9 +106,10 @@ def _knowledge(scenario: Scenario, count: int) -> dict[str, Any]:
 
 
 def _shapes(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Shape, ...]:
-    """Return obstacles as lines of sight and radio meet them, where that matters and some are no spheres."""
+    """Return obstacles as lines and rays meet them, where that matters and some are no spheres."""
     knowledge, radio = scenario.knowledge, scenario.communication
-    met = (knowledge is not None and knowledge.target.hidden) or (radio is not None and radio.blocked)
+    looking = (knowledge is not None and knowledge.target.hidden) or scenario.sensing.lidar is not None
+    met = looking or (radio is not None and radio.blocked)
     if not met or all(body.is_sphere for body in obstacles):
         return ()
     return tuple(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from escort_mj.native.fields import Array, Fields, Recorded, Value
+from escort_mj.sensing.lidar import Lidar
 
 CHANNELS = 4
 NO_BIAS = -1.0
@@ -113,6 +114,7 @@ class Sensors(NamedTuple):
         target_velocity: The target's velocity, likewise.
         robots: How far robots see each other, surface to surface [m].
         obstacles: How far robots see obstacles, likewise [m].
+        lidar: By which robots know obstacles; None where they know their shapes.
     """
 
     position: Channel = Channel()
@@ -121,6 +123,7 @@ class Sensors(NamedTuple):
     target_velocity: Channel = Channel()
     robots: float = math.inf
     obstacles: float = math.inf
+    lidar: Lidar | None = None
 
     @property
     def channels(self) -> tuple[Channel, Channel, Channel, Channel]:

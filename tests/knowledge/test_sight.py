@@ -22,8 +22,8 @@ from tests.control.twins import Kernel, assert_same
 COUNT = 6
 
 
-def among_shapes(axes: int, **sight: Any) -> Setup:
-    """Robots whose sight and messages shapes block; one shape moves."""
+def among_shapes(axes: int, **changes: Any) -> Setup:
+    """Robots whose sight and messages shapes block."""
     rng = np.random.default_rng(7)
     places = [[3.0 * number - 15.0, *rng.uniform(-2.0, 2.0, axes - 1)] for number in range(len(BODIES))]
     keys = {
@@ -31,9 +31,10 @@ def among_shapes(axes: int, **sight: Any) -> Setup:
         "robots": {"count": COUNT, "placement": {"within": 12}},
         "target": {"position": ["t", *[0.5] * (axes - 1)]},
         "mission": {"behaviors": ["surface"]},
-        "knowledge": {"target": {"hidden": True, "hidden_by_teammates": True, **sight}},
+        "knowledge": {"target": {"hidden": True, "hidden_by_teammates": True}},
         "communication": {"blocked": True, "timeout": 0.003},
         "obstacles": [body | {"position": place} for body, place in zip(BODIES, places, strict=True)],
+        **changes,
     }
     return replace(controller_setup(Scenario.model_validate(keys)), shaped=False)
 

@@ -1,4 +1,4 @@
-"""Wrong tables `knowledge` and `communication`: one fault each, with its place and what is allowed."""
+"""Wrong tables `knowledge`, `communication` and `sensing.lidar`: one clear fault each."""
 
 import pytest
 
@@ -83,6 +83,15 @@ WRONG = [
         "communication.blackouts[0]",
         "found robots and groups",
     ),
+    ("sensing: {lidar: {rays: 4}}", "sensing.lidar.rays", "at least 8"),
+    ("sensing: {lidar: {range: 1}}", "sensing.lidar.range", "expected at least 2.2 m"),
+    ("sensing: {lidar: {rate: 30}}", "sensing.lidar.rate", "29.4117647 or 31.25"),
+    ("axes: 4\nsensing: {lidar: {}}", "sensing.lidar", "expected null, or axes 2 or 3"),
+    (
+        "sensing: {lidar: {}}\nmission: {behaviors: [avoid_obstacles, {behavior: surface, fit: true}]}",
+        "mission.behaviors[1].fit",
+        "which a lidar does not show",
+    ),
     (
         "communication: {}\nmission: {behaviors: [avoid_obstacles, chords, surface]}",
         "mission.behaviors[1]",
@@ -119,6 +128,7 @@ RIGHT = [
     "knowledge: {target: {robots: [2], field_of_view: 2, hidden_by_teammates: true}}\nrobots: {overrides: "
     "[{robot: 2, kind: quadrotor}]}",
     "communication: {blocked: true}",
+    "sensing: {lidar: {rays: 90, range: 5, noise: 0.01, rate: 20}}",
     "communication: {graph: ring, range: 4, measure: surface, rate: 10, delay: [0, 0.1], jitter: 0.02}",
     "communication: {graph: {nearest: 2}, loss: {mean: 0.3, burst: 4}, timeout: null}",
     "communication: {blackouts: [{after: 1, before: 2}, {robots: [1]}, {groups: [[1, 2], [3, 4]]}]}",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.task import Situation
-from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
@@ -113,7 +113,7 @@ def find_constraints(
     for place in range(last + 1):
         other = place if place < m or everyone else m + n if place == last else m + int(near[place - m])
         if place < m:
-            far, square = look + to_surface * plan.obstacle_radius[place], 0.0
+            far, square = look + to_surface * plan.seen_radius[place], 0.0
             for k in range(p):
                 square += (state.q_measured[robot, k] - position[place, k]) ** 2
             if square > far * far:
@@ -166,12 +166,12 @@ def _consider(
         reach += float(avoid.measure) * (plan.robot_radius[robot] + rules.target_radius)
         apart = _from_point(robot, q, target_place(robot, plan, state), direction)
     else:
-        reach, _ = reach_of(robot, other, state.lost, plan.obstacle_radius, plan.robot_radius, avoid)
+        reach, _ = reach_of(robot, other, state.lost, plan.seen_radius, plan.robot_radius, avoid)
         if reach == 0.0:
             return count
         apart = bearing(robot, other, q, position, direction)
         if not in_sight(
-            robot, other, apart, plan.obstacle_radius, plan.robot_radius,
+            robot, other, apart, plan.seen_radius, plan.robot_radius,
             plan.sensing_robots, plan.sensing_obstacles,
         ):  # fmt: skip
             return count
@@ -181,7 +181,7 @@ def _consider(
     square = pursuit = 0.0
     for k in range(p):
         if mate < 0:
-            motion = state.obstacle_velocity[other, k]
+            motion = obstacle_speed(other, k, plan, state)
         elif mate == n:
             motion = target_speed(robot, plan, state)[k]
         elif state.lost[mate] != 0.0:
@@ -271,7 +271,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
     setup, q, lost = now.setup, now.q, now.team.lost
     m, n = setup.obstacle_position.shape[0], len(q)
     away, distance, safe = bodies_nearby(avoid, q, setup, lost)
-    radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+    radii = np.concatenate([setup.seen_radius, setup.robot_radius])
     gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii
     seen = np.hstack(
         [in_range(gaps[:, :m], setup.sensing.obstacles), in_range(gaps[:, m:], setup.sensing.robots)]

@@ -114,7 +114,7 @@ def bodies_nearby(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> 
     away = np.where(distance[..., None] > 0.0, offsets, np.eye(q.shape[1])[0])
     away = away / np.linalg.norm(away, axis=2, keepdims=True)
     if avoid.measure == "surface":
-        radii = np.concatenate([setup.obstacle_radius, setup.robot_radius])
+        radii = np.concatenate([setup.seen_radius, setup.robot_radius])
         distance = distance - setup.robot_radius[:, None] - radii
     mates = np.full((len(q), len(q)), setup.teammate_distance(avoid))
     mates[:, lost] = max(avoid.safe_distance, setup.teammate_distance(avoid))

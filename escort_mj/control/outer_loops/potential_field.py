@@ -77,7 +77,7 @@ class PotentialField(OuterLoop):
                 if plan.level_behavior[level] == AVOID_OBSTACLES:
                     repelled = repulsion(
                         robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
-                        plan.obstacle_radius, plan.robot_radius, avoidance_of(level, plan), self.gain,
+                        plan.seen_radius, plan.robot_radius, avoidance_of(level, plan), self.gain,
                         self.least_distance, vector_at(stack_memory(), p), state.v_d[robot],
                     )  # fmt: skip
                     state.avoidance_active[robot] = 1.0 if repelled else 0.0

@@ -244,7 +244,7 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         for k in range(p):
             way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
             square = square + way * way
-        look = avoid.safe_distance + horizon + to_surface * (own + plan.obstacle_radius[j])
+        look = avoid.safe_distance + horizon + to_surface * (own + plan.seen_radius[j])
         found = where(square < look * look, 1.0, found)
     horizon = _horizon(2.0 * (relative if plan.target_feedforward else speed), rules)
     lists = seen_neighbors(state)

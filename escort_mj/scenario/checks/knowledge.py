@@ -49,7 +49,7 @@ def check_target_sight(scenario: Scenario) -> Iterator[Finding]:
         return
     path: Path = ("knowledge", "target")
     yield from _numbers(scenario, (*path, "robots"), knowledge.target.robots or ())
-    yield from _steps(scenario, (*path, "rate"), knowledge.target.rate)
+    yield from whole_steps(scenario, (*path, "rate"), knowledge.target.rate)
     yield from _needs(knowledge, (*path, "measures"))
     if knowledge.target.field_of_view is not None:
         yield from _headings(scenario, (*path, "field_of_view"), knowledge.target)
@@ -87,7 +87,7 @@ def check_communication(scenario: Scenario) -> Iterator[Finding]:
     if communication is None:
         return
     path: Path = ("communication",)
-    yield from _steps(scenario, (*path, "rate"), communication.rate)
+    yield from whole_steps(scenario, (*path, "rate"), communication.rate)
     graph, delay = communication.graph, communication.delay
     if isinstance(graph, Edges):
         for index, edge in enumerate(graph.edges):
@@ -141,7 +141,7 @@ def _numbers(scenario: Scenario, path: Path, robots: Sequence[int]) -> Iterator[
         yield Finding(path, f"found {', '.join(map(str, robots))}; expected each robot once")
 
 
-def _steps(scenario: Scenario, path: Path, rate: float | None) -> Iterator[Finding]:
+def whole_steps(scenario: Scenario, path: Path, rate: float | None) -> Iterator[Finding]:
     """A rate with a whole number of physics steps from one event to the next."""
     if rate is None:
         return

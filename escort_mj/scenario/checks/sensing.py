@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from escort_mj.behaviors import AvoidObstacles
+from escort_mj.behaviors import AvoidObstacles, Surface
+from escort_mj.scenario.checks.knowledge import whole_steps
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.schema.sensing import NAMES
+from escort_mj.scenario.schema.sensing import NAMES, RAYS
 
 MAX_PAST = 64 * 2**20  # bytes that delays may keep
 
@@ -51,6 +52,37 @@ def check_delays(scenario: Scenario) -> Iterator[Finding]:
                 f"of steps, as with {' or '.join(f'{value:.9g}' for value in near)} s",
                 related=(("physics", "timestep"),),
             )
+
+
+def check_lidar(scenario: Scenario) -> Iterator[Finding]:
+    """Rays have axes, scans are whole steps apart, and behaviors need no more than returns."""
+    lidar = scenario.sensing.lidar
+    if lidar is None:
+        return
+    path: Path = ("sensing", "lidar")
+    if scenario.axes not in RAYS:
+        yield Finding(path, f"found a lidar in {scenario.axes} axes; expected null, or axes 2 or 3")
+    yield from whole_steps(scenario, (*path, "rate"), lidar.rate)
+    for place, behavior in behaviors_of(scenario):
+        if isinstance(behavior, Surface) and behavior.fit:
+            words = "shrinks for the room around the target, which a lidar does not show; expected no fit"
+            yield Finding((*place, "fit"), words, related=(path,))
+        if not isinstance(behavior, AvoidObstacles):
+            continue
+        least = AvoidObstacles.margin([behavior], _largest(scenario))
+        if lidar.range < least:
+            yield Finding(
+                (*path, "range"),
+                f"found {lidar.range:g} m from the robot's center, less than the safe distance of "
+                f"{key_path(place)}; expected at least {least:g} m",
+                related=(place,),
+            )
+
+
+def _largest(scenario: Scenario) -> float:
+    """Return the largest radius of a robot [m]."""
+    robots = scenario.robots
+    return max([robots.radius, *(override.radius or 0.0 for override in robots.overrides)])
 
 
 def check_sight(scenario: Scenario) -> Iterator[Finding]:

@@ -36,7 +36,7 @@ from escort_mj.scenario.checks.robots import (
     check_team,
     check_weights,
 )
-from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_sight
+from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_lidar, check_sight
 from escort_mj.scenario.checks.space import check_body, check_clearance, check_dimensions
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.bodies import bodies_of
@@ -149,6 +149,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_weights, ("axes", "physics", "robots")),
     (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
     (check_sight, ("mission", "robots", "sensing")),
+    (check_lidar, ("axes", "mission", "physics", "robots", "sensing")),
     (check_known, ("knowledge", "communication", "mission", "target", "robots")),
     (check_target_sight, ("knowledge", "robots", "physics", "axes")),
     (check_communication, ("communication", "robots", "physics", "axes")),

@@ -6,15 +6,20 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, NonNegativeFloat, PlainValidator, TypeAdapter, WithJsonSchema
+from pydantic import Field, NonNegativeFloat, PlainValidator, PositiveFloat, TypeAdapter, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from escort_mj.components.parameters import Parameters, Radius, Vector
+from escort_mj.scenario.schema.knowledge import steps_of
+from escort_mj.sensing.lidar import Lidar as LidarRays
+from escort_mj.sensing.lidar import even_rays
 from escort_mj.sensing.sensors import Channel, Sensors
 
 Array = NDArray[np.float64]
 
 NAMES = ("position", "velocity", "target_position", "target_velocity")
+RAYS = {2: 72, 3: 500}
+"""Rays of a lidar by the number of axes, if nothing else is said."""
 LARGEST = 1e6  # bias [m or m/s]
 _vector = TypeAdapter(Vector)
 
@@ -63,6 +68,19 @@ class SensingRadius(Parameters):
     """Range at which robots detect obstacles [m]; null: unlimited."""
 
 
+class Lidar(Parameters):
+    """Rays from the center of each robot that measure the distance to the first obstacle or wall."""
+
+    rays: Annotated[int, Field(ge=8, le=4096)] | None = None
+    """Number of rays, evenly around in two axes and over the sphere in three; null: 72 or 500."""
+    range: Radius = 10.0
+    """Distance up to which a ray returns [m]."""
+    noise: NonNegativeFloat = 0.0
+    """Standard deviation of the normal error of each distance [m]."""
+    rate: PositiveFloat | None = None
+    """Scans per second [1/s], a whole number of physics steps apart; null: at every step."""
+
+
 class Sensing(Parameters):
     """Sensors; quantities that are not listed are measured without error."""
 
@@ -76,6 +94,9 @@ class Sensing(Parameters):
     """The target's velocity [m/s], measured once for the whole team."""
     radius: SensingRadius = SensingRadius()
     """Range at which robots detect obstacles and each other."""
+    lidar: Lidar | None = None
+    """Lidar on each robot, whose returns are all that it knows of obstacles; null: robots know their shapes.
+    """
 
     @property
     def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:
@@ -103,7 +124,7 @@ def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int)
         )
         for number, (sensor, bodies) in enumerate(zip(sensing.channels, (count, count, 1, 1), strict=True))
     )
-    sight = sensing.radius
+    sight, lidar = sensing.radius, sensing.lidar
     return Sensors(
         position,
         velocity,
@@ -111,7 +132,14 @@ def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int)
         target_velocity,
         np.inf if sight.robots is None else sight.robots,
         np.inf if sight.obstacles is None else sight.obstacles,
+        None if lidar is None else _lidar(lidar, timestep, axes),
     )
+
+
+def _lidar(lidar: Lidar, timestep: float, axes: int) -> LidarRays:
+    """What a lidar does, in the controller's numbers."""
+    rays = even_rays(lidar.rays or RAYS[axes], axes)
+    return LidarRays(rays, lidar.range, steps_of(lidar.rate, timestep), lidar.noise)
 
 
 def _biases(sensor: Sensor, seed: int, number: int, bodies: int, axes: int) -> Array | None:

@@ -1,0 +1,159 @@
+"""Lidars: rays by which robots know obstacles, in place of their shapes (docs/sensing.md).
+
+A scan measures, along each ray, the distance of the obstacle that the ray meets first. The robot takes each
+return for a point, as seen from where it measures itself to be, and keeps the nearest return from each
+obstacle until the next scan. What no ray meets it does not know of.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+
+from escort_mj.components.rays import stretch_in, stretches
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.gaussian import LIDAR, normal, normals
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+FAR = 1e7  # on each axis, for what no ray meets [m]
+NOTHING = -1.0
+
+
+class Lidar(NamedTuple):
+    """A lidar, the same on each robot.
+
+    Attributes:
+        rays: Unit vectors along the world's axes, shape (k, p).
+        reach: Distance from a robot's center up to which rays return [m].
+        every: Physics steps between two scans.
+        noise: Standard deviation of distances [m].
+    """
+
+    rays: Array
+    reach: float
+    every: int = 1
+    noise: float = 0.0
+
+
+class LidarParameters(Fields):
+    """The lidar of each robot; no rays where there is none."""
+
+    lidar_rays: Annotated[Array, "rays", "p", Value("1", "unit vectors along the rays")]
+    lidar_reach: Annotated[float, Value("m", "distance from a center up to which rays return")]
+    lidar_every: Annotated[int, Value("1", "physics steps between two scans")]
+    lidar_noise: Annotated[float, Value("m", "standard deviation of distances")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        lidar = setup.sensing.lidar or Lidar(np.zeros((0, setup.axes)), 0.0)
+        return {
+            "lidar_rays": lidar.rays,
+            "lidar_reach": lidar.reach,
+            "lidar_every": lidar.every,
+            "lidar_noise": lidar.noise,
+        }
+
+
+class LidarState(Fields):
+    """The last scan of each robot, and the ray under way."""
+
+    lidar_point: Annotated[Array, "scanned*m", "p", Value("m", "nearest return from each obstacle")]
+    lidar_nearest: Annotated[Array, "scanned*m", Value("m", "its distance in the scan")]
+    ray_length: Annotated[Array, "rays", Value("m", "of each ray of one robot, up to what it meets")]
+    ray_obstacle: Annotated[Array, "rays", Value("1", "what that is, from 0; -1 for nothing")]
+    ray_error: Annotated[Array, "rays", Value("1", "normal numbers")]
+
+
+def even_rays(count: int, axes: int) -> Array:
+    """Return unit vectors evenly around in the plane, or in a golden spiral over the sphere, shape (k, p)."""
+    number: Array = np.arange(count, dtype=float)
+    if axes == 2:
+        turn = 2.0 * np.pi * number / count
+        return np.column_stack([np.cos(turn), np.sin(turn)])
+    height, turn = 1.0 - (2.0 * number + 1.0) / count, np.pi * (3.0 - math.sqrt(5.0)) * number
+    across = np.sqrt(1.0 - height * height)
+    return np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
+
+
+@on_demand
+def scan(plan: Plan, state: State) -> None:
+    """Scan from all robots, if that is due: `lidar_point`."""
+    step = int(state.step[0])
+    if step % plan.lidar_every != 0 and state.evaluated[0] > 0.0:
+        return
+    (n, p), m, rays = state.q.shape, plan.obstacle_radius.shape[0], plan.lidar_rays.shape[0]
+    for i in range(n):
+        for r in range(rays):
+            state.ray_length[r], state.ray_obstacle[r] = plan.lidar_reach, NOTHING
+        for j in range(m):
+            state.lidar_nearest[i * m + j] = math.inf
+            for k in range(p):
+                state.lidar_point[i * m + j, k] = FAR
+            square, ball = 0.0, plan.obstacle_radius[j]
+            if ball == 0.0:
+                ball = plan.shape_reach[j] + abs(plan.shape_lift[j])
+            for k in range(p):
+                square += (state.q[i, k] - state.obstacle_position[j, k]) ** 2
+            if square > (plan.lidar_reach + ball) ** 2:
+                continue
+            for r in range(rays):
+                first, last = stretch_in(j, state.q[i], plan.lidar_rays[r], plan, state)
+                first = max(first, 0.0)
+                if first < last and first < state.ray_length[r]:
+                    state.ray_length[r], state.ray_obstacle[r] = first, float(j)
+        if plan.lidar_noise > 0.0:
+            normals(rays, plan.seed, 1, LIDAR, i, step, state.ray_error)
+        for r in range(rays):
+            if state.ray_obstacle[r] == NOTHING:
+                continue
+            row = i * m + int(state.ray_obstacle[r])
+            length = state.ray_length[r]
+            if plan.lidar_noise > 0.0:
+                length = max(length + plan.lidar_noise * state.ray_error[r], 0.0)
+            if length < state.lidar_nearest[row]:
+                state.lidar_nearest[row] = length
+                for k in range(p):
+                    state.lidar_point[row, k] = state.q_measured[i, k] + length * plan.lidar_rays[r, k]
+
+
+# The same in plain NumPy.
+
+
+class Scanner:
+    """The lidars of a team, with what they have seen last."""
+
+    def __init__(self) -> None:
+        self._points: Array | None = None
+
+    def returns(self, t: float, q: Array, measured: Array, setup: Setup) -> Array:
+        """Return the nearest return from each obstacle as each robot knows it, shape (n, m, p) [m].
+
+        Args:
+            t: Time [s].
+            q: True positions, shape (n, p) [m].
+            measured: Measured positions, likewise.
+            setup: Gives lidar and obstacles.
+        """
+        lidar, step = setup.sensing.lidar, round(t / setup.timestep)
+        assert lidar is not None
+        if self._points is None or step % lidar.every == 0:
+            self._points = np.full((*q.shape[:1], *setup.obstacle_position.shape), FAR)
+            for i, points in enumerate(self._points):
+                error = lidar.noise * normal(len(lidar.rays), setup.seed, LIDAR, i, step)
+                first, last = stretches(q[i], lidar.rays, setup)
+                met = (first < last) & (last > 0.0) & (first < lidar.reach)
+                lengths = np.where(met, np.maximum(first, 0.0), np.inf)
+                for j in range(lengths.shape[1]):
+                    mine = np.flatnonzero(met[:, j] & (np.argmin(lengths, axis=1) == j))
+                    if len(mine):
+                        found = np.maximum(lengths[mine, j] + error[mine], 0.0)
+                        nearest = int(np.argmin(found))
+                        points[j] = measured[i] + found[nearest] * lidar.rays[mine[nearest]]
+        return self._points
