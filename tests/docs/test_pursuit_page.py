@@ -1,0 +1,31 @@
+"""docs/pursuit.md: robots stop straight dashes up to the ratio of theory, and so says the table."""
+
+import math
+import re
+
+import pytest
+
+from benchmarks.dashes import COUNTS, TEAMS, is_caught
+from tests.docs.pages import ROOT
+
+PAGE = (ROOT / "docs" / "pursuit.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("count", [4, 7, 12])
+def test_points_stop_a_dash_up_to_the_ratio_of_theory(compiled: None, count: int) -> None:
+    least = 1.0 / math.sin(math.pi / count)
+    assert [is_caught(TEAMS["points"], count, share * least) for share in (0.98, 1.02)] == [True, False]
+
+
+def test_bodies_catch_what_points_miss(compiled: None) -> None:
+    ratio = TEAMS["0.3 m"].ratio(6)
+    assert [is_caught(TEAMS["0.3 m"], 6, share * ratio) for share in (0.98, 1.02)] == [True, False]
+    assert not is_caught(TEAMS["0.3 m, 4 kg, 2 N"], 6, 0.98 * ratio)
+
+
+def test_the_table_is_within_three_percent_of_theory() -> None:
+    rows = re.findall(r"^\| (\d+) \| ([\d.]+) \| ([\d.]+) \(.*$", PAGE, flags=re.MULTILINE)
+    assert [int(count) for count, *_ in rows] == list(COUNTS)
+    for count, theory, points in rows:
+        assert float(theory) == pytest.approx(1.0 / math.sin(math.pi / int(count)), abs=1e-3)
+        assert float(points) == pytest.approx(float(theory), rel=0.03)
