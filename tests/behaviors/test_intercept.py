@@ -10,7 +10,9 @@ from escort_mj import api
 from escort_mj.behaviors import Intercept, Surface
 from escort_mj.behaviors.intercept import toward_meeting
 from escort_mj.errors import ScenarioError
+from escort_mj.estimators.kalman import Kalman
 from escort_mj.scenario.reader.load import scenario_of
+from tests.control.test_knowing import RADIOS, SIGHTS, informed
 from tests.control.twins import AVOID, compare, mission
 
 
@@ -120,6 +122,14 @@ def test_kernel_and_numpy_agree(axes: int, max_speed: float, speed: float) -> No
     q[0] = setup.target.position(0.0)
     for stack in ((Intercept(speed=speed, within=2.0), Surface()), (AVOID, Intercept(speed=speed, gain=9.0))):
         compare(replace(setup, behaviors=stack, max_speed=max_speed), q, v)
+
+
+def test_each_robot_goes_by_what_it_believes_of_the_target() -> None:
+    setup, q, v = informed(
+        2, 4, sight=SIGHTS["some, badly"], radio=RADIOS["late and lossy"], estimator=Kalman(),
+        start_deviation=(0.5, 0.2, 0.1), behaviors=(Intercept(speed=1.0),),
+    )  # fmt: skip
+    compare(setup, q, v, steps=6)
 
 
 DASH = {
