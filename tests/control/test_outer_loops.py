@@ -82,7 +82,7 @@ def numbers_of(setup: Setup, avoid: AvoidObstacles) -> Numbers:
 @jitted
 def move(rows, bounds, v):
     if rows.shape[1] == 2 or rows.shape[1] == 3:
-        return nearest_velocity(rows, bounds, rows.shape[0], v)
+        return nearest_velocity(rows, bounds, rows.shape[0], STIFFNESS, v)
     return False
 
 
@@ -160,6 +160,29 @@ def test_the_speed_limit_breaks_no_condition_that_can_be_kept(axes: int) -> None
         slower = fast * min(1.0, most / np.linalg.norm(fast))
         broken += bool((rows @ slower < bounds - 1e-2).any())
     assert broken > 20
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_conditions_beyond_the_speed_limit_are_broken_least(axes: int) -> None:
+    """As a faster body asks for more than a robot can: all are kept as far as the limit lets them."""
+    rng, most, seen = np.random.default_rng(axes), 1.0, 0
+    others = rng.normal(size=(4000, axes))
+    others *= most * (rng.random((4000, 1)) ** (1.0 / axes)) / np.linalg.norm(others, axis=1, keepdims=True)
+    for _ in range(200):
+        rows = rng.normal(size=(int(rng.integers(1, 6)), axes))
+        rows /= np.linalg.norm(rows, axis=1, keepdims=True)
+        bounds = rng.normal(scale=3.0, size=len(rows))
+        fast = nearest(rows, bounds, rng.normal(scale=5.0, size=axes))[0]
+        if np.linalg.norm(nearest(rows, bounds, np.zeros(axes))[0]) <= most:
+            continue
+        kept, by_kernel = kept_limit(rows, bounds, most, fast), fast.copy()
+        limit(rows, bounds, most, by_kernel)
+        np.testing.assert_allclose(by_kernel, kept, atol=1e-8)
+        assert np.linalg.norm(kept) <= most * (1.0 + 1e-9)
+        broken = [(np.maximum(bounds - v @ rows.T, 0.0) ** 2).sum(axis=-1) for v in (kept, others)]
+        assert broken[0] <= broken[1].min() + 1e-6
+        seen += 1
+    assert seen > 100
 
 
 def test_the_approach_stops_in_time() -> None:

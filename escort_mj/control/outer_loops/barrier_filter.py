@@ -19,7 +19,7 @@ from escort_mj.control.outer_loops.constraints import (
     find_constraints,
     length_of,
 )
-from escort_mj.control.outer_loops.nearest_velocity import nearest, nearest_velocity
+from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest, nearest_velocity
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, matrix_at, stack_memory, vector_at
@@ -84,7 +84,7 @@ class BarrierFilter(OuterLoop):
                         )
                         for k in range(p):
                             v[k] = wanted[k]
-                        moved = nearest_velocity(rows, bounds, count, v)
+                        moved = nearest_velocity(rows, bounds, count, STIFFNESS, v)
                         if not length_of(v) > speed:
                             break
             state.avoidance_active[robot] = 1.0 if moved else 0.0

@@ -16,13 +16,15 @@ STIFFNESS = 1e4  # weight of a violated constraint against the change of velocit
 MOST_STEPS = 60  # of the minimization; a handful is needed
 HALVINGS = 40
 CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
+MOST_SOFTENINGS = 40  # of the search for the speed limit; three to ten are needed
+AT_LIMIT = 1e-11  # share of the limit by which what is found may miss it
 
 
 @inlined
-def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
+def nearest_velocity(rows: Array, bounds: Array, count: int, stiffness: float, v: Array) -> bool:
     """Move a velocity to the nearest one that satisfies all constraints r . v >= b.
 
-    Minimizes |v - v_nominal|^2 / 2 + STIFFNESS / 2 sum_j max(0, b_j - r_j . v)^2, a quadratic program with
+    Minimizes |v - v_nominal|^2 / 2 + stiffness / 2 sum_j max(0, b_j - r_j . v)^2, a quadratic program with
     one slack per constraint: where constraints contradict each other, the sum of the squared violations is
     least. The function is convex and piecewise quadratic: Newton's method with a line search ends after about
     as many steps as the set of violated constraints changes.
@@ -31,6 +33,7 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
         rows: Unit vectors r, shape (at least count, p).
         bounds: b [m/s].
         count: Number of constraints.
+        stiffness: Weight of violations, `STIFFNESS` where they are to be as small as they can.
         v: The nominal velocity, shape (p,) [m/s]; changed in place.
 
     Returns:
@@ -42,7 +45,7 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
             only, number = j, number + 1
     if number == 0:
         return False
-    if number == 1 and _yield_to(only, rows, bounds, count, v):
+    if number == 1 and _yield_to(only, rows, bounds, count, stiffness, v):
         return True
     memory = stack_memory()
     nominal = vector_at(memory, p)
@@ -55,7 +58,7 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
         nominal[k] = v[k]
         scale += abs(v[k])
     for _ in range(MOST_STEPS):
-        cost = _cost(rows, bounds, count, nominal, v, gradient, hessian, True)
+        cost = _cost(rows, bounds, count, stiffness, nominal, v, gradient, hessian, True)
         largest, slope = 0.0, 0.0
         _solve(hessian, gradient, step)
         for k in range(p):
@@ -68,7 +71,7 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
         for _halving in range(HALVINGS):
             for k in range(p):
                 trial[k] = v[k] - share * step[k]
-            better = _cost(rows, bounds, count, nominal, trial, gradient, hessian, False)
+            better = _cost(rows, bounds, count, stiffness, nominal, trial, gradient, hessian, False)
             if better <= cost + 1e-4 * share * slope + 1e-14 * cost:
                 break
             share *= 0.5
@@ -78,10 +81,10 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, v: Array) -> bool:
 
 
 @inlined
-def _yield_to(only: int, rows: Array, bounds: Array, count: int, v: Array) -> bool:
+def _yield_to(only: int, rows: Array, bounds: Array, count: int, stiffness: float, v: Array) -> bool:
     """Move a velocity to the nearest one that satisfies one constraint, unless that breaks another."""
     p = v.shape[0]
-    change = (bounds[only] - speed_along(rows, only, v)) * STIFFNESS / (1.0 + STIFFNESS)
+    change = (bounds[only] - speed_along(rows, only, v)) * stiffness / (1.0 + stiffness)
     for k in range(p):
         v[k] += change * rows[only, k]
     for j in range(count):
@@ -98,6 +101,9 @@ def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Array) ->
 
     It goes straight toward the slowest velocity that satisfies them: all in between do, too. A body that
     comes nearer asks for speed away from it; slowing down along the same direction would take that away.
+    Where no velocity within the limit satisfies them, the sum of the squared violations is least among those
+    within it. That is what `nearest_velocity` makes of rest with the stiffness, a Lagrange multiplier, that
+    leads to the limit: 1 / |v| is nearly linear in 1 / stiffness (More, Sorensen 1983).
 
     Args:
         rows: Unit vectors r, shape (at least count, p).
@@ -109,14 +115,30 @@ def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Array) ->
     p = v.shape[0]
     if not length_of(v) > most:
         return
-    slowest = vector_at(stack_memory(), p)
+    slowest, soft, low, high = vector_at(stack_memory(), p), 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0
+    for j in range(count):
+        high += (max(bounds[j], 0.0) / most) ** 2
+    before = inverse = 0.0
+    for step in range(MOST_SOFTENINGS):
+        for k in range(p):
+            slowest[k] = 0.0
+        nearest_velocity(rows, bounds, count, 1.0 / soft, slowest)
+        length = length_of(slowest)
+        if step == 0 and length <= most:
+            share = _share_within(length, most, slowest, v)
+            for k in range(p):
+                v[k] = slowest[k] + share * (v[k] - slowest[k])
+            return
+        if abs(length - most) <= AT_LIMIT * most:
+            break
+        slope = 1.0 / (length * (1.0 + soft)) if step == 0 else (1.0 / length - inverse) / (soft - before)
+        before, inverse = soft, 1.0 / length
+        low, high = (soft, high) if length > most else (low, soft)
+        soft += (1.0 / most - inverse) / slope
+        if not low < soft < high:
+            soft = 0.5 * (low + high)
     for k in range(p):
-        slowest[k] = 0.0
-    nearest_velocity(rows, bounds, count, slowest)
-    share = _share_within(length_of(slowest), most, slowest, v)
-    least = min(1.0, most / max(length_of(slowest), 1e-300))
-    for k in range(p):
-        v[k] = least * slowest[k] + share * (v[k] - slowest[k])
+        v[k] = slowest[k] * (most / length_of(slowest))
 
 
 @inlined
@@ -143,8 +165,8 @@ def speed_along(rows: Array, j: int, v: Array) -> float:
 
 @inlined
 def _cost(
-    rows: Array, bounds: Array, count: int, nominal: Array, v: Array, gradient: Array, hessian: Array,
-    differentiated: bool,
+    rows: Array, bounds: Array, count: int, stiffness: float, nominal: Array, v: Array,
+    gradient: Array, hessian: Array, differentiated: bool,
 ) -> float:  # fmt: skip
     """What `nearest_velocity` minimizes, and its derivatives where asked for."""
     p = v.shape[0]
@@ -159,12 +181,12 @@ def _cost(
         missing = bounds[j] - speed_along(rows, j, v)
         if missing <= 0.0:
             continue
-        cost += 0.5 * STIFFNESS * missing * missing
+        cost += 0.5 * stiffness * missing * missing
         if differentiated:
             for k in range(p):
-                gradient[k] -= STIFFNESS * missing * rows[j, k]
+                gradient[k] -= stiffness * missing * rows[j, k]
                 for column in range(p):
-                    hessian[k, column] += STIFFNESS * rows[j, k] * rows[j, column]
+                    hessian[k, column] += stiffness * rows[j, k] * rows[j, column]
     return cost
 
 
@@ -190,19 +212,20 @@ def _solve(a: Array, b: Array, x: Array) -> None:
 # The same in plain NumPy.
 
 
-def least_change(rows: Array, missing: Array) -> Array:
-    """The change x of a velocity with slacks s, rows x + s >= missing, of least |x|^2 + STIFFNESS |s|^2.
+def least_change(rows: Array, missing: Array, stiffness: float = STIFFNESS) -> Array:
+    """The change x of a velocity with slacks s, rows x + s >= missing, of least |x|^2 + stiffness |s|^2.
 
-    Lawson and Hanson's least-distance programming: with z = (x, sqrt(STIFFNESS) s) it is the shortest z in a
+    Lawson and Hanson's least-distance programming: with z = (x, sqrt(stiffness) s) it is the shortest z in a
     polyhedron G z >= h, which the residual of a non-negative least-squares problem gives.
 
     Args:
         rows: Shape (k, p).
         missing: Shape (k,) [m/s].
+        stiffness: Weight of violations.
     """
     from scipy.optimize import nnls
 
-    weights = np.hstack([rows, np.eye(len(rows)) / np.sqrt(STIFFNESS)])
+    weights = np.hstack([rows, np.eye(len(rows)) / np.sqrt(stiffness)])
     system = np.vstack([weights.T, missing])
     goal = np.zeros(len(system))
     goal[-1] = 1.0
@@ -213,12 +236,21 @@ def least_change(rows: Array, missing: Array) -> Array:
 
 def kept_limit(rows: Array, bounds: Array, most: float, v: Array) -> Array:
     """Return a velocity that satisfies constraints within a speed limit, see `keep_limit`."""
+    from scipy.optimize import brentq
+
     if not np.linalg.norm(v) > most:
         return v
     slowest = nearest(rows, bounds, np.zeros_like(v))[0]
     least = float(np.linalg.norm(slowest))
-    share = _share_within(least, most, slowest, v)
-    return np.asarray(min(1.0, most / max(least, 1e-300)) * slowest + share * (v - slowest))
+    if least <= most:
+        return np.asarray(slowest + _share_within(least, most, slowest, v) * (v - slowest))
+
+    def excess(soft: float) -> float:
+        return float(np.linalg.norm(least_change(rows, bounds, 1.0 / soft))) - most
+
+    high = float((np.maximum(bounds, 0.0) ** 2).sum()) / most**2
+    slowest = least_change(rows, bounds, 1.0 / brentq(excess, 1.0 / STIFFNESS, high, xtol=1e-14))
+    return np.asarray(slowest * (most / np.linalg.norm(slowest)))
 
 
 def nearest(rows: Array, bounds: Array, nominal: Array) -> tuple[Array, bool]:

@@ -37,6 +37,7 @@ from escort_mj.control.outer_loops.detour import (
     turned,
 )
 from escort_mj.control.outer_loops.nearest_velocity import (
+    STIFFNESS,
     keep_limit,
     kept_limit,
     nearest,
@@ -306,7 +307,7 @@ def _keep_clear(
             v[k] = nominal[k]
         if side == 0.0:
             _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
-        moved = nearest_velocity(rows, bounds, count, v) or side != 0.0
+        moved = nearest_velocity(rows, bounds, count, STIFFNESS, v) or side != 0.0
         now, relative = length_of(v), _beside(robot, v, rules, plan, state)
         if now > fastest or relative > beside:  # it is led away: what is behind it counts, too
             fastest, beside = max(fastest, now), max(beside, relative)
