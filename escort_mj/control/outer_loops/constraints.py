@@ -192,9 +192,7 @@ def _consider(
         along += direction[k] * motion
         square += motion * motion
     closing, place = share * approach(margin, rules), count
-    if (
-        share < 1.0 and margin < 0.0 and rules.foresees != 0.0
-    ):  # one that does not do its half is left to come no nearer
+    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
         closing = min(closing, approach(margin, rules) + along - pursuit)
     could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - closing
     if could < 0.0:
@@ -297,7 +295,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         full = np.array([approach(float(each), rules) for each in margin])
         along = rules.foresees * np.sum(rows * velocity, axis=1)
         pursuit = rules.foresees * np.sum(rows * own[kept], axis=1)
-        late = (shares < 1.0) & (margin < 0.0) & (rules.foresees != 0.0)
+        late = (shares < 1.0) & (rules.foresees != 0.0)
         closing = np.where(late, np.minimum(shares * full, full + along - pursuit), shares * full)
         bounds = along - closing
         speed = rules.foresees * np.linalg.norm(velocity, axis=1)
