@@ -32,7 +32,7 @@ PUSHED, STARTED, DISTURBED, MISLED = "pushed", "started", "disturbed", "misled"
 OUTRUN, OVERTAKEN, BOXED_IN, UNEXPLAINED = "outrun", "overtaken", "boxed in", "unexplained"
 CAUSES = {
     PUSHED: "an earlier touch, whose cause is known, still moves one of the robots: it ended no longer ago "
-    "than |v| / a and a tenth of a second",
+    "than |v| / a, with the velocity that it left the robot with, and a tenth of a second",
     STARTED: "the start is the alarm, and no flight is clear",
     DISTURBED: "|disturbance| exceeded the force limit of the robot on an axis since the alarm",
     MISLED: "errors of measured positions, |q_measured - q|, of both robots where two meet, reached the safe "
@@ -131,8 +131,10 @@ class _Scene:
         row = max(int(np.searchsorted(self.time, start - 0.5 * float(self.trace.attrs["timestep"]))) - 1, 0)
         sides = [(i, b) for i, b in (couple, couple[::-1]) if i < self.robots]
         for i, _ in sides:
-            moved = float(np.linalg.norm(self.v[row, i])) / max(self._thrust(i, row, row), 1e-9)
-            if start - known.get(i, -math.inf) <= moved + SETTLING:
+            ended = known.get(i, -math.inf)
+            left = min(int(np.searchsorted(self.time, ended)), row)
+            moved = float(np.linalg.norm(self.v[left, i])) / max(self._thrust(i, left, row), 1e-9)
+            if start - ended <= moved + SETTLING:
                 return PUSHED
         found = [self._from_alarm(i, b, row) for i, b in sides]
         return min(found, key=[*CAUSES, UNEXPLAINED].index)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from escort_mj.api import load_scenario, run
-from escort_mj.control.outer_loops.detour import Detour, boundary, next_detour, turned
+from escort_mj.control.outer_loops.detour import Detour, boundary, next_detour
+from escort_mj.control.outer_loops.nearby import turned
 
 NONE = Detour(0.0, 0.0, 0.0, 0.0)
 

@@ -13,7 +13,14 @@ from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.failure import Team
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import filtered as filtered_by
-from escort_mj.control.outer_loops.constraints import MOST, Rules, approach, constraints_of
+from escort_mj.control.outer_loops.constraints import (
+    MOST,
+    Rules,
+    approach,
+    constraints_of,
+    leave_path,
+    left_path,
+)
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
     keep_limit,
@@ -90,6 +97,11 @@ def move(rows, bounds, v):
 def limit(rows, bounds, most, v):
     if rows.shape[1] == 2 or rows.shape[1] == 3:
         keep_limit(rows, bounds, rows.shape[0], most, v)
+
+
+@jitted
+def leave(apart, reach, v, motion, most, rate, braking, direction):
+    return leave_path(apart, reach, v, motion, most, Rules(rate, braking, 0.0, 1.0, 0.0, 0.0), direction)
 
 
 @jitted
@@ -183,6 +195,26 @@ def test_conditions_beyond_the_speed_limit_are_broken_least(axes: int) -> None:
         assert broken[0] <= broken[1].min() + 1e-6
         seen += 1
     assert seen > 100
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_path_is_left_on_the_side_where_the_robot_will_be(axes: int) -> None:
+    rng = np.random.default_rng(axes)
+    rules = Rules(4.0, 3.0, 0.0, 1.0, 0.0, 0.0)
+    for _ in range(100):
+        x, v, motion = rng.normal(scale=2.0, size=(3, axes))
+        motion *= np.sign(motion @ x)
+        apart, reach = float(np.linalg.norm(x)), float(rng.uniform(0.1, 2.0))
+        away, needed = left_path(x, reach, v, motion, 1.5, rules)
+        direction = x / apart
+        by_kernel = leave(apart, reach, v, motion, 1.5, rules.rate, rules.braking, direction)
+        np.testing.assert_allclose(direction, away, atol=1e-12)
+        assert by_kernel == pytest.approx(needed, abs=1e-12) and needed <= 1.5
+        assert away @ motion == pytest.approx(0.0, abs=1e-12)
+        assert away @ (x + (x @ motion) / (motion @ motion) * v) > 0.0, "as the body arrives"
+    ahead, left = np.eye(axes)[:2]
+    head_on, needed = left_path(ahead, 0.5, 0.0 * ahead, ahead, 1.5, rules)
+    assert (head_on == left).all() and needed == 1.5
 
 
 def test_the_approach_stops_in_time() -> None:

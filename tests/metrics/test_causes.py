@@ -51,7 +51,7 @@ def causes(text: str) -> list[str]:
         (AVOIDING + "sensing: {position: {bias: [-0.6, 0]}}\n", "misled"),
         (AVOIDING.replace("[[0, 0]]", "[[2, 0]], velocities: [[6, 0]]"), "started"),
         (ALONE + CART.replace("SPEED", "4").replace("0.9", "2"), "outrun"),
-        (ALONE + CART.replace("SPEED", "2.5").replace("0.9", "0.05"), "overtaken"),
+        (ALONE + CART.replace("SPEED", "1.5").replace("0.9", "0.8"), "overtaken"),
         (ALONE + CART.replace("SPEED", "0.9") + "duration: 7\n" + CORRIDOR, "boxed in"),
     ],
 )

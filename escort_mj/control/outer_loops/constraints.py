@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
-from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
+from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of, turn, turned
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.numerics.neighbors import ALL, find_near
@@ -25,6 +25,7 @@ Mask = NDArray[np.bool_]
 
 MOST = 24  # constraints of one robot: those that demand most
 SHARED = 0.5  # marks constraints by teammates with goals of their own
+HEAD_ON = 1e-9  # share of a distance that is no offset to either side
 NEAR = 64  # teammates that may be near enough to demand something; of more, all are looked at
 
 
@@ -100,7 +101,7 @@ def find_constraints(
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
     memory = stack_memory()
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
-    spare = vector_at(memory + DOUBLE * (p + NEAR), MOST)
+    spare, motion = vector_at(memory + DOUBLE * (p + NEAR), MOST), vector_at(stack_memory(), p)
     own, to_surface, mates = plan.robot_radius[robot], float(avoid.measure), int(ALL)
     if plan.failure_start.shape[0] == 0:
         look = avoid.teammate_distance + to_surface * own + horizon(2.0 * beside, rules)
@@ -108,21 +109,38 @@ def find_constraints(
         if avoid.teammate_distance > 0.0:
             mates = find_near(robot, look, to_surface, plan.robot_radius, state, near)
     everyone = mates == int(ALL)
-    look = avoid.safe_distance + to_surface * own + horizon(speed + fastest_mover(state), rules)
+    fastest = fastest_mover(state)
+    away = horizon(speed + fastest, rules)
+    nearer = 1.0 + rules.foresees * lead_of(fastest, plan.max_speed)
     last = m + (n if everyone else mates)
     for place in range(last + 1):
         other = place if place < m or everyone else m + n if place == last else m + int(near[place - m])
         if place < m:
-            far, square = look + to_surface * plan.seen_radius[place], 0.0
+            reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[place])
+            far, square = away + nearer * reach, 0.0
             for k in range(p):
                 square += (state.q_measured[robot, k] - position[place, k]) ** 2
             if square > far * far:
                 continue
         count = _consider(
-            robot, other, speed, beside, avoid, rules, position, direction, plan, state, rows, bounds,
+            robot, other, speed, beside, avoid, rules, position, direction, motion, plan, state, rows, bounds,
             shared, spare, count,
         )  # fmt: skip
     return count
+
+
+@inlined
+def lead_of(speed: float, most: float) -> float:
+    """Return how far a body that a robot cannot outrun goes while the robot goes a meter out of its way.
+
+    Args:
+        speed: Of the body [m/s].
+        most: Speed limit of the robot [m/s].
+
+    Returns:
+        [1]; 0 where the body is slower.
+    """
+    return speed / most if speed > most else 0.0
 
 
 @inlined
@@ -152,8 +170,8 @@ def length_of(vector: Array) -> float:
 @inlined
 def _consider(
     robot: int, other: int, speed: float, beside: float, avoid: Any, rules: Rules, position: Array,
-    direction: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array, spare: Array,
-    count: int,
+    direction: Array, motion: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
+    spare: Array, count: int,
 ) -> int:  # fmt: skip
     """Add the constraint of one body: obstacles first, then robots, last the target; return their number."""
     n, p = state.q.shape
@@ -181,20 +199,20 @@ def _consider(
     square = pursuit = 0.0
     for k in range(p):
         if mate < 0:
-            motion = obstacle_speed(other, k, plan, state)
+            motion[k] = obstacle_speed(other, k, plan, state)
         elif mate == n:
-            motion = target_speed(robot, plan, state)[k]
+            motion[k] = target_speed(robot, plan, state)[k]
         elif state.lost[mate] != 0.0:
-            motion = state.v_measured[mate, k]
+            motion[k] = state.v_measured[mate, k]
         else:
-            motion, share = team_motion(robot, k, rules, plan, state), 0.5
+            motion[k], share = team_motion(robot, k, rules, plan, state), 0.5
             pursuit += direction[k] * rules.foresees * state.v_measured[mate, k]
-        along += direction[k] * motion
-        square += motion * motion
-    closing, place = share * approach(margin, rules), count
-    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
-        closing = min(closing, approach(margin, rules) + along - pursuit)
-    could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - closing
+        along += direction[k] * motion[k]
+        square += motion[k] * motion[k]
+    outrun = share == 1.0 and rules.foresees != 0.0 and along > 0.0
+    lead = lead_of(math.sqrt(square), plan.max_speed) * reach if outrun else 0.0
+    full, place = approach(margin - lead, rules), count
+    could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - share * full
     if could < 0.0:
         return count
     if count == MOST:
@@ -204,11 +222,58 @@ def _consider(
                 place = at
         if could <= spare[place]:
             return count
-    bounds[place], spare[place] = rules.foresees * along - closing, could
+    bounds[place], spare[place] = rules.foresees * along - share * full, could
+    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
+        bounds[place] = max(bounds[place], pursuit - full)
+    if lead > 0.0:
+        bounds[place] = leave_path(
+            apart, reach, state.v_measured[robot], motion, plan.max_speed, rules, direction
+        )
     shared[place] = 0.0 if share == 1.0 else 1.0 if rules.target_radius > 0.0 else SHARED
     for k in range(p):
         rows[place, k] = direction[k]
     return min(count + 1, MOST)
+
+
+@inlined
+def leave_path(
+    apart: float, reach: float, v: Array, motion: Array, most: float, rules: Rules, direction: Array
+) -> float:
+    """Find what a robot's velocity has to satisfy to leave the path of a body that comes faster than it can.
+
+    The condition is that of a body at rest, with the distance from the path in place of that from the body.
+    It holds from when the body needs as long as the robot needs to leave its path.
+
+    Args:
+        apart: Distance from the body [m].
+        reach: The least that it may be [m].
+        v: Velocity of the robot, shape (p,) [m/s].
+        motion: Velocity of the body, likewise.
+        most: Speed limit of the robot [m/s].
+        rules: How fast it may come nearer to the path.
+        direction: Unit vector away from the body, shape (p,); becomes the one away from its path, on the side
+            where the robot will be when the body arrives.
+
+    Returns:
+        How fast it has to go that way [m/s].
+    """
+    p, speed, along, ahead = v.shape[0], length_of(motion), 0.0, 0.0
+    for k in range(p):
+        along += v[k] * motion[k] / speed
+        ahead += apart * direction[k] * motion[k] / speed
+    square = inner = 0.0
+    for k in range(p):
+        aside = apart * direction[k] - ahead * motion[k] / speed
+        direction[k] = aside + ahead / speed * (v[k] - along * motion[k] / speed)
+        square += direction[k] * direction[k]
+        inner += aside * direction[k]
+    length = math.sqrt(square)
+    if length <= HEAD_ON * apart:
+        turn(motion, direction)
+        return min(-approach(-reach, rules), most)
+    for k in range(p):
+        direction[k] /= length
+    return min(-approach(inner / length - reach, rules), most)
 
 
 @inlined
@@ -280,6 +345,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
     for i in range(n):
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
+        reach = (safe[i] + (setup.robot_radius[i] + radii) * (avoid.measure == "surface"))[wanted]
         motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i])])
         velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], now.v])[wanted]
         if rules.target_distance > 0.0:
@@ -287,17 +353,40 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
             length = float(np.linalg.norm(x))
             bodies = (setup.robot_radius[i] + rules.target_radius) * (avoid.measure == "surface")
             rows = np.vstack([rows, x / length if length > 0.0 else np.eye(len(x))[0]])
-            margin = np.append(margin, length - bodies - rules.target_distance)
+            reach = np.append(reach, bodies + rules.target_distance)
+            margin = np.append(margin, length - reach[-1])
             velocity, shares = np.vstack([velocity, now.c_dot[i]]), np.append(shares, 1.0)
             own = np.vstack([own, now.c_dot[i]])
         kept = ~((rules.cone != 0.0) & (margin > 0.0))
-        rows, margin, velocity, shares = rows[kept], margin[kept], velocity[kept], shares[kept]
-        full = np.array([approach(float(each), rules) for each in margin])
+        rows, margin, reach, velocity, shares = (
+            each[kept] for each in (rows, margin, reach, velocity, shares)
+        )
         along = rules.foresees * np.sum(rows * velocity, axis=1)
-        pursuit = rules.foresees * np.sum(rows * own[kept], axis=1)
-        late = (shares < 1.0) & (rules.foresees != 0.0)
-        closing = np.where(late, np.minimum(shares * full, full + along - pursuit), shares * full)
-        bounds = along - closing
         speed = rules.foresees * np.linalg.norm(velocity, axis=1)
-        found.append(Constraints(rows, bounds, closing, speed, shares < 1.0, rules.target_radius > 0.0))
+        lead = [lead_of(float(each), setup.max_speed) for each in speed] * ((shares == 1.0) & (along > 0.0))
+        full = np.array([approach(float(each), rules) for each in margin - lead * reach])
+        pursuit = rules.foresees * np.sum(rows * own[kept], axis=1)
+        bounds = along - shares * full
+        shared = (shares < 1.0) & (rules.foresees != 0.0)
+        bounds = np.where(shared, np.maximum(bounds, pursuit - full), bounds)
+        for j in np.flatnonzero(lead):
+            x = rows[j] * (margin[j] + reach[j])
+            rows[j], bounds[j] = left_path(x, reach[j], now.v[i], velocity[j], setup.max_speed, rules)
+        found.append(Constraints(rows, bounds, shares * full, speed, shares < 1.0, rules.target_radius > 0.0))
     return found
+
+
+def left_path(
+    x: Array, reach: float, v: Array, motion: Array, most: float, rules: Rules
+) -> tuple[Array, float]:
+    """Return the direction away from a body's path, and the speed that way; x is where a robot is from it."""
+    along = motion / np.linalg.norm(motion)
+    aside = x - (x @ along) * along
+    later = aside + (x @ along) / np.linalg.norm(motion) * (v - (v @ along) * along)
+    length = float(np.linalg.norm(later))
+    r, missing = (
+        (later / length, reach - aside @ later / length)
+        if length > HEAD_ON * np.linalg.norm(x)
+        else (turned(along), reach)
+    )
+    return r, min(-approach(float(-missing), rules), most)

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors.avoid_obstacles import POLAR
+from escort_mj.control.outer_loops.nearby import turn, turned
 from escort_mj.control.outer_loops.nearest_velocity import speed_along
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
@@ -114,7 +114,7 @@ def follow_boundary(
     for j in range(count):
         if shared[j] < 1.0 and (binding < 0 or bounds[j] > bounds[binding]):
             binding = j
-    turn(rows, binding, tangent)
+    turn(rows[binding], tangent)
     share = 1.0
     while share >= FREE:
         for step in range(1, DIRECTIONS):
@@ -151,21 +151,6 @@ def _is_free(
         if speed_along(rows, j, heading) < bounds[j]:
             return False
     return True
-
-
-@inlined
-def turn(rows: Array, j: int, tangent: Array) -> None:
-    """Write the unit vector counterclockwise across a row, in pairs of axes as `sidestep` turns them."""
-    p = tangent.shape[0]
-    first = 1 if p % 2 == 1 and abs(rows[j, p - 1]) > POLAR else 0
-    square = 0.0
-    for k in range(p):
-        tangent[k] = 0.0
-    for k in range(first, first + p - p % 2, 2):
-        tangent[k], tangent[k + 1] = -rows[j, k + 1], rows[j, k]
-        square += tangent[k] * tangent[k] + tangent[k + 1] * tangent[k + 1]
-    for k in range(p):
-        tangent[k] /= math.sqrt(square)
 
 
 @inlined
@@ -220,13 +205,3 @@ def boundary(side: float, speed: float, rows: Array, bounds: Array, shared: Arra
             return velocity(free, share)
         share *= 0.5
     return np.zeros(p)
-
-
-def turned(r: Array) -> Array:
-    """Return the unit vector counterclockwise across a unit vector, shape (p,)."""
-    p, across = len(r), np.zeros_like(r)
-    first = 1 if p % 2 and abs(r[-1]) > POLAR else 0
-    paired = slice(first, first + p - p % 2)
-    pairs = r[paired].reshape(-1, 2)
-    across[paired] = np.stack([-pairs[:, 1], pairs[:, 0]], axis=1).ravel()
-    return np.asarray(across / np.linalg.norm(across))

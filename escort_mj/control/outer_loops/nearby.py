@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles
+from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.native.kernels import inlined
 
 if TYPE_CHECKING:
@@ -98,6 +99,23 @@ def bearing(robot: int, other: int, q: Array, obstacle_position: Array, directio
     return distance
 
 
+@inlined
+def turn(r: Array, tangent: Array) -> None:
+    """Write the unit vector counterclockwise across another, in pairs of axes as `sidestep` turns them."""
+    p, length = tangent.shape[0], 0.0
+    for k in range(p):
+        length += r[k] * r[k]
+    first = 1 if p % 2 == 1 and abs(r[p - 1]) > POLAR * math.sqrt(length) else 0
+    square = 0.0
+    for k in range(p):
+        tangent[k] = 0.0
+    for k in range(first, first + p - p % 2, 2):
+        tangent[k], tangent[k + 1] = -r[k + 1], r[k]
+        square += tangent[k] * tangent[k] + tangent[k + 1] * tangent[k + 1]
+    for k in range(p):
+        tangent[k] /= math.sqrt(square)
+
+
 # The same in plain NumPy.
 
 
@@ -121,3 +139,13 @@ def bodies_nearby(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> 
     np.fill_diagonal(mates, 0.0)
     safe = np.hstack([np.full((len(q), len(setup.obstacle_position)), avoid.safe_distance), mates])
     return away, distance, safe
+
+
+def turned(r: Array) -> Array:
+    """Return the unit vector counterclockwise across another, shape (p,)."""
+    p, across = len(r), np.zeros_like(r)
+    first = 1 if p % 2 and abs(r[-1]) > POLAR * np.linalg.norm(r) else 0
+    paired = slice(first, first + p - p % 2)
+    pairs = r[paired].reshape(-1, 2)
+    across[paired] = np.stack([-pairs[:, 1], pairs[:, 0]], axis=1).ravel()
+    return np.asarray(across / np.linalg.norm(across))

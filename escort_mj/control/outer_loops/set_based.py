@@ -21,6 +21,7 @@ from escort_mj.control.outer_loops.constraints import (
     constraints_of,
     fastest_mover,
     find_constraints,
+    lead_of,
     length_of,
     team_motion,
 )
@@ -33,9 +34,8 @@ from escort_mj.control.outer_loops.detour import (
     keep_detour,
     memory_of,
     next_detour,
-    turn,
-    turned,
 )
+from escort_mj.control.outer_loops.nearby import turn, turned
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
     keep_limit,
@@ -226,26 +226,30 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
     target_velocity_rows(i, plan, state, drift)
     load_rows(q, i, here)
     load_rows(state.v_d, i, wanted)
-    square, relative = everywhere(0.0), everywhere(0.0)
+    square, relative, pace = everywhere(0.0), everywhere(0.0), everywhere(0.0)
     to_target, found = everywhere(0.0), everywhere(0.0)
     for k in range(p):
         carried = row_of(drift, k)
         square = square + row_of(wanted, k) * row_of(wanted, k)
         relative = relative + (row_of(wanted, k) - carried) * (row_of(wanted, k) - carried)
+        pace = pace + carried * carried
         way = row_of(here, k) - row_of(center, k)
         to_target = to_target + way * way
-    speed, relative = root(square), root(relative)
+    speed, relative, pace, most = root(square), root(relative), root(pace), plan.max_speed
     if rules.target_distance > 0.0:
         look = rules.target_distance + to_surface * (own + rules.target_radius)
-        look = look + _horizon(relative, rules)
+        outrun = pace > most
+        look = look + where(outrun, look * pace / most, 0.0)
+        look = look + _horizon(where(outrun, speed + pace, relative), rules)
         found = where(to_target < look * look, 1.0, found)
-    horizon = _horizon(speed + fastest_mover(state), rules)
+    fastest = fastest_mover(state)
+    horizon, nearer = _horizon(speed + fastest, rules), 1.0 + lead_of(fastest, most)
     for j in range(plan.obstacle_radius.shape[0]):
         square = everywhere(0.0)
         for k in range(p):
             way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
             square = square + way * way
-        look = avoid.safe_distance + horizon + to_surface * (own + plan.seen_radius[j])
+        look = nearer * (avoid.safe_distance + to_surface * (own + plan.seen_radius[j])) + horizon
         found = where(square < look * look, 1.0, found)
     horizon = _horizon(2.0 * (relative if plan.target_feedforward else speed), rules)
     lists = seen_neighbors(state)
@@ -259,17 +263,18 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and lists.shape[0] == 0):
         for j in range(n):
-            safe, ahead = avoid.teammate_distance, horizon
+            safe, ahead, nearer = avoid.teammate_distance, horizon, 1.0
             if failing and state.lost[j] != 0.0:
                 safe = max(safe, avoid.safe_distance)
-                ahead = _horizon(speed + length_of(state.v_measured[j]), rules)
+                drifts = length_of(state.v_measured[j])
+                ahead, nearer = _horizon(speed + drifts, rules), 1.0 + lead_of(drifts, most)
             if safe <= 0.0:
                 continue
             square = everywhere(0.0)
             for k in range(p):
                 way = row_of(here, k) - q[j, k]
                 square = square + way * way
-            look = safe + ahead + to_surface * (own + plan.robot_radius[j])
+            look = nearer * (safe + to_surface * (own + plan.robot_radius[j])) + ahead
             near = (square < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
             found = where(near, 1.0, found)
     return found
@@ -360,7 +365,7 @@ def _step_aside(share: float, rows: Array, bounds: Array, count: int, speed: flo
     add = share * blocked - math.sqrt(max(speed * speed - along * along, 0.0))
     if add > 0.0:
         tangent = vector_at(stack_memory(), p)
-        turn(rows, worst, tangent)
+        turn(rows[worst], tangent)
         for k in range(p):
             v[k] += add * tangent[k]
 
