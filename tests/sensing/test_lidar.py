@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -10,8 +11,12 @@ from escort_mj.numerics.gaussian import LIDAR, normal
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.lidar import FAR, even_rays
+from escort_mj.world.callback import native_loop
+from escort_mj.world.model.build import build
+from escort_mj.world.plant import Plant
 from tests.control.twins import Kernel, compare
 from tests.knowledge.test_sight import among_shapes
+from tests.world.loop.test_nearest import PLANAR, SPATIAL
 
 SEED = 5
 MESH = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
@@ -88,3 +93,35 @@ def returning(axes: int, outer: Any) -> tuple[Setup, np.ndarray, np.ndarray]:
 def test_kernel_and_twin_avoid_the_same_returns(axes: int, outer: str) -> None:
     setup, q, v = returning(axes, outer)
     assert compare(setup, q, v, steps=8).any()
+
+
+@pytest.mark.parametrize("keys", [PLANAR, SPATIAL], ids=["planar", "spatial"])
+def test_in_the_loop_rays_meet_the_geometry_of_mujoco(keys: dict[str, Any], compiled: None) -> None:
+    """Shapes, walls with doors and what moves, seen by one robot, against `mj_multiRay`."""
+    axes, far = keys.get("axes", 2), 60.0
+    robots = {"positions": [[0.5, 0.3, -0.2][:axes]]}
+    mover = {"shape": "box", "size": [0.5, 0.3, 0.4], "motion": {"position": ["4 - t", *[2] * (axes - 1)]}}
+    changes = {
+        "robots": robots,
+        "target": {"position": [900.0] * axes},
+        "sensing": {"lidar": {"rays": 300, "range": far}},
+        "obstacles": [*keys["obstacles"], mover],
+    }
+    world = build(Scenario.model_validate(keys | changes))
+    model = world.model
+    with native_loop(world):
+        plant = Plant(world)
+        plant.step(50)
+        mujoco.mj_forward(model, plant.data)
+        rays = np.zeros((300, 3))
+        rays[:, :axes] = even_rays(300, axes)
+        eye, lengths = plant.data.geom("robot_1_body").xpos, np.zeros((300, 1))
+        geoms = np.zeros((300, 1), dtype=np.int32)
+        body = model.geom("robot_1_body").bodyid[0]
+        found = geoms, lengths, None, 300, far
+        mujoco.mj_multiRay(model, plant.data, eye, rays.reshape(-1, 1), None, True, body, *found)
+        for number, name in enumerate(world.bodies.names[2:-1]):
+            mine = geoms[:, 0] == model.geom(f"{name}_body").id
+            expected = lengths[mine, 0].min(initial=np.inf)
+            assert plant.state.lidar_nearest[number] == pytest.approx(expected, abs=1e-7), name
+        assert np.isfinite(plant.state.lidar_nearest).sum() >= 5
