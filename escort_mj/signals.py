@@ -36,11 +36,12 @@ from escort_mj.monitor.signals import (
     TruthSignals,
 )
 from escort_mj.native.fields import Extent, Recorded, declared
+from escort_mj.sensing.lidar import LidarSignals
 from escort_mj.sensing.sensors import SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
-KNOWLEDGE, RADIO = "knowledge", "radio"
+KNOWLEDGE, RADIO, LIDAR = "knowledge", "radio", "lidar"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -50,7 +51,9 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("headed",): ("robot",),
     ("informed",): ("robot",),
     ("hearing",): ("robot",),
+    ("returned",): ("robot",),
     ("slots",): ("slot",),
+    ("rays",): ("ray",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -67,6 +70,7 @@ CHANNELS: dict[Extent, str] = {
     ("headed",): GOALS,
     ("informed",): KNOWLEDGE,
     ("hearing",): RADIO,
+    ("returned",): LIDAR,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -89,6 +93,7 @@ class Signals(
     GoalSignals,
     KnowledgeSignals,
     RadioSignals,
+    LidarSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -99,7 +104,7 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`, `group`, `slot`.
+            `cause`, `group`, `slot`, `ray`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         dtype: Of its values in a trace.
@@ -163,7 +168,7 @@ def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
 
 
 def channel_sizes(
-    driven: bool, headed: bool, informed: bool = False, axes: int = 0, slots: int = 0
+    driven: bool, headed: bool, informed: bool = False, axes: int = 0, slots: int = 0, rays: int = 0
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -173,13 +178,16 @@ def channel_sizes(
         informed: Whether robots know only what they see and hear.
         axes: p.
         slots: How many teammates a robot hears at most; 0 without a radio.
+        rays: How many rays of a lidar are recorded.
     """
-    channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0}
+    channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes
     if slots:
         sizes["slot"] = slots
+    if rays:
+        sizes["ray"] = rays
     return sizes
 
 

@@ -13,9 +13,8 @@ from escort_mj.signals import SIGNALS, channel_sizes, truth_sizes
 def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> dict[str, int]:
     sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
     sizes["group"] = 4
-    return (
-        sizes | truth_sizes(axes, truth, lyapunov=truth) | channel_sizes(truth, truth, truth, axes, 2 * truth)
-    )
+    sizes |= truth_sizes(axes, truth, lyapunov=truth)
+    return sizes | channel_sizes(truth, truth, truth, axes, 2 * truth, 4 * truth)
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
@@ -55,6 +54,7 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "force_limit": [10.0] * n,
         "neighbors": [[i, i + 1] for i in range(1, n)],
         "spacing": 1.0,
+        "lidar_ray": np.ones((sizes.get("ray", 0), sizes["axis"])).tolist(),
         "attributes": {
             "title": "synthetic",
             "description": "",

@@ -21,7 +21,7 @@ from escort_mj.record.window import window
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
-MAY_BE_INFINITE = ("clearance", "target_clearance")  # where there is nothing to be clear of
+MAY_BE_INFINITE = ("clearance", "target_clearance", "lidar_range")  # where there is nothing near
 
 SanityCheck = Literal["warnings", "finite", "energy", "tunneling"]
 SANITY: tuple[SanityCheck, ...] = get_args(SanityCheck)

@@ -80,6 +80,7 @@ def pack(
         "headed": n * setup.headed,
         "informed": n * setup.informed,
         "scanned": n * (setup.sensing.lidar is not None),
+        "returned": n * (setup.sensing.lidar is not None and setup.sensing.lidar.recorded),
         "facing": n * (setup.sight is not None and setup.sight.field < np.inf),
         "believed": setup.estimator.orders * p,
         "turned": n if setup.informed else 1,

@@ -13,7 +13,7 @@ import numpy as np
 from escort_mj.errors import RunFolderError
 from escort_mj.monitor.signals import CAUSES, GROUPS
 from escort_mj.record.recording import not_logged
-from escort_mj.signals import DRIVES, EPISODE, GOALS, KNOWLEDGE, LYAPUNOV, RADIO, SIGNALS, TRUTH
+from escort_mj.signals import DRIVES, EPISODE, GOALS, KNOWLEDGE, LIDAR, LYAPUNOV, RADIO, SIGNALS, TRUTH
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -100,7 +100,7 @@ def _attribute_faults(trace: Recorded) -> Iterator[str]:
 def _shape_faults(trace: Recorded) -> Iterator[str]:
     """Variables that are missing, or have other dimensions or types."""
     marks = {TRUTH: "mass_matrix", LYAPUNOV: "lyapunov", DRIVES: "drive_force", GOALS: "goal"}
-    marks |= {KNOWLEDGE: "target_estimate", RADIO: "heard_from"}
+    marks |= {KNOWLEDGE: "target_estimate", RADIO: "heard_from", LIDAR: "lidar_range"}
     channels = {channel: signal in trace for channel, signal in marks.items()}
     wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
     wanted |= {name: (dims, "fiu") for name, dims in FIXED.items()}
@@ -111,6 +111,8 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     wanted |= {column.name: (column.dims, "fiu") for column in EPISODE}
     if "obstacle_outline" in trace:
         wanted["obstacle_outline"] = ("obstacle", "point", "axis"), "f"
+    if channels[LIDAR]:
+        wanted["lidar_ray"] = ("ray", "axis"), "f"
     wanted |= {name: (wanted[name][0], "iu") for name in INDICES}
     for name, (dims, kinds) in wanted.items():
         if name not in trace:

@@ -274,6 +274,12 @@ def _of_bodies(labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
             np.asarray(labels["obstacle_outline"], float),
             _said("m", "points around each obstacle, relative to its center"),
         )
+    if labels.get("lidar_ray"):
+        variables["lidar_ray"] = Variable(
+            ("ray", "axis"),
+            np.asarray(labels["lidar_ray"], float),
+            _said("1", "unit vector along each ray of the robots' lidars"),
+        )
     return variables
 
 

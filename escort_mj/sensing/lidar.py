@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from escort_mj.components.rays import stretch_in, stretches
-from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import LIDAR, normal, normals
 
@@ -33,12 +33,14 @@ class Lidar(NamedTuple):
         reach: Distance from a robot's center up to which rays return [m].
         every: Physics steps between two scans.
         noise: Standard deviation of distances [m].
+        recorded: Whether traces have the distances.
     """
 
     rays: Array
     reach: float
     every: int = 1
     noise: float = 0.0
+    recorded: bool = False
 
 
 class LidarParameters(Fields):
@@ -59,6 +61,17 @@ class LidarParameters(Fields):
             "lidar_every": lidar.every,
             "lidar_noise": lidar.noise,
         }
+
+
+class LidarSignals(Fields):
+    """What lidars return; recorded where the scenario asks for it."""
+
+    lidar_range: Annotated[
+        Array,
+        "returned",
+        "rays",
+        Recorded("m", "distance along each ray of the robot's lidar; inf where nothing returned"),
+    ]
 
 
 class LidarState(Fields):
@@ -111,12 +124,14 @@ def scan(plan: Plan, state: State) -> None:
         if plan.lidar_noise > 0.0:
             normals(rays, plan.seed, 1, LIDAR, i, step, state.ray_error)
         for r in range(rays):
-            if state.ray_obstacle[r] == NOTHING:
-                continue
-            row = i * m + int(state.ray_obstacle[r])
-            length = state.ray_length[r]
+            nothing, length = state.ray_obstacle[r] == NOTHING, state.ray_length[r]
             if plan.lidar_noise > 0.0:
                 length = max(length + plan.lidar_noise * state.ray_error[r], 0.0)
+            if state.lidar_range.shape[0] > 0:
+                state.lidar_range[i, r] = math.inf if nothing else length
+            if nothing:
+                continue
+            row = i * m + int(state.ray_obstacle[r])
             if length < state.lidar_nearest[row]:
                 state.lidar_nearest[row] = length
                 for k in range(p):

@@ -36,7 +36,7 @@ LAYERS = {
     "safe": "safe distances",
     "contacts": "avoidance and contacts",
     "links": "neighbors, or who hears whom",
-    "knowledge": "estimates and lines of sight",
+    "knowledge": "estimates, lines of sight and returns of lidars",
     "escort": "escort radius",
     "numbers": "numbers",
 }
@@ -202,7 +202,8 @@ class StageView:
         handles["contacts"].append(self._halos)
         self._ghosts = self._balls("/estimates", 0.4)
         self._sight = scene.add_line_segments("/sight", nothing, np.zeros((1, 2, 3)), thickness=2.0, **line)
-        handles["knowledge"] += [self._ghosts, self._sight]
+        self._returns = scene.add_line_segments("/lidar", nothing, np.zeros((1, 2, 3)), thickness=2.5, **line)
+        handles["knowledge"] += [self._ghosts, self._sight, self._returns]
         self._labels = [
             scene.add_label(f"/numbers/{k + 1}", str(k + 1), anchor="bottom-center", font_screen_scale=0.8)
             for k in range(0 if self._crowd else replay.count)
@@ -281,6 +282,10 @@ class StageView:
             self._links.points = _segments(moment.robots[replay.linked(moment.sample)]).astype(np.float32)
         if replay.seen.size and not self._crowd and self.shown["knowledge"]:
             self._draw_knowledge(replay, moment)
+        if replay.returns.size and not self._crowd and self.shown["knowledge"]:
+            ends, whose = replay.returned(moment)
+            self._returns.points = _segments(ends).astype(np.float32)
+            self._returns.colors = linear(_segments(np.repeat(self._colors[whose, None], 2, axis=1)))
         touching, avoiding = (replay.lately(one, moment, GLOW) for one in (replay.touching, replay.avoiding))
         halo = touching | avoiding
         self._halos.batched_positions = moment.robots.astype(np.float32)

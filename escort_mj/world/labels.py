@@ -37,7 +37,7 @@ def _outlines(scenario: Scenario) -> list[list[list[float]]]:
 def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
-    neighbors, spacing = setup.edges
+    (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
     return {
         "bodies": world.bodies.names,
@@ -51,6 +51,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "robot_radius": setup.robot_radius.tolist(),
         "obstacle_radius": setup.obstacle_radius.tolist(),
         "obstacle_outline": _outlines(scenario),
+        "lidar_ray": lidar.rays.tolist() if lidar is not None and lidar.recorded else [],
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),

@@ -6,8 +6,11 @@ import mujoco
 import numpy as np
 import pytest
 
+import escort_mj
+from escort_mj.components.rays import stretches
 from escort_mj.control.setup import Setup
 from escort_mj.numerics.gaussian import LIDAR, normal
+from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.lidar import FAR, even_rays
@@ -74,6 +77,28 @@ def test_rays_are_even_over_the_sphere() -> None:
     assert np.abs(rays.mean(axis=0)).max() < 2e-3
     nearest = np.sort(rays @ rays.T, axis=1)[:, -2]
     assert np.arccos(nearest).min() > 0.75 * np.sqrt(4.0 * np.pi / 500)
+
+
+def test_what_rays_return_is_recorded_and_drawn(compiled: None) -> None:
+    keys = {
+        "duration": 0.1,
+        "robots": {"count": 1, "radius": 0.1, "positions": [[0.4, -0.3]]},
+        "obstacles": [body for body, _ in AROUND],
+        "mission": {"behaviors": ["surface"]},
+        "sensing": {"lidar": {"rays": 90, "range": 7.0, "record": True}},
+    }
+    scenario = Scenario.model_validate(keys)
+    trace = escort_mj.run(scenario).trace
+    setup, rays = controller_setup(scenario), trace["lidar_ray"].values
+    found, q = trace["lidar_range"].values, trace["q"].values
+    for lengths, place in zip(found[:, 0], q[:, 0], strict=True):
+        first, last = stretches(place, rays, setup)
+        nearest = np.where((first < last) & (last > 0.0), first, np.inf).min(axis=1)
+        np.testing.assert_allclose(lengths, np.where(nearest < 7.0, nearest, np.inf), rtol=1e-6)
+    replay = replay_of(trace)
+    ends, whose = replay.returned(replay.at(0.0))
+    assert len(ends) == np.isfinite(found[0]).sum() > 10 and not whose.any()
+    np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), 0.1, rtol=1e-5)
 
 
 def returning(axes: int, outer: Any) -> tuple[Setup, np.ndarray, np.ndarray]:

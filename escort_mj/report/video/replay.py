@@ -27,8 +27,11 @@ OVER_TIME = (
         "goals",
         "target_coordinates",
     )  # which fields of a replay have a row per sample
-    + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard")
+    + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard", "returns")
 )
+
+
+TICK = 1.0  # length of the end of a ray of a lidar that is drawn, in radii of the robot
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,8 @@ class Replay:
         seen: Whether a robot sees the target, shape (T, n); (T, 0) where all know where it is.
         heard: Whom each robot hears, numbered from 1, 0 for none, shape (T, n, slots); no slots without a
             radio.
+        returns: Distances along the rays of lidars, shape (T, n, rays) [m]; no rays where not recorded.
+        rays: Unit vectors along them, shape (rays, 3).
         planar: Whether the mission has two axes.
         axes: Names of the axes that are seen.
         suffix: What names of its bodies end with, in the model.
@@ -110,6 +115,8 @@ class Replay:
     estimates: Array
     seen: Flags
     heard: NDArray[np.int16]
+    returns: Array
+    rays: Array
     planar: bool
     axes: tuple[str, ...]
     suffix: str = ""
@@ -144,6 +151,14 @@ class Replay:
         qpos = between(self.qpos)
         obstacles = between(self.obstacles)
         return Moment(time, sample, share, qpos, between(self.robots), between(self.target), obstacles)
+
+    def returned(self, moment: Moment) -> tuple[Array, NDArray[np.int64]]:
+        """Return the ends of rays that met something, shape (k, 2, 3) [m], and whose they are, shape (k,)."""
+        lengths = self.returns[moment.sample]
+        whose, which = np.nonzero(np.isfinite(lengths))
+        shown = np.stack([np.maximum(lengths - TICK * self.robot_radius[:, None], 0.0), lengths], axis=-1)
+        ways = shown[whose, which, :, None] * self.rays[which, None]
+        return self.robots[moment.sample, whose, None] + ways, whose
 
     @property
     def communicates(self) -> bool:
@@ -221,6 +236,7 @@ def replay_of(trace: Recorded) -> Replay:
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
     informed = "target_estimate" in trace
+    rays = trace["lidar_ray"].values if "lidar_ray" in trace else np.zeros((0, 3))
     if not escorts(trace):
         places = np.concatenate([robots[0], *goals[[0, -1]]])
         target = np.broadcast_to(0.5 * (places.min(axis=0) + places.max(axis=0)), target.shape)
@@ -247,6 +263,8 @@ def replay_of(trace: Recorded) -> Replay:
         heard=trace["heard_from"].values
         if "heard_from" in trace
         else np.zeros((*robots.shape[:2], 0), np.int16),
+        returns=trace["lidar_range"].values if "lidar_range" in trace else robots[:, :, :0],
+        rays=np.pad(rays, ((0, 0), (0, robots.shape[2] - rays.shape[1]))),
         planar=planar,
         axes=tuple(trace["axis"].values[:3]),
     )

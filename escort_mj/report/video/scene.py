@@ -71,6 +71,7 @@ class Scenery:
         self._links(pen, moment)
         if not self._crowd:
             self._knowledge(pen, moment)
+            self._returns(pen, moment)
         self._trails(pen, moment)
         self._events(pen, moment, avoiding, touching)
 
@@ -185,6 +186,11 @@ class Scenery:
         for place, color, absent in zip(replay.estimates[moment.sample], self._colors, lost, strict=False):
             if not absent:
                 pen.ball(place, GHOST * replay.target_radius, color, 0.3)
+
+    def _returns(self, pen: Pen, moment: Moment) -> None:
+        """The end of each ray of a lidar that met something."""
+        for ends, robot in zip(*self.replay.returned(moment), strict=True):
+            pen.path(ends, self._colors[robot], 2.5 * self._pixel, 0.9)
 
     def _trails(self, pen: Pen, moment: Moment) -> None:
         """Where everyone was lately, fading."""

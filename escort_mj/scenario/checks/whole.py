@@ -44,6 +44,7 @@ from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import coordinates_of, kinds_of, robot_count
 from escort_mj.scenario.schema.knowledge import senders_of
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.sensing import ray_count
 from escort_mj.signals import channel_sizes, record_size, truth_sizes
 
 MAX_STEPS = 1e8  # beyond, time / timestep no longer tells steps apart
@@ -103,7 +104,9 @@ def trace_size(scenario: Scenario) -> float:
     communication = scenario.communication
     slots = senders_of(communication, count).shape[1] if communication else 0
     informed = scenario.knowledge is not None or communication is not None
-    sizes |= channel_sizes(any(kind.driven for kind in kinds_of(scenario)), headed, informed, axes, slots)
+    lidar, driven = scenario.sensing.lidar, any(kind.driven for kind in kinds_of(scenario))
+    rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
+    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 

@@ -79,6 +79,8 @@ class Lidar(Parameters):
     """Standard deviation of the normal error of each distance [m]."""
     rate: PositiveFloat | None = None
     """Scans per second [1/s], a whole number of physics steps apart; null: at every step."""
+    record: bool = False
+    """Whether to record the distance along each ray, `lidar_range`."""
 
 
 class Sensing(Parameters):
@@ -138,8 +140,13 @@ def sensors(sensing: Sensing, timestep: float, seed: int, count: int, axes: int)
 
 def _lidar(lidar: Lidar, timestep: float, axes: int) -> LidarRays:
     """What a lidar does, in the controller's numbers."""
-    rays = even_rays(lidar.rays or RAYS[axes], axes)
-    return LidarRays(rays, lidar.range, steps_of(lidar.rate, timestep), lidar.noise)
+    rays, every = even_rays(ray_count(lidar, axes), axes), steps_of(lidar.rate, timestep)
+    return LidarRays(rays, lidar.range, every, lidar.noise, lidar.record)
+
+
+def ray_count(lidar: Lidar, axes: int) -> int:
+    """Return the number of rays of a lidar."""
+    return lidar.rays or RAYS[2 if axes == 2 else 3]
 
 
 def _biases(sensor: Sensor, seed: int, number: int, bodies: int, axes: int) -> Array | None:
