@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import math
+
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.checks.passage import narrowest_door
 from escort_mj.scenario.checks.whole import trace_size
+from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.sensing import ray_count
 from escort_mj.scenario.setup import controller_setup
+from escort_mj.sensing.lidar import widest_gap
 
 LARGE_TRACE = 100e6  # bytes from which on its size is told beforehand
 
 
 def notes(scenario: Scenario) -> list[str]:
     """Return all that there is to say."""
-    return [note for note in (trace_note(scenario), passage_note(scenario)) if note]
+    return [note for note in (trace_note(scenario), passage_note(scenario), lidar_note(scenario)) if note]
 
 
 def trace_note(scenario: Scenario) -> str:
@@ -45,3 +50,20 @@ def passage_note(scenario: Scenario) -> str:
     words += f"{door.between} leave {door.width:.3g} m at {door.time:.3g} s, so robots lose their places: "
     words += smaller
     return words if surface.fit else f"{words}, and surface with fit: true shrinks where it has to"
+
+
+def lidar_note(scenario: Scenario) -> str:
+    """What to say of an obstacle that rays of a lidar can miss at the safe distance; empty of others."""
+    lidar, axes = scenario.sensing.lidar, scenario.axes
+    if lidar is None:
+        return ""
+    margin = AvoidObstacles.margin([one for _, one in behaviors_of(scenario)], scenario.robots.largest_radius)
+    gap = 2.0 * margin * math.sin(0.5 * widest_gap(ray_count(lidar, axes), axes))
+    for body in obstacles_of(scenario):
+        low, high = body.corners(axes)
+        if (width := float((high - low).max())) < gap:
+            return (
+                f"{body.name} is {width:.3g} m wide, and rays of the lidar are {gap:.3g} m apart at the safe "
+                "distance: robots may not see it; more sensing.lidar.rays are nearer together"
+            )
+    return ""

@@ -95,6 +95,11 @@ def even_rays(count: int, axes: int) -> Array:
     return np.column_stack([across * np.cos(turn), across * np.sin(turn), height])
 
 
+def widest_gap(count: int, axes: int) -> float:
+    """Return the greatest angle of a cone between so many rays that none is in [rad]."""
+    return 2.0 * math.pi / count if axes == 2 else 1.5 * math.sqrt(4.0 * math.pi / count)
+
+
 @on_demand
 def scan(plan: Plan, state: State) -> None:
     """Scan from all robots, if that is due: `lidar_point`."""

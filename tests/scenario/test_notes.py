@@ -62,3 +62,12 @@ def test_a_door_narrower_than_a_robot():
         squeezed(ROUND, width=0.25)
     assert "walls[0]: leaves 0.25 m between wall_1 and wall_2" in str(error.value)
     assert "the largest robot needs 0.3 m" in str(error.value)
+
+
+def test_what_rays_of_a_lidar_can_miss_is_told_beforehand():
+    post = {"shape": "cylinder", "position": [9, 0], "size": [0.05]}
+    keys = {"mission": {"behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 1}, "surface"]}}
+    keys |= {"obstacles": [{"position": [9, 4]}, post], "sensing": {"lidar": {"rays": 36}}}
+    (note,) = notes(Scenario.model_validate(keys))
+    assert note.startswith("obstacle_2 is 0.1 m wide, and rays of the lidar are 0.209 m apart")
+    assert notes(Scenario.model_validate(keys | {"sensing": {"lidar": {"rays": 90}}})) == []

@@ -13,7 +13,7 @@ from escort_mj.numerics.gaussian import LIDAR, normal
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
-from escort_mj.sensing.lidar import FAR, even_rays
+from escort_mj.sensing.lidar import FAR, even_rays, widest_gap
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant
@@ -77,6 +77,9 @@ def test_rays_are_even_over_the_sphere() -> None:
     assert np.abs(rays.mean(axis=0)).max() < 2e-3
     nearest = np.sort(rays @ rays.T, axis=1)[:, -2]
     assert np.arccos(nearest).min() > 0.75 * np.sqrt(4.0 * np.pi / 500)
+    ways = np.random.default_rng(1).normal(size=(5000, 3))
+    away = np.arccos((ways @ rays.T).max(axis=1) / np.linalg.norm(ways, axis=1))
+    assert 0.9 < 2.0 * away.max() / widest_gap(500, 3) < 1.0
 
 
 def test_what_rays_return_is_recorded_and_drawn(compiled: None) -> None:

@@ -69,7 +69,7 @@ def check_lidar(scenario: Scenario) -> Iterator[Finding]:
             yield Finding((*place, "fit"), words, related=(path,))
         if not isinstance(behavior, AvoidObstacles):
             continue
-        least = AvoidObstacles.margin([behavior], _largest(scenario))
+        least = AvoidObstacles.margin([behavior], scenario.robots.largest_radius)
         if lidar.range < least:
             yield Finding(
                 (*path, "range"),
@@ -77,12 +77,6 @@ def check_lidar(scenario: Scenario) -> Iterator[Finding]:
                 f"{key_path(place)}; expected at least {least:g} m",
                 related=(place,),
             )
-
-
-def _largest(scenario: Scenario) -> float:
-    """Return the largest radius of a robot [m]."""
-    robots = scenario.robots
-    return max([robots.radius, *(override.radius or 0.0 for override in robots.overrides)])
 
 
 def check_sight(scenario: Scenario) -> Iterator[Finding]:
