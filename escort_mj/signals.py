@@ -21,6 +21,7 @@ from escort_mj.control.signals import (
     FailureSignals,
     GoalSignals,
     InnerLoopSignals,
+    OpponentSignals,
     OuterLoopSignals,
     SupervisorSignals,
     TaskSignals,
@@ -41,7 +42,7 @@ from escort_mj.sensing.sensors import SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
-KNOWLEDGE, RADIO, LIDAR = "knowledge", "radio", "lidar"
+KNOWLEDGE, RADIO, LIDAR, OPPONENTS = "knowledge", "radio", "lidar", "opponents"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -54,6 +55,8 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("returned",): ("robot",),
     ("slots",): ("slot",),
     ("rays",): ("ray",),
+    ("opponents",): ("opponent",),
+    ("guarding",): ("robot",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -71,6 +74,8 @@ CHANNELS: dict[Extent, str] = {
     ("informed",): KNOWLEDGE,
     ("hearing",): RADIO,
     ("returned",): LIDAR,
+    ("opponents",): OPPONENTS,
+    ("guarding",): OPPONENTS,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -94,6 +99,7 @@ class Signals(
     KnowledgeSignals,
     RadioSignals,
     LidarSignals,
+    OpponentSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -168,7 +174,13 @@ def truth_sizes(axes: int, truth: bool, lyapunov: bool) -> dict[str, int]:
 
 
 def channel_sizes(
-    driven: bool, headed: bool, informed: bool = False, axes: int = 0, slots: int = 0, rays: int = 0
+    driven: bool,
+    headed: bool,
+    informed: bool = False,
+    axes: int = 0,
+    slots: int = 0,
+    rays: int = 0,
+    opponents: int = 0,
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -179,8 +191,10 @@ def channel_sizes(
         axes: p.
         slots: How many teammates a robot hears at most; 0 without a radio.
         rays: How many rays of a lidar are recorded.
+        opponents: How many there are.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
+    channels[OPPONENTS] = opponents > 0
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes
@@ -188,6 +202,8 @@ def channel_sizes(
         sizes["slot"] = slots
     if rays:
         sizes["ray"] = rays
+    if opponents:
+        sizes["opponent"] = opponents
     return sizes
 
 

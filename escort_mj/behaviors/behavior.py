@@ -44,6 +44,11 @@ class Behavior(Component):
     behavior: str
 
     @property
+    def guards(self) -> bool:
+        """Whether it sends robots against opponents."""
+        return False
+
+    @property
     def convergence(self) -> float:
         """How fast it brings its error to 0 [1/s]: its `gain`, or 0 where none says so."""
         gain = getattr(self, "gain", 0.0)

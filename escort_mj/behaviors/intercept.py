@@ -5,16 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import PositiveFloat
 
 from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.guard import guarding, guarding_lanes
 from escort_mj.behaviors.task import Situation, Task, directions
-from escort_mj.behaviors.wish import Wish, across, square_of
+from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.knowledge.belief import target_rows, target_velocity_rows
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
+    Lanes,
     everywhere,
     greatest,
     least,
@@ -46,6 +49,10 @@ class Intercept(Behavior):
     chases: ClassVar[bool] = True
 
     behavior: Literal["intercept"] = "intercept"
+    quarry: Literal["target", "opponents"] = "target"
+    """What robots go for: the target, or each the opponent that it guards against."""
+    alert: PositiveFloat | None = None
+    """With opponents: distance from the target within which robots go for them [m]; null: any."""
     speed: PositiveFloat | None = None
     """Speed of the robots [m/s], at most `mission.max_speed`; null: `mission.max_speed`."""
     within: PositiveFloat = 0.5
@@ -57,11 +64,22 @@ class Intercept(Behavior):
     @classmethod
     def numbers(cls) -> dict[str, type]:
         """Return its parameters as kernels see them."""
-        return {"speed": float, "within": float, "gain": float}
+        return {"opponents": bool, "alert": float, "speed": float, "within": float, "gain": float}
 
     def packed(self, setup: Setup | None = None) -> dict[str, float]:
         """Return its parameters as numbers."""
-        return {"speed": self._pace(setup), "within": self.within, "gain": self.gain}
+        return {
+            "opponents": float(self.guards),
+            "alert": self.alert or UNLIMITED,
+            "speed": self._pace(setup),
+            "within": self.within,
+            "gain": self.gain,
+        }
+
+    @property
+    def guards(self) -> bool:
+        """Whether it sends robots against opponents."""
+        return self.quarry == "opponents"
 
     def _pace(self, setup: Setup | None) -> float:
         """Return the speed of the robots [m/s]."""
@@ -70,28 +88,42 @@ class Intercept(Behavior):
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task sigma = q, which takes all directions: the velocity of the interception."""
-        point, course = _quarry_of(now)
+        point, course = self._quarry(now)
         way = point - now.q
         left = np.maximum(np.linalg.norm(way, axis=1) - self.within, 0.0)
         velocity = toward_meeting(way, course, self._pace(now.setup), self.gain * left)
-        return (Task(np.eye(now.q.size), velocity.ravel()),)
+        active = self.active(now)
+        wanted = np.where(active[:, None], velocity, 0.0)
+        return (Task(np.diag(np.repeat(active, now.q.shape[1]).astype(float)), wanted.ravel()),)
+
+    def active(self, now: Situation) -> NDArray[np.bool_]:
+        """Return which robots go for something, shape (n,)."""
+        return guarding(now, self.alert) if self.guards else np.ones(len(now.q), dtype=bool)
 
     def error(self, now: Situation) -> Array:
         """Return the distance that is left."""
-        point, _ = _quarry_of(now)
-        return np.asarray(np.maximum(np.linalg.norm(point - now.q, axis=1) - self.within, 0.0))
+        point, _ = self._quarry(now)
+        left = np.maximum(np.linalg.norm(point - now.q, axis=1) - self.within, 0.0)
+        return np.where(self.active(now), left, 0.0)
+
+    def _quarry(self, now: Situation) -> tuple[Array, Array]:
+        """Return where each robot believes its quarry to be [m], and how fast it moves [m/s]."""
+        if not self.guards:
+            return now.c, now.c_dot
+        assert now.threats is not None
+        return now.threats.position, now.threats.velocity
 
     def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
         n, p = state.q.shape
         here, way, course = stack_rows(p), stack_rows(p), stack_rows(p)
         load_rows(state.q_measured, i, here)
-        _quarry_rows(i, plan, state, way, course)
+        active = _quarry_rows(self.opponents, self.alert, i, plan, state, way, course) > 0.5
         recedes = everywhere(0.0)
         for k in range(p):
             set_row(x, k, everywhere(0.0))
-            set_row(way, k, where(there(n - i), row_of(way, k) - row_of(here, k), 0.0))
-            set_row(course, k, where(there(n - i), row_of(course, k), 0.0))
+            set_row(way, k, where(active, row_of(way, k) - row_of(here, k), 0.0))
+            set_row(course, k, where(active, row_of(course, k), 0.0))
             recedes = recedes + row_of(way, k) * row_of(course, k)
         far, fast, lead = square_of(way, 0, p), square_of(course, 0, p), self.speed * self.speed
         lead = lead - fast
@@ -112,23 +144,31 @@ class Intercept(Behavior):
         share = self.speed / root(where(passes, square_of(here, 0, p), 1.0))
         for k in range(p):
             meeting = row_of(course, k) + rate * row_of(way, k)
-            set_row(wish, at + k, where(passes, share * row_of(here, k), meeting))
-        return across(everywhere(0.0), left)
+            meeting = where(passes, share * row_of(here, k), meeting)
+            set_row(wish, at + k, where(active, meeting, 0.0))
+        on = where(active, 1.0, everywhere(0.0))
+        return Wish(1, everywhere(0.0), everywhere(0.0), on, on, where(active, left, 0.0))
 
 
 @inlined
-def _quarry_rows(i: int, plan: Plan, state: State, point: Array, velocity: Array) -> None:
-    """Read where robots i to i + 7 believe what they intercept to be [m], and how fast it moves [m/s]."""
+def _quarry_rows(
+    opponents: bool, alert: float, i: int, plan: Plan, state: State, point: Array, velocity: Array
+) -> Lanes:
+    """Read where robots i to i + 7 believe their quarry to be [m], and how fast it moves [m/s].
+
+    Returns:
+        1 for robots that have one, 0 for the others.
+    """
+    if opponents:
+        load_rows(state.threat_position, i, point)
+        load_rows(state.threat_velocity, i, velocity)
+        return guarding_lanes(alert, i, plan, state)
     target_rows(i, plan, state, point)
     target_velocity_rows(i, plan, state, velocity)
+    return where(there(state.q.shape[0] - i), 1.0, everywhere(0.0))
 
 
 # The same in plain NumPy.
-
-
-def _quarry_of(now: Situation) -> tuple[Array, Array]:
-    """Return where each robot believes what it intercepts to be [m], and how fast it moves [m/s]."""
-    return now.c, now.c_dot
 
 
 def toward_meeting(way: Array, course: Array, speed: float, closing: Array | float = np.inf) -> Array:

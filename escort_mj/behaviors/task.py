@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from escort_mj.control.failure import Team
+    from escort_mj.control.opponents import Threats
     from escort_mj.control.setup import Setup
 
 Array = NDArray[np.float64]
@@ -36,6 +37,7 @@ class Situation:
         goal: Points that the robots go to, shape (n, p) [m].
         goal_velocity: How fast these move, shape (n, p) [m/s].
         time: [s].
+        threats: What each robot guards against; None without opponents.
         memory: State of the outer loop, arrays of shape (n,) by name; changed.
     """
 
@@ -51,6 +53,7 @@ class Situation:
     goal_velocity: Array
     time: float = 0.0
     mates: Array | None = None
+    threats: Threats | None = None
     memory: dict[str, Array] = field(default_factory=dict)
     _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 

@@ -19,6 +19,7 @@ from escort_mj.control.failure import command_failing_motors, notice_losses
 from escort_mj.control.harmonics import follow
 from escort_mj.control.inner import inner_loop
 from escort_mj.control.knowing import know
+from escort_mj.control.opponents import assign_guards, judge_opponents
 from escort_mj.control.supervisor import supervise
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
@@ -74,6 +75,8 @@ def evaluate(plan: Plan, state: State) -> None:
     if plan.mover_mass.shape[0] > 0:
         place_movers(plan, state)
         if moved and plan.willed:
+            if plan.opponent_obstacle.shape[0] > 0:
+                judge_opponents(plan, state)
             decide(plan, state)
         drive(plan, state)
     take_measurements(plan, state)
@@ -90,6 +93,8 @@ def evaluate(plan: Plan, state: State) -> None:
     failing = plan.failure_start.shape[0] > 0
     if failing:
         notice_losses(plan, state)
+    if moved and plan.opponent_obstacle.shape[0] > 0:
+        assign_guards(plan, state)
     if plan.phase_first.shape[0] > 1:
         supervise(plan, state)
     if moved and plan.goal_phase.shape[0] > 0:

@@ -25,6 +25,7 @@ from escort_mj.components.views import LawView
 from escort_mj.control.conflicts import Tasks, weigh
 from escort_mj.control.failure import Team, motors
 from escort_mj.control.knowing import Minds
+from escort_mj.control.opponents import Threats, Watch
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Supervisor
 from escort_mj.control.trigger import Holder
@@ -89,6 +90,8 @@ class ReferenceController:
         self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
         self._minds = Minds(self.setup) if self.setup.informed else None
+        self._watch = Watch(self.setup) if self.setup.opponents else None
+        self._threats: Threats | None = None
         self._goals, self._places = GoalsReached(self.setup), Places(self.setup)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
@@ -140,6 +143,8 @@ class ReferenceController:
         self._time = t
 
         true_target = target_state or (setup.target.position(t), setup.target.velocity(t))
+        if self._watch is not None and moved:
+            self._watch.judge(t, q, true_target[0], self._team.lost, setup)
         q_m, v_m, target, target_velocity = self._instruments.read(t, moved, q, v, *true_target)
         if setup.sensing.lidar is not None:
             if moved:
@@ -154,6 +159,8 @@ class ReferenceController:
         team, self._rotation = self._team.at(t, q_m, target, self._rotation, setup)
         self._team, lost = team, team.lost
         n, mates = len(q), None
+        if self._watch is not None and moved:
+            self._threats = self._watch.assign(q_m, target, lost, setup)
         c, c_dot = np.tile(target, (n, 1)), np.tile(target_velocity, (n, 1))
         if self._minds is not None:
             if moved:
@@ -173,7 +180,7 @@ class ReferenceController:
         rotation = np.broadcast_to(self._rotation, (n, *self._rotation.shape))
         now = Situation(
             setup, team, rotation if self._minds is None else self._minds.rotation, q_m, v_m, e, c, c_dot,
-            self._goals.point, self._goals.velocity, t, mates,
+            self._goals.point, self._goals.velocity, t, mates, self._threats,
         )  # fmt: skip
         tasks = self._compose(now, phase, fresh)
         self._updates = self._updates + (fresh & moved & ~lost)

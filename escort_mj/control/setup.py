@@ -69,6 +69,22 @@ class Mover(NamedTuple):
     policy: Policy | None = None
 
 
+class Opponent(NamedTuple):
+    """A body that wants to reach the target.
+
+    Attributes:
+        obstacle: Which obstacle it is, from 0.
+        start: When it comes [s].
+        capture: Gap to a robot at which it is intercepted [m].
+        reach: Gap to the target at which it has reached it [m].
+    """
+
+    obstacle: int
+    start: float
+    capture: float
+    reach: float
+
+
 class Frame(NamedTuple):
     """The frame of a formation.
 
@@ -116,6 +132,7 @@ class Setup:
         outer: How behaviors become one velocity.
         sensing: What sensors make of the truth.
         movers: Obstacles that move, and a target that can be bumped.
+        opponents: Those of the obstacles that want to reach the target; they come last.
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         expected_distances: Distances to obstacles that expectations put bounds on [m].
         shapes: Obstacles as lines meet them; empty where none has to, or all are spheres.
@@ -159,6 +176,7 @@ class Setup:
     outer: OuterLoop = Nsb()
     sensing: Sensors = Sensors()
     movers: tuple[Mover, ...] = ()
+    opponents: tuple[Opponent, ...] = ()
     shaped: bool = False
     shapes: tuple[Shape, ...] = ()
     expected_distances: tuple[float, ...] = ()

@@ -77,6 +77,22 @@ class TaskSignals(Fields):
     ]
 
 
+class OpponentSignals(Fields):
+    """What becomes of opponents, and which robot guards against which."""
+
+    opponent_status: Annotated[
+        Array,
+        "opponents",
+        Recorded("1", "0 before an opponent comes, 1 while it comes, 2 intercepted, 3 at the target", "int8"),
+    ]
+    interceptor: Annotated[
+        Array, "opponents", Recorded("1", "robot that intercepted an opponent; 0 for none", "int16")
+    ]
+    threat: Annotated[
+        Array, "guarding", Recorded("1", "opponent that a robot guards against; 0 for none", "int16")
+    ]
+
+
 class InnerLoopSignals(Fields):
     """From the reference to the force demanded."""
 

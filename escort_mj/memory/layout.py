@@ -29,6 +29,7 @@ from escort_mj.control.harmonics import HarmonicParameters
 from escort_mj.control.inner import InnerLoopParameters, InnerLoopState
 from escort_mj.control.knowing import EstimatorParameters
 from escort_mj.control.nsb import StackParameters
+from escort_mj.control.opponents import OpponentParameters, OpponentState
 from escort_mj.control.outer_loops.detour import DetourState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
@@ -62,6 +63,7 @@ class Plan(
     MoverParameters,
     ShapeParameters,
     PolicyParameters,
+    OpponentParameters,
     ComponentParameters,
     SensorParameters,
     LidarParameters,
@@ -97,6 +99,7 @@ class State(
     MissionState,
     ObstacleState,
     MoverState,
+    OpponentState,
     SensorState,
     LidarState,
     BeliefState,
@@ -136,7 +139,8 @@ def _mark() -> float:
 
 
 MAGIC = _mark()
-LAYOUT = Layout(MAGIC, Plan, State, whole=("n", "known", "judged", "headed", "informed", "turned"))
+BY_ROBOT = ("n", "known", "judged", "headed", "informed", "turned", "guarding")
+LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)
 LAYOUT.part(PolicyView)

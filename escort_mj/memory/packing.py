@@ -83,6 +83,7 @@ def pack(
         "returned": n * (setup.sensing.lidar is not None and setup.sensing.lidar.recorded),
         "facing": n * (setup.sight is not None and setup.sight.field < np.inf),
         "believed": setup.estimator.orders * p,
+        "guarding": n * bool(setup.opponents),
         "turned": n if setup.informed else 1,
         "depth": setup.radio.depth if setup.radio else 0,
         "seen": (n + 1) * setup.shaped,

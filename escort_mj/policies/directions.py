@@ -18,6 +18,12 @@ _AXES = 3
 
 
 @inlined
+def count_of(axes: int) -> int:
+    """Return the number of directions."""
+    return IN_PLANE if axes == 2 else IN_SPACE
+
+
+@inlined
 def write_direction(k: int, direction: Array) -> None:
     """Write direction k, of unit length, shape (p,); p is 2 or 3."""
     if direction.shape[0] == 2:
@@ -41,7 +47,7 @@ def write_freest(here: Array, others: Array, power: float, result: Array) -> Non
     """
     p, least = here.shape[0], math.inf
     direction = vector_at(stack_memory(), _AXES)[:p]
-    for k in range(IN_PLANE if p == 2 else IN_SPACE):
+    for k in range(count_of(p)):
         write_direction(k, direction)
         most = -math.inf
         for i in range(others.shape[0]):

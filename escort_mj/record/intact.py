@@ -13,7 +13,18 @@ import numpy as np
 from escort_mj.errors import RunFolderError
 from escort_mj.monitor.signals import CAUSES, GROUPS
 from escort_mj.record.recording import not_logged
-from escort_mj.signals import DRIVES, EPISODE, GOALS, KNOWLEDGE, LIDAR, LYAPUNOV, RADIO, SIGNALS, TRUTH
+from escort_mj.signals import (
+    DRIVES,
+    EPISODE,
+    GOALS,
+    KNOWLEDGE,
+    LIDAR,
+    LYAPUNOV,
+    OPPONENTS,
+    RADIO,
+    SIGNALS,
+    TRUTH,
+)
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -101,6 +112,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     """Variables that are missing, or have other dimensions or types."""
     marks = {TRUTH: "mass_matrix", LYAPUNOV: "lyapunov", DRIVES: "drive_force", GOALS: "goal"}
     marks |= {KNOWLEDGE: "target_estimate", RADIO: "heard_from", LIDAR: "lidar_range"}
+    marks |= {OPPONENTS: "opponent_status"}
     channels = {channel: signal in trace for channel, signal in marks.items()}
     wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
     wanted |= {name: (dims, "fiu") for name, dims in FIXED.items()}

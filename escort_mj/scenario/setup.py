@@ -11,7 +11,7 @@ import numpy as np
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.rays import KINDS, Shape
-from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Setup
+from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Opponent, Setup
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
@@ -84,6 +84,7 @@ def controller_setup(
         phases=_phases(scenario),
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
+        opponents=_opponents(scenario, obstacles),
         driven=any(kind.driven for kind in robots.kind),
         shaped=any(not body.is_sphere for body in obstacles),
         shapes=_shapes(scenario, obstacles),
@@ -128,7 +129,7 @@ def _shapes(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Shape, ...]:
 def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
     """Obstacles that move, and a target that can be bumped, in this order."""
     driven: list[tuple[Motion, Drive, int, Policy | None]] = [
-        (body.motion, body.drive, index, None)
+        (body.motion, body.drive, index, body.policy)
         for index, body in enumerate(obstacles)
         if body.motion is not None and body.drive is not None
     ]
@@ -145,6 +146,18 @@ def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
             policy,
         )
         for motion, drive, index, policy in driven
+    )
+
+
+def _opponents(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Opponent, ...]:
+    """When opponents come, and what decides about them."""
+    first = len(obstacles) - sum(group.count for group in scenario.opponents)
+    rules = [(group, number) for group in scenario.opponents for number in range(group.count)]
+    return tuple(
+        Opponent(
+            first + place, group.start + number * group.interval, group.capture_distance, group.reach_distance
+        )
+        for place, (group, number) in enumerate(rules)
     )
 
 

@@ -1,13 +1,17 @@
-"""Checks of what targets want."""
+"""Checks of what targets and opponents want."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
+from escort_mj.behaviors import Behavior
 from escort_mj.numerics.program import Op
-from escort_mj.scenario.findings import Finding
+from escort_mj.scenario.checks.obstacles import check_drive
+from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.scenario import Scenario, Target
+
+IN_SPACE = 3  # axes
 
 
 def check_policy(scenario: Scenario) -> Iterator[Finding]:
@@ -39,3 +43,47 @@ def _moving(target: Target) -> list[int]:
         for axis, component in enumerate(target.position or ())
         if any(op == Op.AFFINE and rate for op, _, rate in Expression(component).instructions())
     ]
+
+
+def check_opponents(scenario: Scenario) -> Iterator[Finding]:
+    """Opponents have a target, a name of their own, and one start each if any."""
+    names = [group.name for group in scenario.opponents]
+    for index, group in enumerate(scenario.opponents):
+        path: Path = ("opponents", index)
+        if scenario.target is None:
+            yield Finding(path, "found opponents without a target that they want to reach")
+        if scenario.axes > IN_SPACE:
+            yield Finding(path, f"found in {scenario.axes} axes; opponents move in 2 or 3")
+        if group.name in names[:index]:
+            yield Finding((*path, "name"), f"found the name {group.name} twice; name the others")
+        if group.positions is not None and len(group.positions) != group.count:
+            yield Finding(
+                (*path, "positions"),
+                f"found {len(group.positions)} positions; expected {group.count}, as count says",
+            )
+        for place, position in enumerate(group.positions or ()):
+            if len(position) != scenario.axes:
+                yield Finding(
+                    (*path, "positions", place),
+                    f"found {len(position)} numbers; expected {scenario.axes}, as axes says",
+                )
+        yield from check_drive(scenario, group.body, (*path, "body"))
+
+
+def check_guards(scenario: Scenario) -> Iterator[Finding]:
+    """Behaviors against opponents have some, and robots that all know where these are."""
+    mission = scenario.mission
+    stacks: list[tuple[Path, Sequence[Behavior]]] = [(("mission", "behaviors"), mission.behaviors)]
+    for number, phase in enumerate(mission.supervisor):
+        stacks.append((("mission", "supervisor", number, "behaviors"), phase.behaviors))
+    for path, stack in stacks:
+        for place, behavior in enumerate(stack):
+            found = f"found {behavior.behavior} against opponents"
+            if behavior.guards and not scenario.opponents:
+                yield Finding((*path, place), f"{found}, and no opponents")
+            if behavior.guards and (scenario.knowledge or scenario.communication):
+                yield Finding(
+                    (*path, place),
+                    f"{found} with knowledge or communication: the team agrees at once on who guards against "
+                    "which opponent",
+                )

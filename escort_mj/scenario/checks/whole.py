@@ -27,7 +27,7 @@ from escort_mj.scenario.checks.obstacles import (
     check_walls,
 )
 from escort_mj.scenario.checks.passage import check_doors, check_radii
-from escort_mj.scenario.checks.policies import check_policy
+from escort_mj.scenario.checks.policies import check_guards, check_opponents, check_policy
 from escort_mj.scenario.checks.robots import (
     check_heights,
     check_kinds,
@@ -106,12 +106,13 @@ def trace_size(scenario: Scenario) -> float:
     informed = scenario.knowledge is not None or communication is not None
     lidar, driven = scenario.sensing.lidar, any(kind.driven for kind in kinds_of(scenario))
     rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
-    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays)
+    opponents = sum(group.count for group in scenario.opponents)
+    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 
 
-AROUND = ("obstacles", "walls", "clutter", "environment")
+AROUND = ("obstacles", "walls", "clutter", "environment", "opponents")
 CLUTTERED = ("axes", "seed", "duration", "target", "robots")  # what clutter is drawn by, beside those
 Check = Callable[[Scenario], Iterator[Finding]]
 
@@ -128,6 +129,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_environment, ("axes", "environment")),
     (check_body, ("axes", "physics", "target")),
     (check_policy, ("target",)),
+    (check_opponents, ("axes", "physics", "target", "opponents")),
 )
 ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
@@ -138,6 +140,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_obstacle_names, ("axes", *AROUND)),
     (check_behaviors, ("mission",)),
     (check_trigger, ("mission",)),
+    (check_guards, ("mission", "opponents")),
     (check_video, ("duration", "video")),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
     (check_one_way, ("mission",)),

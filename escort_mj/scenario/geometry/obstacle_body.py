@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.policies import Policy
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.geometry.shapes import Solid, extent, in_space, nearest, rotation_matrix
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
@@ -34,6 +35,7 @@ class Body(NamedTuple):
         motion: How it moves; None for what stands still.
         drive: Mass and drive of what moves; None for what stands still.
         color: Name of its color; None for the default.
+        policy: What an opponent wants; None for what follows its motion.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Body(NamedTuple):
     motion: Motion | None = None
     drive: Drive | None = None
     color: str | None = None
+    policy: Policy | None = None
 
     @property
     def is_sphere(self) -> bool:

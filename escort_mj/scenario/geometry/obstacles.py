@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.scenario.geometry.clutter import drawn
 from escort_mj.scenario.geometry.obstacle_body import NO_VERTICES, Body
+from escort_mj.scenario.geometry.opponents import opponent_bodies
 from escort_mj.scenario.geometry.shapes import bounding_radius, quaternion
 from escort_mj.scenario.geometry.trajectory import trajectory
 from escort_mj.scenario.geometry.walls import parts
@@ -23,7 +24,7 @@ SIZES = {"box": 3, "ellipsoid": 3, "cylinder": 2, "capsule": 2}
 
 
 def obstacles_of(scenario: Scenario) -> tuple[Body, ...]:
-    """Every obstacle and wall of a scenario, in the order in which traces number them.
+    """Every obstacle, wall and opponent of a scenario, in the order in which traces number them.
 
     Raises:
         ScenarioError: If clutter is asked for and there is no room for it.
@@ -39,7 +40,7 @@ def fixed_obstacles(scenario: Scenario) -> tuple[Body, ...]:
 @lru_cache(maxsize=16)
 def _resolved(scenario: Scenario) -> tuple[Body, ...]:
     placed = fixed_obstacles(scenario)
-    return (*placed, *drawn(scenario, placed))
+    return (*placed, *drawn(scenario, placed), *opponent_bodies(scenario))
 
 
 def _obstacles(scenario: Scenario) -> Iterator[Body]:

@@ -29,6 +29,7 @@ from escort_mj.scenario.schema.fields import (
 )
 from escort_mj.scenario.schema.knowledge import Communication, Knowledge
 from escort_mj.scenario.schema.obstacle_tables import Clutter, Drive, Motion, Obstacle, Wall
+from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import Robots
 from escort_mj.scenario.schema.sensing import Sensing
@@ -215,6 +216,8 @@ class Scenario(Parameters, metaclass=_Checked):
     """Walls and corridors, with doors."""
     clutter: Clutter | None = None
     """Random obstacles; null: none."""
+    opponents: Annotated[tuple[Opponents, ...], Field(max_length=20)] = ()
+    """Bodies that want to reach the target, and that robots can intercept (docs/pursuit.md)."""
     environment: Environment = Environment()
     """Floor, slope and medium."""
     mission: Mission = Mission()

@@ -175,7 +175,9 @@ def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None, see
     slots = setup.radio.senders.shape[1] if setup.radio is not None else 0
     lidar = setup.sensing.lidar
     rays = len(lidar.rays) if lidar is not None and lidar.recorded else 0
-    sizes |= channel_sizes(setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays)
+    sizes |= channel_sizes(
+        setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents)
+    )
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule_of(scenario), sizes)
 
 

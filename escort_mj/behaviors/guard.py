@@ -1,0 +1,145 @@
+"""Stand between an opponent and the target."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import PositiveFloat
+
+from escort_mj.behaviors.behavior import Behavior
+from escort_mj.behaviors.task import Situation, Task
+from escort_mj.behaviors.wish import Wish, square_of
+from escort_mj.components.parameters import UNLIMITED
+from escort_mj.knowledge.belief import target_rows, target_velocity_rows
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import (
+    Lanes,
+    everywhere,
+    greatest,
+    load,
+    load_rows,
+    row_of,
+    set_row,
+    stack_rows,
+    there,
+    where,
+)
+from escort_mj.numerics.elementary import root
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+NEAR = 1e-9  # m
+
+
+class Guard(Behavior):
+    """Send a robot between each opponent and the target; the other robots are left to lower priorities.
+
+    Each opponent that comes gets one robot, the most urgent one first. With y from the target to the opponent
+    and w its velocity relative to the target's, the robot goes to distance y / abs(y) from the target, and
+    along with this point at distance (I - y y^T / abs(y)^2) w / abs(y).
+    """
+
+    frame: ClassVar[Literal["target", "world"]] = "world"
+
+    behavior: Literal["guard"] = "guard"
+    distance: PositiveFloat | None = None
+    """Distance from the target at which robots stand [m]; null: `mission.radius`."""
+    alert: PositiveFloat | None = None
+    """Distance of an opponent from the target within which robots guard against it [m]; null: any."""
+    gain: PositiveFloat = 2.0
+    """Gain of the distance that is left [1/s]."""
+
+    @property
+    def guards(self) -> bool:
+        """Whether it sends robots against opponents."""
+        return True
+
+    @classmethod
+    def numbers(cls) -> dict[str, type]:
+        """Return its parameters as kernels see them."""
+        return {"distance": float, "alert": float, "gain": float}
+
+    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+        """Return its parameters as numbers."""
+        return {"distance": self._place(setup), "alert": self.alert or UNLIMITED, "gain": self.gain}
+
+    def _place(self, setup: Setup | None) -> float:
+        """Return the distance from the target at which robots stand [m]."""
+        return self.distance or (1.0 if setup is None else setup.radius)
+
+    def team_tasks(self, now: Situation) -> tuple[Task, ...]:
+        """Return the task sigma = q of the robots that guard, which takes all directions."""
+        way, velocity = self._way(now)
+        active = self.active(now)
+        rate = np.where(active[:, None], self.gain * way + velocity, 0.0)
+        return (Task(np.diag(np.repeat(active, now.q.shape[1]).astype(float)), rate.ravel()),)
+
+    def active(self, now: Situation) -> Any:
+        """Return which robots guard, shape (n,)."""
+        return guarding(now, self.alert)
+
+    def error(self, now: Situation) -> Array:
+        """Return the distance that is left."""
+        return np.where(self.active(now), np.linalg.norm(self._way(now)[0], axis=1), 0.0)
+
+    def _way(self, now: Situation) -> tuple[Array, Array]:
+        """Return the way to where each robot stands, and how fast that moves, shape (n, p) each."""
+        assert now.threats is not None
+        y, w = now.threats.position - now.c, now.threats.velocity - now.c_dot
+        far = np.maximum(np.linalg.norm(y, axis=1, keepdims=True), NEAR)
+        u, distance = y / far, self._place(now.setup)
+        aside = w - u * np.sum(u * w, axis=1, keepdims=True)
+        return now.c + distance * u - now.q, now.c_dot + distance / far * aside
+
+    def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
+        """The same for robots i to i + 7, compiled."""
+        n, p = state.q.shape
+        here, center, drift, y, w = stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p), stack_rows(p)
+        load_rows(state.q_measured, i, here)
+        target_rows(i, plan, state, center)
+        target_velocity_rows(i, plan, state, drift)
+        load_rows(state.threat_position, i, y)
+        load_rows(state.threat_velocity, i, w)
+        active = guarding_lanes(self.alert, i, plan, state) > 0.5
+        along = everywhere(0.0)
+        for k in range(p):
+            set_row(y, k, where(active, row_of(y, k) - row_of(center, k), 0.0))
+            set_row(w, k, where(active, row_of(w, k) - row_of(drift, k), 0.0))
+            along = along + row_of(y, k) * row_of(w, k)
+        far = greatest(root(square_of(y, 0, p)), NEAR)
+        scale, left = self.distance / far, everywhere(0.0)
+        for k in range(p):
+            way = row_of(center, k) + scale * row_of(y, k) - row_of(here, k)
+            aside = row_of(w, k) - row_of(y, k) * along / (far * far)
+            left = left + where(active, way * way, 0.0)
+            set_row(x, k, everywhere(0.0))
+            set_row(wish, at + k, where(active, self.gain * way + row_of(drift, k) + scale * aside, 0.0))
+        on = where(active, 1.0, everywhere(0.0))
+        return Wish(1, everywhere(0.0), everywhere(0.0), on, on, root(left))
+
+
+@inlined
+def guarding_lanes(alert: float, i: int, plan: Plan, state: State) -> Lanes:
+    """1 for those of robots i to i + 7 that guard against an opponent near enough to the target, else 0."""
+    n, p = state.q.shape
+    center, threat = stack_rows(p), stack_rows(p)
+    target_rows(i, plan, state, center)
+    load_rows(state.threat_position, i, threat)
+    square = everywhere(0.0)
+    for k in range(p):
+        way = row_of(threat, k) - row_of(center, k)
+        square = square + way * way
+    near: Any = where(square > alert * alert, 0.0, everywhere(1.0))
+    found: Lanes = where(there(n - i), where(load(state.threat, i) > 0.5, near, 0.0), 0.0)
+    return found
+
+
+def guarding(now: Situation, alert: float | None) -> Any:
+    """Return which robots guard against an opponent within a distance [m] of the target, shape (n,)."""
+    assert now.threats is not None
+    distance = np.linalg.norm(now.threats.position - now.c, axis=1)
+    return (now.threats.number > 0) & (distance <= (UNLIMITED if alert is None else alert))

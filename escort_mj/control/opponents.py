@@ -1,0 +1,236 @@
+"""Opponents: which come, are intercepted or reach the target, and which robot guards against which."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.kernels import inlined
+from escort_mj.native.on_demand import on_demand
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+WAITS, COMES, INTERCEPTED, REACHED = 0.0, 1.0, 2.0, 3.0
+NOT_ONE = -1.0  # of the opponents
+KEPT = 0.8  # of the distance: what another robot has to beat to take over a threat
+NEAR = 1e-9  # m, m/s
+
+
+class OpponentParameters(Fields):
+    """Opponents, in the order in which a trace numbers them."""
+
+    opponent_obstacle: Annotated[Array, "opponents", Value("1", "which obstacle each is, from 0")]
+    opponent_start: Annotated[Array, "opponents", Value("s", "when it comes")]
+    opponent_capture: Annotated[Array, "opponents", Value("m", "gap to a robot that intercepts it")]
+    opponent_reach: Annotated[Array, "opponents", Value("m", "gap to the target that it has reached")]
+    mover_opponent: Annotated[Array, "movers", Value("1", "which opponent it is, from 0; -1 for none")]
+    target_size: Annotated[float, Value("m", "radius of the target")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        places = [opponent.obstacle for opponent in setup.opponents]
+        movers = [mover.obstacle for mover in setup.movers]
+        return {
+            "opponent_obstacle": places,
+            "opponent_start": [opponent.start for opponent in setup.opponents],
+            "opponent_capture": [opponent.capture for opponent in setup.opponents],
+            "opponent_reach": [opponent.reach for opponent in setup.opponents],
+            "mover_opponent": [places.index(each) if each in places else NOT_ONE for each in movers],
+            "target_size": setup.target_radius or 0.0,
+        }
+
+
+class OpponentState(Fields):
+    """What robots guard against."""
+
+    threat_position: Annotated[
+        Array, "guarding", "p", Value("m", "of the opponent that a robot guards against")
+    ]
+    threat_velocity: Annotated[Array, "guarding", "p", Value("m/s", "likewise")]
+
+
+@on_demand
+def judge_opponents(plan: Plan, state: State) -> None:
+    """Lets opponents come when it is time, and sees which are intercepted or have reached the target.
+
+    Args:
+        plan: Gives the rules.
+        state: Gives true positions; `opponent_status` and `interceptor` are written.
+    """
+    for o in range(plan.opponent_obstacle.shape[0]):
+        j = int(plan.opponent_obstacle[o])
+        if state.opponent_status[o] == WAITS and state.time[0] >= plan.opponent_start[o]:
+            state.opponent_status[o] = COMES
+        if state.opponent_status[o] != COMES:
+            continue
+        here, size = state.obstacle_position[j], plan.obstacle_radius[j]
+        for i in range(state.q.shape[0]):
+            gap = _distance(state.q[i], here) - plan.robot_radius[i] - size
+            if gap <= plan.opponent_capture[o] and state.lost[i] == 0.0:
+                state.opponent_status[o], state.interceptor[o] = INTERCEPTED, i + 1.0
+                break
+        gap = _distance(state.target_position, here) - plan.target_size - size
+        if state.opponent_status[o] == COMES and gap <= plan.opponent_reach[o]:
+            state.opponent_status[o] = REACHED
+
+
+@on_demand
+def turn_away(b: int, plan: Plan, state: State) -> None:
+    """Lets an opponent that does not come, or no longer, rest or go away from the target.
+
+    Args:
+        b: Which body with a drive it is.
+        plan: Says which opponent that is.
+        state: `mover_wish` is written: a body that turns away keeps the speed that it wanted.
+    """
+    status, p = state.opponent_status[int(plan.mover_opponent[b])], state.q.shape[1]
+    speed = distance = 0.0
+    for k in range(p):
+        speed += state.mover_wish[b, k] ** 2
+        distance += (state.mover_position[b, k] - state.target_position[k]) ** 2
+    share = 0.0 if status == WAITS else math.sqrt(speed / max(distance, NEAR * NEAR))
+    for k in range(p):
+        state.mover_wish[b, k] = share * (state.mover_position[b, k] - state.target_position[k])
+
+
+@on_demand
+def assign_guards(plan: Plan, state: State) -> None:
+    """Gives each opponent that comes a robot: the most urgent one first, the nearest robot to its way.
+
+    Urgent is what can reach the target soonest, as fast as it moves now. How far a robot is from an
+    opponent's way is measured at the mission's radius, or at the opponent where that is nearer to the
+    target. A robot keeps its opponent unless another one is nearer by a fifth.
+
+    Args:
+        plan: Gives the opponents.
+        state: Gives measured positions; `threat`, `threat_position` and `threat_velocity` are written.
+    """
+    n, p = state.q.shape
+    count = plan.opponent_obstacle.shape[0]
+    for i in range(n):
+        state.threat[i] = -state.threat[i]  # negative: what it was
+    done = 0.0  # time to reach the target up to which opponents have been seen to
+    last = -1
+    for _ in range(min(n, count)):
+        soonest, urgent = math.inf, -1
+        for o in range(count):
+            time = _time_to_reach(o, plan, state)
+            later = time > done or (time == done and o > last)
+            if state.opponent_status[o] == COMES and later and time < soonest:
+                soonest, urgent = time, o
+        if urgent < 0:
+            break
+        done, last = soonest, urgent
+        j, nearest, least = int(plan.opponent_obstacle[urgent]), -1, math.inf
+        way = _distance(state.obstacle_position[j], state.target_position_measured)
+        share = min(plan.radius, way) / max(way, NEAR)
+        for i in range(n):
+            if state.threat[i] > 0.0 or state.lost[i] != 0.0:
+                continue
+            square = 0.0
+            for k in range(p):
+                center = state.target_position_measured[k]
+                point = center + share * (state.obstacle_position[j, k] - center)
+                square += (point - state.q_measured[i, k]) ** 2
+            distance = math.sqrt(square) * (KEPT if state.threat[i] == -(urgent + 1.0) else 1.0)
+            if distance < least:
+                nearest, least = i, distance
+        if nearest < 0:
+            break
+        state.threat[nearest] = urgent + 1.0
+    for i in range(n):
+        state.threat[i] = max(state.threat[i], 0.0)
+        if state.threat[i] > 0.0:
+            j = int(plan.opponent_obstacle[int(state.threat[i]) - 1])
+            for k in range(p):
+                state.threat_position[i, k] = state.obstacle_position[j, k]
+                state.threat_velocity[i, k] = state.obstacle_velocity[j, k]
+
+
+@inlined
+def _distance(a: Array, b: Array) -> float:
+    """Distance of two points [m]."""
+    square = 0.0
+    for k in range(a.shape[0]):
+        square += (a[k] - b[k]) ** 2
+    return math.sqrt(square)
+
+
+@inlined
+def _time_to_reach(o: int, plan: Plan, state: State) -> float:
+    """How soon an opponent can be at the target [s], at its present speed."""
+    j, square = int(plan.opponent_obstacle[o]), 0.0
+    for k in range(state.q.shape[1]):
+        square += state.obstacle_velocity[j, k] ** 2
+    way = _distance(state.obstacle_position[j], state.target_position_measured)
+    return way / max(math.sqrt(square), 0.1)
+
+
+# The same in plain NumPy.
+
+
+class Threats(NamedTuple):
+    """What each robot guards against.
+
+    Attributes:
+        number: Of the opponent, from 1; 0 for none, shape (n,).
+        position: Where it is, shape (n, p) [m]; 0 for none.
+        velocity: How fast it moves, likewise [m/s].
+    """
+
+    number: NDArray[np.int64]
+    position: Array
+    velocity: Array
+
+
+class Watch:
+    """What becomes of opponents, step by step; arguments as in `assign_guards`."""
+
+    def __init__(self, setup: Setup) -> None:
+        self.status = np.zeros(len(setup.opponents))
+        self.interceptor = np.zeros(len(setup.opponents), dtype=int)
+        self._number = np.zeros(setup.count, dtype=int)
+
+    def judge(self, t: float, q: Array, target: Array, lost: NDArray[np.bool_], setup: Setup) -> None:
+        """Let opponents come, be intercepted, and reach the target."""
+        for o, opponent in enumerate(setup.opponents):
+            here, size = setup.obstacle_position[opponent.obstacle], setup.obstacle_radius[opponent.obstacle]
+            if self.status[o] == WAITS and t >= opponent.start:
+                self.status[o] = COMES
+            if self.status[o] != COMES:
+                continue
+            gaps = np.linalg.norm(q - here, axis=1) - setup.robot_radius - size
+            near = np.flatnonzero((gaps <= opponent.capture) & ~lost)
+            if len(near):
+                self.status[o], self.interceptor[o] = INTERCEPTED, near[0] + 1
+            elif np.linalg.norm(target - here) - (setup.target_radius or 0.0) - size <= opponent.reach:
+                self.status[o] = REACHED
+
+    def assign(self, q: Array, target: Array, lost: NDArray[np.bool_], setup: Setup) -> Threats:
+        """Return which robot guards against which opponent."""
+        places = [opponent.obstacle for opponent in setup.opponents]
+        here, speed = setup.obstacle_position[places], setup.obstacle_velocities()[places]
+        way = np.linalg.norm(here - target, axis=1)
+        time = way / np.maximum(np.linalg.norm(speed, axis=1), 0.1)
+        coming = [o for o in np.lexsort((np.arange(len(time)), time)) if self.status[o] == COMES]
+        before, self._number = self._number, np.zeros_like(self._number)
+        for o in coming[: len(q)]:
+            point = target + min(setup.radius, way[o]) / max(way[o], NEAR) * (here[o] - target)
+            distance = np.linalg.norm(point - q, axis=1) * np.where(before == o + 1, KEPT, 1.0)
+            distance[(self._number > 0) | lost] = np.inf
+            if np.isfinite(distance.min()):
+                self._number[distance.argmin()] = o + 1
+        threatened = self._number > 0
+        rows = np.maximum(self._number - 1, 0)
+        return Threats(
+            self._number,
+            np.where(threatened[:, None], here[rows], 0.0),
+            np.where(threatened[:, None], speed[rows], 0.0),
+        )

@@ -1,0 +1,95 @@
+"""Breach: toward the point of a perimeter that the defenders reach last."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from escort_mj.native.kernels import stack_memory, vector_at
+from escort_mj.policies.directions import count_of, directions, write_direction
+from escort_mj.policies.policy import ACTS, Policy, PolicyView
+
+UNTIL, AIM = 0, 1  # what is kept
+AXES = 3
+NEAR = 1e-9  # m
+
+
+class Breach(Policy):
+    """Toward the point of a circle or sphere around the target where the body is ahead of all robots by most.
+
+    Robots are taken to move along the perimeter, by the shorter way. At a point, the body is ahead by the
+    time that the nearest robot takes less its own; points that it would have to cross the disc for are left
+    out. This is the intruder's best response in perimeter defense (Shishika, Kumar, Local-game decomposition
+    for multiplayer perimeter-defense problem, CDC 2018), up to the steps of one degree in the plane and of
+    about four in space. Inside the perimeter, the body goes straight for the target.
+    """
+
+    seeks: ClassVar[bool] = True
+    policy: Literal["breach"] = "breach"
+    perimeter: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
+    """Radius of the perimeter around the target [m]."""
+    rival_speed: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+    """Speed of the robots along the perimeter [m/s]."""
+    interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
+    """Time between two choices [s]."""
+
+    def velocity(self, view: PolicyView, body: int) -> int:
+        """Write the velocity toward the point."""
+        kept, p = view.mover_memory[body], view.q.shape[1]
+        away = view.mover_position[body] - view.target_position
+        if view.time[0] >= kept[UNTIL]:
+            kept[UNTIL] = view.time[0] + self.interval
+            choice, ways = directions(p), view.q - view.target_position
+            ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), NEAR)
+            arc = np.arccos(np.clip(choice @ ways.T, -1.0, 1.0)).min(axis=1) * self.perimeter
+            own = np.linalg.norm(self.perimeter * choice - away, axis=1)
+            ahead = arc / self.rival_speed - own / self.speed
+            ahead[choice @ away < self.perimeter] = -np.inf
+            best = int(ahead.argmax())
+            kept[AIM : AIM + p] = self.perimeter * choice[best] if np.isfinite(ahead[best]) else 0.0
+        way = kept[AIM : AIM + p] - away
+        view.mover_wish[body] = self.speed * way / max(float(np.linalg.norm(way)), NEAR)
+        return ACTS
+
+    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+        """Write the same, compiled."""
+        kept, p = view.mover_memory[body], view.q.shape[1]
+        if view.time[0] >= kept[UNTIL]:
+            kept[UNTIL] = view.time[0] + self.interval
+            tried, most = vector_at(stack_memory(), AXES)[:p], -math.inf
+            for k in range(p):
+                kept[AIM + k] = 0.0
+            for c in range(count_of(p)):
+                write_direction(c, tried)
+                out = own = 0.0
+                for k in range(p):
+                    away = view.mover_position[body, k] - view.target_position[k]
+                    out += tried[k] * away
+                    own += (self.perimeter * tried[k] - away) ** 2
+                if out < self.perimeter:
+                    continue
+                nearest = -1.0
+                for i in range(view.q.shape[0]):
+                    along = square = 0.0
+                    for k in range(p):
+                        way = view.q[i, k] - view.target_position[k]
+                        along += tried[k] * way
+                        square += way * way
+                    nearest = max(nearest, along / max(math.sqrt(square), NEAR))
+                arc = math.acos(min(nearest, 1.0)) * self.perimeter
+                ahead = arc / self.rival_speed - math.sqrt(own) / self.speed
+                if ahead > most:
+                    most = ahead
+                    for k in range(p):
+                        kept[AIM + k] = self.perimeter * tried[k]
+        square = 0.0
+        for k in range(p):
+            away = view.mover_position[body, k] - view.target_position[k]
+            view.mover_wish[body, k] = kept[AIM + k] - away
+            square += view.mover_wish[body, k] ** 2
+        for k in range(p):
+            view.mover_wish[body, k] *= self.speed / max(math.sqrt(square), NEAR)
+        return ACTS

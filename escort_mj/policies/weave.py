@@ -1,0 +1,51 @@
+"""Weave: toward the target in a wavy line."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from escort_mj.policies.policy import ACTS, Policy, PolicyView
+
+NEAR = 1e-9  # m
+
+
+class Weave(Policy):
+    """Toward the target, turned by an angle to either side in the plane of the first two axes."""
+
+    seeks: ClassVar[bool] = True
+    policy: Literal["weave"] = "weave"
+    angle: Annotated[float, Field(gt=0.0, le=1.5)] = 0.8
+    """Largest angle to the straight way [rad]."""
+    period: Annotated[float, Field(gt=0.0, le=1e3)] = 4.0
+    """Time from one side to the other and back [s]."""
+
+    def velocity(self, view: PolicyView, body: int) -> int:
+        """Write the velocity along the wavy line."""
+        way = view.target_position - view.mover_position[body]
+        turn = self.angle * np.sin(2.0 * np.pi * view.time[0] / self.period)
+        turned = np.array(way)
+        turned[0], turned[1] = (
+            np.cos(turn) * way[0] - np.sin(turn) * way[1],
+            np.sin(turn) * way[0] + np.cos(turn) * way[1],
+        )
+        view.mover_wish[body] = self.speed * turned / max(float(np.linalg.norm(way)), NEAR)
+        return ACTS
+
+    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+        """Write the same, compiled."""
+        p, square = view.q.shape[1], 0.0
+        turn = self.angle * math.sin(2.0 * math.pi * view.time[0] / self.period)
+        for k in range(p):
+            way = view.target_position[k] - view.mover_position[body, k]
+            view.mover_wish[body, k] = way
+            square += way * way
+        x, y = view.mover_wish[body, 0], view.mover_wish[body, 1]
+        view.mover_wish[body, 0] = math.cos(turn) * x - math.sin(turn) * y
+        view.mover_wish[body, 1] = math.sin(turn) * x + math.cos(turn) * y
+        for k in range(p):
+            view.mover_wish[body, k] *= self.speed / max(math.sqrt(square), NEAR)
+        return ACTS

@@ -1,0 +1,41 @@
+"""Tables of opponents: bodies that want to reach the target."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, NonNegativeFloat
+
+from escort_mj.components.parameters import Parameters, Radius, Vector
+from escort_mj.policies.straight import Straight
+from escort_mj.scenario.schema.fields import Policy
+from escort_mj.scenario.schema.obstacle_tables import Drive, Name
+
+MOST_OPPONENTS = 100
+
+
+class Opponents(Parameters):
+    """Opponents of one kind. Each is a sphere with a drive and a policy; it counts among the obstacles."""
+
+    name: Name = "opponent"
+    """Name in figures and verdicts, followed by _1, _2 and so on."""
+    count: Annotated[int, Field(ge=1, le=MOST_OPPONENTS)] = 1
+    """Number of opponents."""
+    positions: tuple[Vector, ...] | None = None
+    """Start of each [m]; null: random directions from the target's start."""
+    distance: Radius = 10.0
+    """Distance of random starts from the target's start [m]."""
+    radius: Radius = 0.2
+    """Radius of the bodies [m]."""
+    body: Drive = Drive(mass=1.0, force_limit=20.0)
+    """Mass and drive of the bodies."""
+    policy: Policy = Straight()
+    """What each of them wants."""
+    start: NonNegativeFloat = 0.0
+    """Time at which the first one comes [s]; until then, it rests."""
+    interval: NonNegativeFloat = 0.0
+    """Time between the starts of two successive ones [s]."""
+    capture_distance: NonNegativeFloat = 0.3
+    """Gap to a robot at which an opponent is intercepted [m]; it then turns away."""
+    reach_distance: NonNegativeFloat = 0.1
+    """Gap to the target at which an opponent has reached it [m]; it then turns away."""

@@ -1,0 +1,118 @@
+"""Opponents and what is done against them: the NumPy form beside the kernel, and rules by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from escort_mj import Scenario
+from escort_mj.control.opponents import INTERCEPTED, REACHED, Watch
+from escort_mj.control.reference import ReferenceController
+from escort_mj.control.setup import Setup
+from escort_mj.scenario.setup import controller_setup
+from tests.control.twins import TOLERANCE, Kernel
+
+Array = NDArray[np.float64]
+STEP, STEPS = 0.05, 300
+AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.3}
+
+
+def mission(axes: int, behavior: dict[str, object], outer: str, count: int = 5) -> Setup:
+    """Opponents that come one after the other, more of them than robots."""
+    return controller_setup(
+        Scenario(
+            axes=axes, physics={"timestep": STEP}, recording={"rate": 20}, seed=axes,
+            target={"position": ["0.2*t", *["0"] * (axes - 1)]}, robots={"count": count, "radius": 0.2},
+            obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
+            opponents=[
+                {"count": 4, "interval": 1.0, "distance": 9.0},
+                {"name": "late", "count": 3, "start": 2.0, "distance": 12.0, "capture_distance": 0.6},
+            ],
+            mission={"radius": 3, "max_speed": 1.5, "outer": outer, "behaviors": [AVOID, behavior, "surface"]},
+        )
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("outer", ["nsb", "set_based"])
+@pytest.mark.parametrize(
+    "behavior",
+    [
+        {"behavior": "guard", "alert": 6.0},
+        {"behavior": "guard", "distance": 1.5},
+        {"behavior": "intercept", "quarry": "opponents"},
+    ],
+    ids=["alert", "guard", "intercept"],
+)
+@pytest.mark.parametrize("axes", [2, 3])
+def test_kernel_and_twin_agree(axes: int, behavior: dict[str, object], outer: str) -> None:
+    setup = mission(axes, behavior, outer)
+    random = np.random.default_rng(3)
+    q = random.normal(scale=2.0, size=(5, axes))
+    kernel, twin = Kernel(setup), ReferenceController(setup)
+    twin.reset(q)
+    start = setup.obstacle_position[1:]
+    pace, aside = random.uniform(0.05, 0.12, (7, 1)), random.normal(scale=0.6, size=start.shape)
+    seen = set()
+    for step in range(STEPS):
+        t = step * STEP
+        place = start * (1.0 - pace * t) + aside * np.sin(0.5 * t)
+        speed = -pace * start + 0.5 * aside * np.cos(0.5 * t)
+        kernel.state.mover_position[:], kernel.state.mover_velocity[:] = place, speed
+        twin.setup = replace(
+            twin.setup, obstacle_position=np.vstack([setup.obstacle_position[:1], place]),
+            obstacle_velocity=np.vstack([np.zeros((1, axes)), speed]),
+        )  # fmt: skip
+        v = random.normal(scale=0.1, size=q.shape)
+        state, signals = kernel.evaluate(t, q, v), twin.evaluate(t, q, v)
+        assert np.abs(state.v_d - signals.v_d).max() < TOLERANCE
+        assert np.abs(state.tau - signals.tau).max() < TOLERANCE * np.abs(signals.tau).max()
+        watch = twin._watch
+        assert watch is not None and twin._threats is not None
+        assert np.array_equal(state.opponent_status, watch.status)
+        assert np.array_equal(state.interceptor, watch.interceptor)
+        assert np.array_equal(state.threat, twin._threats.number)
+        seen |= {*watch.status.tolist()}
+        q = q + STEP * signals.v_d
+    assert {0.0, 1.0, INTERCEPTED} <= seen
+
+
+def standing(opponents: list[dict[str, object]]) -> tuple[Setup, Watch]:
+    """Two robots beside a target, and opponents that all come at once."""
+    scenario = Scenario(
+        target={"radius": 0.3}, robots={"positions": [[3, 0], [0, 3]], "radius": 0.2}, opponents=opponents,
+        mission={"radius": 3, "behaviors": ["guard", "surface"]},
+    )  # fmt: skip
+    setup = controller_setup(scenario)
+    return setup, Watch(setup)
+
+
+def watched(opponents: list[dict[str, object]]) -> Watch:
+    setup, watch = standing(opponents)
+    watch.judge(0.0, np.array([[3.0, 0.0], [0.0, 3.0]]), np.zeros(2), np.zeros(2, bool), setup)
+    return watch
+
+
+def test_an_opponent_is_intercepted_within_the_gap_and_no_farther() -> None:
+    near, far = 3.0 + 0.2 + 0.2 + 0.3 - 1e-9, 3.0 + 0.2 + 0.2 + 0.3 + 1e-9
+    watch = watched([{"count": 2, "positions": [[near, 0], [0, far]]}])
+    assert watch.status.tolist() == [INTERCEPTED, 1.0] and watch.interceptor.tolist() == [1, 0]
+
+
+def test_an_opponent_has_reached_the_target_at_the_gap() -> None:
+    at = 0.3 + 0.2 + 0.1
+    assert watched([{"positions": [[at - 1e-9, 0.0]]}]).status.tolist() == [REACHED]
+    assert watched([{"positions": [[at + 1e-9, 0.0]]}]).status.tolist() == [1.0]
+
+
+def test_the_nearest_robot_guards_and_keeps_its_opponent() -> None:
+    setup, watch = standing([{"count": 2, "positions": [[8, 0], [0, 8]]}])
+    nobody = np.zeros(2, bool)
+    watch.judge(0.0, np.array([[3.0, 0.0], [0.0, 3.0]]), np.zeros(2), nobody, setup)
+    assert watch.assign(np.array([[3.0, 0], [0, 3.0]]), np.zeros(2), nobody, setup).number.tolist() == [1, 2]
+    between = np.array([[2.0, 2.2], [2.2, 2.0]])  # each a little nearer to the other's opponent
+    assert watch.assign(between, np.zeros(2), nobody, setup).number.tolist() == [1, 2]
+    swapped = np.array([[0.0, 3.0], [3.0, 0.0]])
+    assert watch.assign(swapped, np.zeros(2), nobody, setup).number.tolist() == [2, 1]
+    lost = np.array([True, False])
+    assert watch.assign(swapped, np.zeros(2), lost, setup).number.tolist() == [0, 1]
