@@ -1,0 +1,66 @@
+"""What becomes of opponents: how many are intercepted or reach the target, and how close it gets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.metrics.metric import Measure, metric
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded
+
+NO_OPPONENTS = "there are no opponents"
+COMES, INTERCEPTED, REACHED = 1, 2, 3
+
+
+def _named(trace: Recorded, opponents: NDArray[np.int64]) -> tuple[str, ...]:
+    """Names of opponents, which are the last obstacles."""
+    names = trace["obstacle"].values[-trace.sizes["opponent"] :]
+    return tuple(map(str, names[opponents]))
+
+
+def _ended(trace: Recorded, status: int) -> Measure:
+    """How many opponents end with a status, when the first of them did, and which they are."""
+    if "opponent_status" not in trace:
+        return Measure(None, reason=NO_OPPONENTS)
+    found = trace["opponent_status"].values == status
+    which = np.flatnonzero(found[-1])
+    if not len(which):
+        return Measure(0.0)
+    first = float(trace["time"].values[int(found.any(axis=1).argmax())])
+    return Measure(float(len(which)), first, _named(trace, which))
+
+
+@metric(unit="1", watched=False, more_is_better=True, rank=41)
+def opponents_intercepted(trace: Recorded) -> Measure:
+    """Number of opponents that robots have intercepted."""
+    return _ended(trace, INTERCEPTED)
+
+
+@metric(unit="1", watched=False, rank=42)
+def opponents_breached(trace: Recorded) -> Measure:
+    """Number of opponents that have reached the target."""
+    return _ended(trace, REACHED)
+
+
+@metric(unit="s", watched=False, more_is_better=True, rank=43)
+def threat_time_min(trace: Recorded) -> Measure:
+    """Least time in which an opponent that comes could have reached the target, straight and at its speed."""
+    if "opponent_status" not in trace:
+        return Measure(None, reason=NO_OPPONENTS)
+    count = trace.sizes["opponent"]
+    place, time = trace["obstacle_position"].values[:, -count:], trace["time"].values
+    if len(time) < 2:
+        return Measure(None, reason="the window holds a single sample")
+    gap = np.linalg.norm(place - trace["target_position"].values[:, None], axis=2)
+    gap = gap - trace["obstacle_radius"].values[-count:] - trace.attrs["target_radius"]
+    speed = np.linalg.norm(np.gradient(place, time, axis=0), axis=2)
+    left = np.maximum(gap, 0.0) / np.maximum(speed, 1e-9)
+    left[trace["opponent_status"].values != COMES] = np.inf
+    row, which = np.unravel_index(int(left.argmin()), left.shape)
+    if not np.isfinite(left[row, which]):
+        return Measure(None, reason="no opponent comes")
+    return Measure(float(left[row, which]), float(time[row]), _named(trace, np.array([which])))
