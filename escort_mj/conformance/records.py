@@ -33,6 +33,10 @@ BESIDE: dict[str, dict[str, Any]] = {
         "knowledge": {"estimator": "kalman", "target": {"robots": (1,), "noise": {"position": 0.01}}},
         "communication": {"rate": 50.0, "loss": 0.2},
     },
+    "opponents": {
+        "target": {"radius": 0.3},
+        "opponents": ({"count": 2, "positions": ((6.0, 0.0), (0.0, 2.0)), "policy": {"policy": "straight"}},),
+    },
     "goals and no target": {
         "duration": 6.0,
         "target": None,

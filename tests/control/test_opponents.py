@@ -29,7 +29,7 @@ def mission(axes: int, behavior: dict[str, object], outer: str, count: int = 5) 
                 {"count": 4, "interval": 1.0, "distance": 9.0},
                 {"name": "late", "count": 3, "start": 2.0, "distance": 12.0, "capture_distance": 0.6},
             ],
-            mission={"max_speed": 1.5, "outer": outer, "behaviors": [AVOID, behavior, "surface"], "radius": 3},
+            mission={"max_speed": 1.5, "outer": outer, "behaviors": [AVOID, behavior, "surface"]},
         )
     )  # fmt: skip
 

@@ -6,6 +6,7 @@ import re
 import pytest
 
 from benchmarks.dashes import COUNTS, TEAMS, is_caught
+from benchmarks.perimeter import RATIOS, is_breached, lead
 from tests.docs.pages import ROOT
 
 PAGE = (ROOT / "docs" / "pursuit.md").read_text(encoding="utf-8")
@@ -29,3 +30,13 @@ def test_the_table_is_within_three_percent_of_theory() -> None:
     for count, theory, points in rows:
         assert float(theory) == pytest.approx(1.0 / math.sin(math.pi / int(count)), abs=1e-3)
         assert float(points) == pytest.approx(float(theory), rel=0.03)
+
+
+@pytest.mark.parametrize(("distance", "angle"), [(10.8, 1.2), (9.0, -1.9), (7.0, 0.3)])
+def test_the_lead_decides_who_wins_at_the_perimeter(compiled: None, distance: float, angle: float) -> None:
+    assert is_breached(distance, angle, 0.7) == (lead(distance, abs(angle), 0.7) > 0.0)
+
+
+def test_the_perimeter_table_agrees_with_theory() -> None:
+    shares = re.findall(r"^\| 0\.\d \|(?: [\d.]+ \|){2} ([\d.]+) \|", PAGE, flags=re.MULTILINE)
+    assert len(shares) == len(RATIOS) and min(map(float, shares)) >= 95.0

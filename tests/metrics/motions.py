@@ -70,3 +70,17 @@ DASH = {
         "mission": {"radius": 2, "behaviors": [{"behavior": "intercept", "speed": 1, "within": 0.1}]},
     },
 }  # fmt: skip
+
+# One opponent that a robot intercepts, one that reaches the target, and one that waits.
+OPPOSED = {
+    "opponents": {
+        "duration": 3.0,
+        "robots": {"positions": [[2, 0], [-1, 2], [-2, 0], [0, -2]]},
+        "target": {"position": [0, 0], "radius": 0.3},
+        "mission": {"radius": 2, "behaviors": ["surface"]},
+        "opponents": [
+            {"count": 2, "positions": [[4, 0], [2.5, 2.5]], "policy": {"policy": "straight", "speed": 1.5}},
+            {"name": "late", "positions": [[0, 9]], "start": 2.5, "policy": "weave"},
+        ],
+    },
+}  # fmt: skip

@@ -1,9 +1,49 @@
 """Counts of opponents and the least time that one needs, against a run that is worked out by hand."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from escort_mj import Run, Scenario, run
+
+
+def fates(again: Any) -> list[tuple[str, int]]:
+    """What becomes of the opponents of `test_recomputed`, and in which step."""
+    found = []
+    for o in range(again.places.shape[1] if "opponents" in again.case.keys else 0):
+        place = again.places[:, o]
+        robots = np.linalg.norm(again.q - place[:, None], axis=2).min(axis=1) - 0.4 <= 0.3
+        inside = np.linalg.norm(again.target - place, axis=1) - 0.5 <= 0.1
+        first = {"intercepted": robots, "breached": inside}
+        steps = {name: int(np.argmax(now)) for name, now in first.items() if now.any()}
+        name = min(steps, key=steps.__getitem__, default="")
+        found.append((name, steps.get(name, -1)))
+    return found
+
+
+def recomputed_opponents_intercepted(again: Any) -> float | None:
+    """Over a mission of `test_recomputed`."""
+    names = [name for name, _ in fates(again)]
+    return float(names.count("intercepted")) if names else None
+
+
+def recomputed_opponents_breached(again: Any) -> float | None:
+    """Likewise."""
+    names = [name for name, _ in fates(again)]
+    return float(names.count("breached")) if names else None
+
+
+def recomputed_threat_time_min(again: Any) -> float | None:
+    """Likewise: opponents come at 0, 0 and 2.5 s."""
+    least = []
+    for (_, end), start, o in zip(fates(again), (0.0, 0.0, 2.5), range(3), strict=False):
+        place = again.places[:, o]
+        speed = np.linalg.norm(np.gradient(place, again.time, axis=0), axis=1)
+        left = (np.linalg.norm(place - again.target, axis=1) - 0.5) / np.maximum(speed, 1e-9)
+        first = int(np.searchsorted(again.time, start - 1e-9))
+        least.append(left[first : None if end < 0 else end].min())
+    return float(min(least)) if least else None
 
 
 @pytest.fixture(scope="module")

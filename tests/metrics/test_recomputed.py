@@ -22,12 +22,10 @@ from escort_mj import mission
 from escort_mj.measuring import SHIPPED
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.reader.load import parse_scenario
-from tests.metrics.motions import DASH, HEADED, KNOWING
+from tests.metrics.motions import DASH, HEADED, KNOWING, OPPOSED
 
-Array = np.ndarray
-DT = 0.002
-APD = {"kp": 30.0, "kd": 50.0, "k": 1.0, "mu": 20.0, "slope": 20.0}
-LIMIT = 4.0
+Array, DT = np.ndarray, 0.002
+APD, LIMIT = {"kp": 30.0, "kd": 50.0, "k": 1.0, "mu": 20.0, "slope": 20.0}, 4.0
 
 
 class Body(NamedTuple):
@@ -123,7 +121,8 @@ CASES = {
         },
         dead={1: 0.3},
     ),
-    **{name: Case(keys) for name, keys in {**HEADED, **KNOWING, **DASH}.items()},
+    **{name: Case(keys) for name, keys in (HEADED | KNOWING | DASH).items()},
+    **{name: Case(keys, (Body(0.2),) * 3) for name, keys in OPPOSED.items()},
 }  # fmt: skip
 
 
@@ -302,7 +301,8 @@ class Recomputed:
         return float(two * DT / min(body.thickness for body in self.bodies))
 
     def kinetic_energy_max(self) -> float:
-        return float((0.5 * self.mass * norm(self.v) ** 2).sum(axis=1).max())
+        opponents = norm(np.diff(self.places, axis=0, prepend=self.places[:1])) / DT  # of 1 kg
+        return float(0.5 * ((self.mass * norm(self.v) ** 2).sum(1) + (opponents**2).sum(1)).max())
 
     @property
     def told(self) -> bool:

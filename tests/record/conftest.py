@@ -40,6 +40,8 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         given["outer_updates"] = np.cumsum(random.integers(0, 10, (rows, robots)), axis=0)
         given["goals_left"] = random.integers(0, 3, (rows, robots))
         given["lost"] = np.zeros((rows, robots))
+        for name in ("opponent_status", "interceptor", "threat"):
+            given[name] = random.integers(0, 3, given[name].shape)
         for name in ("clearance_body", "target_clearance_body"):
             given[name] = random.integers(-1, robots + obstacles, given[name].shape)
         for name in ("target_seen", "heard_from", "messages_sent", "messages_heard", "messages_lost"):

@@ -40,7 +40,8 @@ def fixed_obstacles(scenario: Scenario) -> tuple[Body, ...]:
 @lru_cache(maxsize=16)
 def _resolved(scenario: Scenario) -> tuple[Body, ...]:
     placed = fixed_obstacles(scenario)
-    return (*placed, *drawn(scenario, placed), *opponent_bodies(scenario))
+    placed = (*placed, *drawn(scenario, placed))
+    return (*placed, *opponent_bodies(scenario, placed))
 
 
 def _obstacles(scenario: Scenario) -> Iterator[Body]:
