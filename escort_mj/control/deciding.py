@@ -10,7 +10,7 @@ from escort_mj.components.dispatch import one_of
 from escort_mj.components.movers import NO_POLICY
 from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.nsb import block_at
-from escort_mj.control.opponents import COMES, turn_away
+from escort_mj.control.opponents import COMES, turn_back
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable, view_addresses
 from escort_mj.native.on_demand import on_demand
@@ -51,7 +51,7 @@ def decide(plan: Plan, state: State) -> None:
             state.mover_acts[b] = _ask(int(plan.mover_policy[b]), b, plan, state)
             opponent = int(plan.mover_opponent[b])
             if opponent >= 0 and state.opponent_status[opponent] != COMES:
-                turn_away(b, plan, state)
+                turn_back(b, plan, state)
 
 
 def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 WAITS, COMES, INTERCEPTED, REACHED = 0.0, 1.0, 2.0, 3.0
 NOT_ONE = -1.0  # of the opponents
 KEPT = 0.8  # of the distance: what another robot has to beat to take over a threat
-NEAR = 1e-9  # m, m/s
+NEAR = 1e-9  # m
+ARRIVAL = 2.0  # 1/s, gain of the distance from the start
 
 
 class OpponentParameters(Fields):
@@ -82,22 +83,23 @@ def judge_opponents(plan: Plan, state: State) -> None:
 
 
 @on_demand
-def turn_away(b: int, plan: Plan, state: State) -> None:
-    """Lets an opponent that does not come, or no longer, rest or go away from the target.
+def turn_back(b: int, plan: Plan, state: State) -> None:
+    """Lets an opponent that does not come yet, or no longer, be at its start or go there.
 
     Args:
         b: Which body with a drive it is.
-        plan: Says which opponent that is.
-        state: `mover_wish` is written: a body that turns away keeps the speed that it wanted.
+        plan: Says where it starts.
+        state: `mover_wish` is written: a body that turns back keeps the speed that it wanted, and slows down
+            where it arrives.
     """
-    status, p = state.opponent_status[int(plan.mover_opponent[b])], state.q.shape[1]
-    speed = distance = 0.0
+    p, speed, distance = state.q.shape[1], 0.0, 0.0
     for k in range(p):
         speed += state.mover_wish[b, k] ** 2
-        distance += (state.mover_position[b, k] - state.target_position[k]) ** 2
-    share = 0.0 if status == WAITS else math.sqrt(speed / max(distance, NEAR * NEAR))
+        distance += (plan.mover_start[b, k] - state.mover_position[b, k]) ** 2
+    speed, distance = math.sqrt(speed), math.sqrt(distance)
+    share = min(speed, ARRIVAL * distance) / max(distance, NEAR)
     for k in range(p):
-        state.mover_wish[b, k] = share * (state.mover_position[b, k] - state.target_position[k])
+        state.mover_wish[b, k] = share * (plan.mover_start[b, k] - state.mover_position[b, k])
 
 
 @on_demand

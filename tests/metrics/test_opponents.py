@@ -73,7 +73,7 @@ def test_counts_and_moments(flown: Run) -> None:
     assert flown.trace["opponent_status"].values[-1].tolist() == [2, 3, 0]
 
 
-def test_what_is_decided_turns_away(flown: Run) -> None:
+def test_what_is_decided_turns_back(flown: Run) -> None:
     place = flown.trace["obstacle_position"].values
     speed = np.diff(place, axis=0)[-1] / 0.002
     assert speed[0] == pytest.approx([1.0, 0.0], abs=1e-3) and speed[1] == pytest.approx([0.0, 1.0], abs=1e-3)

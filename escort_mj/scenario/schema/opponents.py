@@ -36,6 +36,6 @@ class Opponents(Parameters):
     interval: NonNegativeFloat = 0.0
     """Time between the starts of two successive ones [s]."""
     capture_distance: NonNegativeFloat = 0.3
-    """Gap to a robot at which an opponent is intercepted [m]; it then turns away."""
+    """Gap to a robot at which an opponent is intercepted [m]; it then goes back to its start."""
     reach_distance: NonNegativeFloat = 0.1
-    """Gap to the target at which an opponent has reached it [m]; it then turns away."""
+    """Gap to the target at which an opponent has reached it [m]; it then goes back to its start."""
