@@ -32,7 +32,8 @@ PUSHED, STARTED, DISTURBED, MISLED = "pushed", "started", "disturbed", "misled"
 OUTRUN, OVERTAKEN, BOXED_IN, UNEXPLAINED = "outrun", "overtaken", "boxed in", "unexplained"
 CAUSES = {
     PUSHED: "an earlier touch, whose cause is known, still moves one of the robots: it ended no longer ago "
-    "than |v| / a, with the velocity that it left the robot with, and a tenth of a second",
+    "than |v| / a, with the velocity that it left the robot with, and a tenth of a second, or the robot has "
+    "been faster than max_speed ever since",
     STARTED: "the start is the alarm, and no flight is clear",
     DISTURBED: "|disturbance| exceeded the force limit of the robot on an axis since the alarm",
     MISLED: "errors of measured positions, |q_measured - q|, of both robots where two meet, reached the safe "
@@ -106,6 +107,7 @@ class _Scene:
         self.trace, self.time = trace, trace["time"].values
         self.q, self.v = trace["q"].values, trace["v"].values
         self.robots, self.axes = self.q.shape[1:]
+        self._fastest = float(trace.attrs.get("max_speed", math.inf))
         names = [str(name) for name in trace["body"].values]
         outlines = trace["obstacle_outline"].values if "obstacle_outline" in trace else None
         self.place = {i: self.q[:, i] for i in range(self.robots)}
@@ -134,7 +136,8 @@ class _Scene:
             ended = known.get(i, -math.inf)
             left = min(int(np.searchsorted(self.time, ended)), row)
             moved = float(np.linalg.norm(self.v[left, i])) / max(self._thrust(i, left, row), 1e-9)
-            if start - ended <= moved + SETTLING:
+            faster = np.linalg.norm(self.v[left : row + 1, i], axis=1) > self._fastest
+            if start - ended <= moved + SETTLING or (math.isfinite(ended) and faster.all()):
                 return PUSHED
         found = [self._from_alarm(i, b, row) for i, b in sides]
         return min(found, key=[*CAUSES, UNEXPLAINED].index)
@@ -149,7 +152,7 @@ class _Scene:
         if wrong[:, i].max() + (wrong[:, b].max() if b < self.robots else 0.0) >= max(self._safe(i, b), 1e-9):
             return MISLED
         thrust = self._thrust(i, alarm, row)
-        most = float(self.trace.attrs.get("max_speed", math.inf))
+        most = self._fastest
         if not math.isfinite(most):
             most = float(np.linalg.norm(self.v[alarm, i])) + thrust * float(self.time[end] - self.time[alarm])
         around = directions(self.axes)[:: max(len(directions(self.axes)) // 32, 1)]

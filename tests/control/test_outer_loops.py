@@ -13,14 +13,7 @@ from escort_mj.components.parameters import UNLIMITED
 from escort_mj.control.failure import Team
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import filtered as filtered_by
-from escort_mj.control.outer_loops.constraints import (
-    MOST,
-    Rules,
-    approach,
-    constraints_of,
-    leave_path,
-    left_path,
-)
+from escort_mj.control.outer_loops.constraints import MOST, constraints_of
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
     keep_limit,
@@ -29,6 +22,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     nearest,
     nearest_velocity,
 )
+from escort_mj.control.outer_loops.passing import Rules, approach, leave_path, left_path
 from escort_mj.control.outer_loops.potential_field import repulsion, repulsions
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
@@ -100,8 +94,8 @@ def limit(rows, bounds, most, v):
 
 
 @jitted
-def leave(apart, reach, v, motion, most, rate, braking, direction):
-    return leave_path(apart, reach, v, motion, most, Rules(rate, braking, 0.0, 1.0, 0.0, 0.0), direction)
+def leave(apart, reach, v, motion, rate, braking, direction):
+    return leave_path(apart, reach, v, motion, Rules(rate, braking, 0.0, 1.0, 0.0, 0.0), direction)
 
 
 @jitted
@@ -198,23 +192,24 @@ def test_conditions_beyond_the_speed_limit_are_broken_least(axes: int) -> None:
 
 
 @pytest.mark.parametrize("axes", [2, 3])
-def test_a_path_is_left_on_the_side_where_the_robot_will_be(axes: int) -> None:
+def test_a_path_is_left_on_the_side_where_the_robot_is_or_goes(axes: int) -> None:
     rng = np.random.default_rng(axes)
     rules = Rules(4.0, 3.0, 0.0, 1.0, 0.0, 0.0)
     for _ in range(100):
         x, v, motion = rng.normal(scale=2.0, size=(3, axes))
         motion *= np.sign(motion @ x)
         apart, reach = float(np.linalg.norm(x)), float(rng.uniform(0.1, 2.0))
-        away, needed = left_path(x, reach, v, motion, 1.5, rules)
+        away, needed = left_path(x, reach, v, motion, rules)
         direction = x / apart
-        by_kernel = leave(apart, reach, v, motion, 1.5, rules.rate, rules.braking, direction)
+        by_kernel = leave(apart, reach, v, motion, rules.rate, rules.braking, direction)
         np.testing.assert_allclose(direction, away, atol=1e-12)
-        assert by_kernel == pytest.approx(needed, abs=1e-12) and needed <= 1.5
+        assert by_kernel == pytest.approx(needed, abs=1e-12)
         assert away @ motion == pytest.approx(0.0, abs=1e-12)
-        assert away @ (x + (x @ motion) / (motion @ motion) * v) > 0.0, "as the body arrives"
+        assert left_path(x, reach, 0.0 * v, motion, rules)[0] @ x > 0.0
+        assert left_path(x, reach, 1e3 * v, motion, rules)[0] @ v > 0.0, "it cannot turn back in time"
     ahead, left = np.eye(axes)[:2]
-    head_on, needed = left_path(ahead, 0.5, 0.0 * ahead, ahead, 1.5, rules)
-    assert (head_on == left).all() and needed == 1.5
+    head_on, needed = left_path(ahead, 0.5, 0.0 * ahead, ahead, rules)
+    assert (head_on == left).all() and needed == 2.0
 
 
 def test_the_approach_stops_in_time() -> None:

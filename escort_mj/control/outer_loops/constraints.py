@@ -11,7 +11,16 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
-from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of, turn, turned
+from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sight, reach_of
+from escort_mj.control.outer_loops.passing import (
+    Rules,
+    approach,
+    horizon,
+    lead_of,
+    leave_path,
+    left_path,
+    length_of,
+)
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.numerics.neighbors import ALL, find_near
@@ -25,49 +34,7 @@ Mask = NDArray[np.bool_]
 
 MOST = 24  # constraints of one robot: those that demand most
 SHARED = 0.5  # marks constraints by teammates with goals of their own
-HEAD_ON = 1e-9  # share of a distance that is no offset to either side
 NEAR = 64  # teammates that may be near enough to demand something; of more, all are looked at
-
-
-class Rules(NamedTuple):
-    """How fast a robot may come nearer to what it keeps clear of: r . (v - u) >= -approach(margin).
-
-    Attributes:
-        rate: Share of the margin that may be used up, or is recovered, per second [1/s].
-        braking: Deceleration that ends at the safe distance [m/s^2]; UNLIMITED for any.
-        cone: Whether there is a constraint only within the safe distance (1 or 0).
-        foresees: Whether the velocity u of what is met counts (1 or 0).
-        target_distance: Safe distance to the target [m]; 0 where it is not avoided.
-        target_radius: [m].
-    """
-
-    rate: float
-    braking: float
-    cone: float
-    foresees: float
-    target_distance: float
-    target_radius: float
-
-
-@inlined
-def approach(margin: float, rules: Rules) -> float:
-    """Return the largest closing speed at a margin: proportional, then as far as braking stops in time [m/s].
-
-    Both parts meet with one slope. Within the safe distance it is negative: the distance has to grow.
-    """
-    if rules.rate * rules.rate * margin <= rules.braking:
-        return rules.rate * margin
-    return math.sqrt(rules.braking * (2.0 * margin - rules.braking / (rules.rate * rules.rate)))
-
-
-@inlined
-def horizon(speed: float, rules: Rules) -> float:
-    """Return the margin at which `approach` allows a speed [m]."""
-    if rules.cone != 0.0:
-        return 0.0
-    if speed * rules.rate <= rules.braking:
-        return speed / rules.rate
-    return 0.5 * (speed * speed / rules.braking + rules.braking / (rules.rate * rules.rate))
 
 
 @inlined
@@ -130,20 +97,6 @@ def find_constraints(
 
 
 @inlined
-def lead_of(speed: float, most: float) -> float:
-    """Return how far a body that a robot cannot outrun goes while the robot goes a meter out of its way.
-
-    Args:
-        speed: Of the body [m/s].
-        most: Speed limit of the robot [m/s].
-
-    Returns:
-        [1]; 0 where the body is slower.
-    """
-    return speed / most if speed > most else 0.0
-
-
-@inlined
 def team_motion(robot: int, k: int, rules: Rules, plan: Plan, state: State) -> float:
     """Return the velocity along an axis relative to which a robot keeps distances to teammates [m/s]."""
     return rules.foresees * target_speed(robot, plan, state)[k] if plan.target_feedforward else 0.0
@@ -156,15 +109,6 @@ def fastest_mover(state: State) -> float:
     for b in range(state.mover_velocity.shape[0]):
         fastest = max(fastest, length_of(state.mover_velocity[b]))
     return fastest
-
-
-@inlined
-def length_of(vector: Array) -> float:
-    """Return the length of a vector."""
-    square = 0.0
-    for k in range(vector.shape[0]):
-        square += vector[k] * vector[k]
-    return math.sqrt(square)
 
 
 @inlined
@@ -211,10 +155,32 @@ def _consider(
         square += motion[k] * motion[k]
     outrun = share == 1.0 and rules.foresees != 0.0 and along > 0.0
     lead = lead_of(math.sqrt(square), plan.max_speed) * reach if outrun else 0.0
-    full, place = approach(margin - lead, rules), count
+    full = approach(margin - lead, rules)
     could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - share * full
     if could < 0.0:
         return count
+    bound = rules.foresees * along - share * full
+    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
+        bound = max(bound, pursuit - full)
+    if lead > 0.0:
+        bound = leave_path(apart, reach, state.v_measured[robot], motion, rules, direction)
+    with_whom = 0.0 if share == 1.0 else 1.0 if rules.target_radius > 0.0 else SHARED
+    count = _keep(direction, bound, could, with_whom, rows, bounds, shared, spare, count)
+    if lead > 0.0 and bound > 0.0:  # meanwhile it does not go to meet the body
+        for k in range(p):
+            motion[k] /= math.sqrt(square)
+        bound = min(along - approach(margin, rules), 0.0)
+        count = _keep(motion, bound, could, 0.0, rows, bounds, shared, spare, count)
+    return count
+
+
+@inlined
+def _keep(
+    direction: Array, bound: float, could: float, with_whom: float, rows: Array, bounds: Array, shared: Array,
+    spare: Array, count: int,
+) -> int:  # fmt: skip
+    """Add a constraint, in place of the one that could be violated least where there are MOST of them."""
+    place = count
     if count == MOST:
         place = 0
         for at in range(1, MOST):
@@ -222,58 +188,10 @@ def _consider(
                 place = at
         if could <= spare[place]:
             return count
-    bounds[place], spare[place] = rules.foresees * along - share * full, could
-    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
-        bounds[place] = max(bounds[place], pursuit - full)
-    if lead > 0.0:
-        bounds[place] = leave_path(
-            apart, reach, state.v_measured[robot], motion, plan.max_speed, rules, direction
-        )
-    shared[place] = 0.0 if share == 1.0 else 1.0 if rules.target_radius > 0.0 else SHARED
-    for k in range(p):
+    bounds[place], spare[place], shared[place] = bound, could, with_whom
+    for k in range(direction.shape[0]):
         rows[place, k] = direction[k]
     return min(count + 1, MOST)
-
-
-@inlined
-def leave_path(
-    apart: float, reach: float, v: Array, motion: Array, most: float, rules: Rules, direction: Array
-) -> float:
-    """Find what a robot's velocity has to satisfy to leave the path of a body that comes faster than it can.
-
-    The condition is that of a body at rest, with the distance from the path in place of that from the body.
-    It holds from when the body needs as long as the robot needs to leave its path.
-
-    Args:
-        apart: Distance from the body [m].
-        reach: The least that it may be [m].
-        v: Velocity of the robot, shape (p,) [m/s].
-        motion: Velocity of the body, likewise.
-        most: Speed limit of the robot [m/s].
-        rules: How fast it may come nearer to the path.
-        direction: Unit vector away from the body, shape (p,); becomes the one away from its path, on the side
-            where the robot will be when the body arrives.
-
-    Returns:
-        How fast it has to go that way [m/s].
-    """
-    p, speed, along, ahead = v.shape[0], length_of(motion), 0.0, 0.0
-    for k in range(p):
-        along += v[k] * motion[k] / speed
-        ahead += apart * direction[k] * motion[k] / speed
-    square = inner = 0.0
-    for k in range(p):
-        aside = apart * direction[k] - ahead * motion[k] / speed
-        direction[k] = aside + ahead / speed * (v[k] - along * motion[k] / speed)
-        square += direction[k] * direction[k]
-        inner += aside * direction[k]
-    length = math.sqrt(square)
-    if length <= HEAD_ON * apart:
-        turn(motion, direction)
-        return min(-approach(-reach, rules), most)
-    for k in range(p):
-        direction[k] /= length
-    return min(-approach(inner / length - reach, rules), most)
 
 
 @inlined
@@ -370,23 +288,13 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         shared = (shares < 1.0) & (rules.foresees != 0.0)
         bounds = np.where(shared, np.maximum(bounds, pursuit - full), bounds)
         for j in np.flatnonzero(lead):
-            x = rows[j] * (margin[j] + reach[j])
-            rows[j], bounds[j] = left_path(x, reach[j], now.v[i], velocity[j], setup.max_speed, rules)
+            x, straight = rows[j] * (margin[j] + reach[j]), along[j] - approach(float(margin[j]), rules)
+            rows[j], bounds[j] = left_path(x, reach[j], now.v[i], velocity[j], rules)
+            if bounds[j] > 0.0:
+                rows, bounds = (
+                    np.vstack([rows, velocity[j] / speed[j]]),
+                    np.append(bounds, min(straight, 0.0)),
+                )
+                full, speed, shares = (np.append(each, each[j]) for each in (full, speed, shares))
         found.append(Constraints(rows, bounds, shares * full, speed, shares < 1.0, rules.target_radius > 0.0))
     return found
-
-
-def left_path(
-    x: Array, reach: float, v: Array, motion: Array, most: float, rules: Rules
-) -> tuple[Array, float]:
-    """Return the direction away from a body's path, and the speed that way; x is where a robot is from it."""
-    along = motion / np.linalg.norm(motion)
-    aside = x - (x @ along) * along
-    later = aside + (x @ along) / np.linalg.norm(motion) * (v - (v @ along) * along)
-    length = float(np.linalg.norm(later))
-    r, missing = (
-        (later / length, reach - aside @ later / length)
-        if length > HEAD_ON * np.linalg.norm(x)
-        else (turned(along), reach)
-    )
-    return r, min(-approach(float(-missing), rules), most)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.outer_loops.constraints import length_of
+from escort_mj.control.outer_loops.passing import length_of
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 
 Array = NDArray[np.float64]

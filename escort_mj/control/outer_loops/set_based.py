@@ -17,12 +17,9 @@ from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, outer_loop, rul
 from escort_mj.control.outer_loops.constraints import (
     MOST,
     Constraints,
-    Rules,
     constraints_of,
     fastest_mover,
     find_constraints,
-    lead_of,
-    length_of,
     team_motion,
 )
 from escort_mj.control.outer_loops.detour import (
@@ -45,6 +42,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     speed_along,
 )
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
+from escort_mj.control.outer_loops.passing import FASTER, Rules, lead_of, length_of
 from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
@@ -238,7 +236,7 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
     speed, relative, pace, most = root(square), root(relative), root(pace), plan.max_speed
     if rules.target_distance > 0.0:
         look = rules.target_distance + to_surface * (own + rules.target_radius)
-        outrun = pace > most
+        outrun = pace > FASTER * most
         look = look + where(outrun, look * pace / most, 0.0)
         look = look + _horizon(where(outrun, speed + pace, relative), rules)
         found = where(to_target < look * look, 1.0, found)

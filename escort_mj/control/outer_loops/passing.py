@@ -1,0 +1,142 @@
+"""How fast a robot may come nearer to a body, and how it lets one pass that it cannot outrun."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.control.outer_loops.nearby import turn, turned
+from escort_mj.native.kernels import inlined
+
+Array = NDArray[np.float64]
+
+FASTER = 1.001  # times the speed limit: a body that goes as fast as that is outrun, whatever rounding says
+HEAD_ON = 1e-9  # share of a distance that is no offset to either side
+
+
+class Rules(NamedTuple):
+    """How fast a robot may come nearer to what it keeps clear of: r . (v - u) >= -approach(margin).
+
+    Attributes:
+        rate: Share of the margin that may be used up, or is recovered, per second [1/s].
+        braking: Deceleration that ends at the safe distance [m/s^2]; UNLIMITED for any.
+        cone: Whether there is a constraint only within the safe distance (1 or 0).
+        foresees: Whether the velocity u of what is met counts (1 or 0).
+        target_distance: Safe distance to the target [m]; 0 where it is not avoided.
+        target_radius: [m].
+    """
+
+    rate: float
+    braking: float
+    cone: float
+    foresees: float
+    target_distance: float
+    target_radius: float
+
+
+@inlined
+def approach(margin: float, rules: Rules) -> float:
+    """Return the largest closing speed at a margin: proportional, then as far as braking stops in time [m/s].
+
+    Both parts meet with one slope. Within the safe distance it is negative: the distance has to grow.
+    """
+    if rules.rate * rules.rate * margin <= rules.braking:
+        return rules.rate * margin
+    return math.sqrt(rules.braking * (2.0 * margin - rules.braking / (rules.rate * rules.rate)))
+
+
+@inlined
+def horizon(speed: float, rules: Rules) -> float:
+    """Return the margin at which `approach` allows a speed [m]."""
+    if rules.cone != 0.0:
+        return 0.0
+    if speed * rules.rate <= rules.braking:
+        return speed / rules.rate
+    return 0.5 * (speed * speed / rules.braking + rules.braking / (rules.rate * rules.rate))
+
+
+@inlined
+def length_of(vector: Array) -> float:
+    """Return the length of a vector."""
+    square = 0.0
+    for k in range(vector.shape[0]):
+        square += vector[k] * vector[k]
+    return math.sqrt(square)
+
+
+@inlined
+def lead_of(speed: float, most: float) -> float:
+    """Return how far a body that a robot cannot outrun goes while the robot goes a meter out of its way.
+
+    Args:
+        speed: Of the body [m/s].
+        most: Speed limit of the robot [m/s].
+
+    Returns:
+        [1]; 0 where the body is slower.
+    """
+    return speed / most if speed > FASTER * most else 0.0
+
+
+@inlined
+def leave_path(apart: float, reach: float, v: Array, motion: Array, rules: Rules, direction: Array) -> float:
+    """Find what a robot's velocity has to satisfy to leave the path of a body that comes faster than it can.
+
+    The condition is that of a body at rest, with the distance from the path in place of that from the body.
+    It holds from when the body needs as long as the robot needs to leave its path.
+
+    Args:
+        apart: Distance from the body [m].
+        reach: The least that it may be [m].
+        v: Velocity of the robot, shape (p,) [m/s].
+        motion: Velocity of the body, likewise.
+        rules: How fast it may come nearer to the path.
+        direction: Unit vector away from the body, shape (p,); becomes the one away from its path, on the side
+            where the robot would come to rest, or will be when the body arrives.
+
+    Returns:
+        How fast it has to go that way [m/s].
+    """
+    p, speed, along, ahead, square = v.shape[0], length_of(motion), 0.0, 0.0, 0.0
+    for k in range(p):
+        along += v[k] * motion[k] / speed
+        ahead += apart * direction[k] * motion[k] / speed
+    for k in range(p):
+        square += (v[k] - along * motion[k] / speed) ** 2
+    side = math.sqrt(square)
+    soon = min(horizon(side, rules) / max(side, 1e-300), ahead / speed)
+    square = inner = 0.0
+    for k in range(p):
+        aside = apart * direction[k] - ahead * motion[k] / speed
+        direction[k] = aside + soon * (v[k] - along * motion[k] / speed)
+        square += direction[k] * direction[k]
+        inner += aside * direction[k]
+    length = math.sqrt(square)
+    if length <= HEAD_ON * apart:
+        turn(motion, direction)
+        return -approach(-reach, rules)
+    for k in range(p):
+        direction[k] /= length
+    return -approach(inner / length - reach, rules)
+
+
+# The same in plain NumPy.
+
+
+def left_path(x: Array, reach: float, v: Array, motion: Array, rules: Rules) -> tuple[Array, float]:
+    """Return the direction away from a body's path, and the speed that way; x is where a robot is from it."""
+    along = motion / np.linalg.norm(motion)
+    aside = x - (x @ along) * along
+    across = v - (v @ along) * along
+    side, arrives = float(np.linalg.norm(across)), float(x @ along / np.linalg.norm(motion))
+    later = aside + min(horizon(side, rules) / max(side, 1e-300), arrives) * across
+    length = float(np.linalg.norm(later))
+    r, missing = (
+        (later / length, reach - aside @ later / length)
+        if length > HEAD_ON * np.linalg.norm(x)
+        else (turned(along), reach)
+    )
+    return r, -approach(float(-missing), rules)
