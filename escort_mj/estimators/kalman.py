@@ -100,7 +100,7 @@ def carried_message(message: int, density: float, state: State) -> tuple[Array, 
 @inlined
 def correct(i: int, plan: Plan, state: State) -> None:
     """Correct the belief of robot i by its measurements: linearized once, then number by number."""
-    p, noise, x = state.q.shape[1], plan.sight_noise, state.belief[i]
+    p, variance, x = state.q.shape[1], plan.sight_variance, state.belief[i]
     memory = stack_memory()
     place, row = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
     gain, square = vector_at(memory + DOUBLE * 2 * p, state.belief.shape[1]), 0.0
@@ -108,17 +108,19 @@ def correct(i: int, plan: Plan, state: State) -> None:
         place[k], row[k] = x[k], 0.0
         square += (x[k] - state.q_measured[i, k]) ** 2
     distance = math.sqrt(max(square, LEAST_VARIANCE))
-    if noise[POSITION] >= 0.0:
+    if variance[POSITION] >= 0.0:
         for k in range(p):
             row[k] = 1.0
-            _correct_one(i, 0, row, place, state.seen_position[i, k] - place[k], noise[POSITION], gain, state)
+            _correct_one(
+                i, 0, row, place, state.seen_position[i, k] - place[k], variance[POSITION], gain, state
+            )
             row[k] = 0.0
-    if noise[RANGE] >= 0.0:
+    if variance[RANGE] >= 0.0:
         for k in range(p):
             row[k] = (place[k] - state.q_measured[i, k]) / distance
-        _correct_one(i, 0, row, place, state.seen_range[i] - distance, noise[RANGE], gain, state)
-    if noise[BEARING] >= 0.0:
-        along = 0.0
+        _correct_one(i, 0, row, place, state.seen_range[i] - distance, variance[RANGE], gain, state)
+    if variance[BEARING] >= 0.0:
+        along, error = 0.0, variance[BEARING] + plan.way_variance / (distance * distance)
         for k in range(p):
             along += state.seen_bearing[i, k] * (place[k] - state.q_measured[i, k]) / distance
         for k in range(p):
@@ -127,19 +129,21 @@ def correct(i: int, plan: Plan, state: State) -> None:
                 across = (1.0 if c == k else 0.0) - unit * (place[c] - state.q_measured[i, c]) / distance
                 row[c] = across / distance
             off = state.seen_bearing[i, k] - along * unit
-            _correct_one(i, 0, row, place, off, noise[BEARING], gain, state)
-    if noise[VELOCITY] >= 0.0:
+            _correct_one(i, 0, row, place, off, error, gain, state)
+    if variance[VELOCITY] >= 0.0:
         for k in range(p):
             place[k], row[k] = x[p + k], 0.0
         for k in range(p):
             row[k] = 1.0
-            _correct_one(i, p, row, place, state.seen_velocity[i, k] - place[k], noise[VELOCITY], gain, state)
+            _correct_one(
+                i, p, row, place, state.seen_velocity[i, k] - place[k], variance[VELOCITY], gain, state
+            )
             row[k] = 0.0
 
 
 @inlined
 def _correct_one(
-    i: int, first: int, row: Array, place: Array, off: float, noise: float, gain: Array, state: State
+    i: int, first: int, row: Array, place: Array, off: float, error: float, gain: Array, state: State
 ) -> None:
     """Correct the belief of robot i by one number.
 
@@ -149,13 +153,13 @@ def _correct_one(
         row: How it depends on these, shape (p,).
         place: Where it was linearized, shape (p,).
         off: What was measured, less what was expected there.
-        noise: Its standard deviation.
+        error: The variance of its error.
         gain: Scratch, shape (size,).
         state: The belief is changed.
     """
     p, size = row.shape[0], gain.shape[0]
     x, covariance = state.belief[i], state.belief_covariance[i]
-    variance = max(noise * noise, LEAST_VARIANCE)
+    variance = max(error, LEAST_VARIANCE)
     for a in range(size):
         gain[a] = 0.0
         for k in range(p):
@@ -194,8 +198,8 @@ def linearized(x: Array, look: Look) -> tuple[Array, Array, Array]:
         RANGE: (np.hstack([unit, none[0]])[None], np.array([look.range - distance])),
         BEARING: (np.hstack([across / distance, none]), across @ look.bearing),
     }
-    used = [
-        (h, y, max(look.noise[k] ** 2, LEAST_VARIANCE)) for k, (h, y) in parts.items() if look.noise[k] >= 0
-    ]
+    errors = list(look.variance)
+    errors[BEARING] += look.way_variance / distance**2
+    used = [(h, y, max(errors[k], LEAST_VARIANCE)) for k, (h, y) in parts.items() if look.variance[k] >= 0.0]
     rows = [np.full(len(y), r) for _, y, r in used]
     return np.vstack([h for h, _, _ in used]), np.concatenate([y for _, y, _ in used]), np.concatenate(rows)

@@ -65,6 +65,13 @@ class SightParameters(Fields):
     sight_noise: Annotated[
         Array, 4, Value("m, m/s, m, rad", "standard deviations of MEASURES; -1 for what is not measured")
     ]
+    sight_variance: Annotated[
+        Array, 4, Value("m^2, m^2/s^2, m^2, rad^2", "of MEASURES, with the errors of `sensing`; -1 likewise")
+    ]
+    way_variance: Annotated[
+        float,
+        Value("m^2", "of the way to the target, per axis; of a bearing, divided by the squared distance"),
+    ]
     sight_dropout: Annotated[float, Value("1", "probability that nothing comes of a look")]
     sight_outliers: Annotated[float, Value("1", "probability of an outlier")]
     sight_outlier: Annotated[float, Value("m", "largest error of one, per axis")]
@@ -76,12 +83,15 @@ class SightParameters(Fields):
     def packed(cls, setup: Setup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         sight = setup.sight or Sight(())
+        variance, of_way = variances(sight, setup)
         return {
             "sight": [float(can) for can in sight.robots],
             "sight_reach": sight.reach,
             "sight_target": setup.target_radius or 0.0,
             "sight_every": sight.every,
             "sight_noise": sight.noise,
+            "sight_variance": variance,
+            "way_variance": of_way,
             "sight_dropout": sight.dropout,
             "sight_outliers": sight.outliers,
             "sight_outlier": sight.outlier,
@@ -89,6 +99,28 @@ class SightParameters(Fields):
             "sight_behind_mates": sight.behind_mates,
             "sight_cosine": math.cos(0.5 * min(sight.field, 2.0 * math.pi)),
         }
+
+
+def variances(sight: Sight, setup: Setup) -> tuple[tuple[float, ...], float]:
+    """Return the variances that an estimator expects, with the noise and rounding of `sensing`.
+
+    Ranges and bearings are measured from where a robot is to where `sensing` shows the target, and evaluated
+    from where it measures itself to be.
+
+    Returns:
+        Of each of MEASURES [m^2, m^2/s^2, m^2, rad^2], -1 for what is not measured; and of the way to the
+        target, per axis [m^2]: that of the range contains it, and a bearing's is larger by it, divided by the
+        squared distance.
+    """
+    own, place, rate = (
+        channel.variance(setup.axes)
+        for channel in (setup.sensing.position, setup.sensing.target_position, setup.sensing.target_velocity)
+    )
+    found = tuple(
+        NOT_MEASURED if noise < 0.0 else noise * noise + more
+        for noise, more in zip(sight.noise, (place, rate, own + place, 0.0), strict=True)
+    )
+    return found, own + place
 
 
 class SightState(Fields):
@@ -186,7 +218,8 @@ class Look(NamedTuple):
         range: Distance of the centers [m].
         bearing: Unit vector to the target, shape (p,).
         eye: Where the robot believes itself to be, shape (p,) [m].
-        noise: Standard deviations, see `Sight`.
+        variance: Of each of MEASURES, see `variances`.
+        way_variance: Of the way to the target, per axis [m^2].
     """
 
     position: Array
@@ -194,7 +227,8 @@ class Look(NamedTuple):
     range: float
     bearing: Array
     eye: Array
-    noise: tuple[float, ...]
+    variance: tuple[float, ...]
+    way_variance: float = 0.0
 
 
 def look(
@@ -247,5 +281,5 @@ def look(
         distance + sight.noise[RANGE] * drawn[3 * p] + errors[p],
         bearing / max(float(np.linalg.norm(bearing)), 1e-150),
         eye,
-        sight.noise,
+        *variances(sight, setup),
     )

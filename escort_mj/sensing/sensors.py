@@ -103,6 +103,10 @@ class Channel(NamedTuple):
         """Whether it shows the truth."""
         return self.bias is None and not any((self.noise, self.delay, self.dropout, self.resolution))
 
+    def variance(self, axes: int) -> float:
+        """Return the variance of noise and rounding, per axis [m^2 or m^2/s^2]."""
+        return self.noise * self.noise / (axes + 2.0) + self.resolution * self.resolution / 12.0
+
 
 class Sensors(NamedTuple):
     """Every channel; plain ones show the truth.

@@ -72,6 +72,7 @@ def test_ranges_and_bearings(estimator, sight: str, axes: int) -> None:
     setup, q, v = informed(
         axes, 2, sight=SIGHTS[sight], radio=RADIOS["late and lossy"], estimator=estimator,
         start_deviation=(0.5, 0.2, 0.1), outer=SetBased(), behaviors=(AVOID, REPULSION, SURFACE),
+        sensing=Sensors(Channel(0.02, resolution=0.01), Channel(0.01), Channel(0.05), Channel(0.03)),
     )  # fmt: skip
     compare(setup, q, v, steps=12, tolerance=1e-8)
 
