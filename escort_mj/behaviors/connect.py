@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -12,8 +11,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior, Mask
 from escort_mj.behaviors.task import Situation, Task
 from escort_mj.behaviors.wish import Wish, along, square_of
-from escort_mj.knowledge.teammates import know_teammates
-from escort_mj.native.kernels import inlined
+from escort_mj.knowledge.teammates import mate_at, place_of, places_of
 from escort_mj.native.lanes import WIDTH, everywhere, load_rows, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.elementary import root
@@ -99,45 +97,29 @@ class Connect(Behavior):
 def _find_strained(i: int, plan: Plan, state: State) -> None:
     """Write the ways of robots i to i + 7 to their farthest neighbors: `wished_direction` [m]."""
     n, p = state.q.shape
+    places = places_of(state)
     for robot in range(i, min(i + WIDTH, n)):
         way, longest = state.wished_direction[robot], -1.0
         for k in range(p):
             way[k] = 0.0
-        if plan.informed:
-            know_teammates(robot, plan, state)
-        for j in range(n):
-            if j == robot or not _known(j, plan, state):
+        for one in range(places):
+            mate, age = mate_at(robot, one, plan, state)
+            if mate < 0:
                 continue
-            own, between = _apart(robot, j, robot, plan, state), False
-            for k in range(n):
-                if k == robot or k == j or not _known(k, plan, state):
+            own, between = 0.0, False
+            for k in range(p):
+                own += (place_of(robot, one, age, k, state) - state.q_measured[robot, k]) ** 2
+            for other in range(places):
+                third, old = mate_at(robot, other, plan, state)
+                if other == one or third < 0:
                     continue
-                nearer = _apart(robot, k, robot, plan, state) < own
-                between = between or (nearer and _apart(robot, j, k, plan, state) < own)
+                nearer, beside = 0.0, 0.0
+                for k in range(p):
+                    place = place_of(robot, other, old, k, state)
+                    nearer += (place - state.q_measured[robot, k]) ** 2
+                    beside += (place - place_of(robot, one, age, k, state)) ** 2
+                between = between or max(nearer, beside) < own
             if not between and own > longest:
                 longest = own
                 for k in range(p):
-                    place = state.mate_position[j, k] if plan.informed else state.q_measured[j, k]
-                    way[k] = place - state.q_measured[robot, k]
-
-
-@inlined
-def _known(j: int, plan: Plan, state: State) -> bool:
-    """Whether the robot at hand knows of another one."""
-    if plan.informed:
-        return bool(state.mate_unknown[j] == 0.0)
-    return bool(state.lost[j] == 0.0)
-
-
-@inlined
-def _apart(robot: int, j: int, k: int, plan: Plan, state: State) -> float:
-    """Return the distance of two robots as one that knows of both has them [m]."""
-    square = 0.0
-    for axis in range(state.q.shape[1]):
-        if plan.informed:
-            one = state.mate_position[j, axis]
-            other = state.q_measured[robot, axis] if k == robot else state.mate_position[k, axis]
-        else:
-            one, other = state.q_measured[j, axis], state.q_measured[k, axis]
-        square += (one - other) * (one - other)
-    return math.sqrt(square)
+                    way[k] = place_of(robot, one, age, k, state) - state.q_measured[robot, k]

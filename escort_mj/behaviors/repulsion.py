@@ -14,7 +14,7 @@ from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.knowledge.belief import target_place
-from escort_mj.knowledge.teammates import age_of, place_of
+from escort_mj.knowledge.teammates import mate_at, place_of, places_of
 from escort_mj.native.lanes import (
     WIDTH,
     everywhere,
@@ -97,7 +97,6 @@ class Repulsion(Behavior):
 def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
     """The same where robots i to i + 7 know teammates and the target each by itself."""
     n, p = state.q.shape
-    slots = state.link_from.shape[1]
     heard = state.link_from.shape[0] > 0
     for robot in range(i, min(i + WIDTH, n)):
         center, push, here = (
@@ -111,18 +110,13 @@ def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
             own += (here[k] - center[k]) ** 2
         if own == 0.0:
             continue
-        for place in range(slots if heard else n):
-            mate, age = place, 0.0
-            if heard:
-                mate = int(state.link_from[robot, place])
-                age = age_of(robot, place, plan, state)
-                if mate < 0 or age == math.inf or age > plan.radio_timeout or state.lost[mate] != 0.0:
-                    continue
-            elif mate == robot or state.lost[mate] != 0.0:
+        for place in range(places_of(state)):
+            mate, age = mate_at(robot, place, plan, state)
+            if mate < 0:
                 continue
             away, gap, apart = 0.0, 0.0, 0.0
             for k in range(p):
-                there = place_of(robot, place, age, k, heard, state)
+                there = place_of(robot, place, age, k, state)
                 away += (there - center[k]) ** 2
                 gap += (there - here[k]) ** 2
             near = math.sqrt(gap) - plan.robot_radius[robot] - plan.robot_radius[mate] <= plan.sensing_robots
@@ -133,14 +127,12 @@ def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
                 continue
             for k in range(p):
                 unit = (here[k] - center[k]) / math.sqrt(own)
-                apart += (
-                    unit - (place_of(robot, place, age, k, heard, state) - center[k]) / math.sqrt(away)
-                ) ** 2
+                apart += (unit - (place_of(robot, place, age, k, state) - center[k]) / math.sqrt(away)) ** 2
             if apart <= SAME:
                 continue
             for k in range(p):
                 unit = (here[k] - center[k]) / math.sqrt(own)
-                way = unit - (place_of(robot, place, age, k, heard, state) - center[k]) / math.sqrt(away)
+                way = unit - (place_of(robot, place, age, k, state) - center[k]) / math.sqrt(away)
                 push[k] += way / (apart * math.sqrt(apart))
         for k in range(p):
             inward += push[k] * (here[k] - center[k]) / own

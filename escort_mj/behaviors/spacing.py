@@ -13,7 +13,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.knowledge.belief import target_place
-from escort_mj.knowledge.teammates import know_teammates
+from escort_mj.knowledge.teammates import mate_at, place_of, places_of
 from escort_mj.native.lanes import WIDTH, everywhere, load_rows, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.elementary import root
@@ -90,31 +90,26 @@ class Spacing(Behavior):
 @on_demand
 def _find_middles(i: int, plan: Plan, state: State) -> None:
     """Write the ways of robots i to i + 7 to the middles between their neighbors: `wished_velocity` [m]."""
-    n, p = state.q.shape
+    (n, p), heard = state.q.shape, state.link_from.shape[0] > 0
     for robot in range(i, min(i + WIDTH, n)):
         center, wished, q = target_place(robot, plan, state), state.wished_velocity[robot], state.q_measured
-        talks = plan.informed and state.link_from.shape[0] > 0
-        if plan.informed:
-            know_teammates(robot, plan, state)
         x, y = q[robot, 0] - center[0], q[robot, 1] - center[1]
         own, nearest, farthest = math.atan2(y, x), TURN, 0.0
         for k in range(p):
             wished[k] = 0.0
         someone = False
-        for j in range(n):
-            gone = state.mate_unknown[j] != 0.0 if plan.informed else state.lost[j] != 0.0
-            if j == robot or gone:
+        for place in range(places_of(state)):
+            j, age = mate_at(robot, place, plan, state)
+            if j < 0:
                 continue
             square = 0.0
             for k in range(p):
-                place = state.mate_position[j, k] if plan.informed else q[j, k]
-                square += (q[robot, k] - place) ** 2
+                square += (q[robot, k] - place_of(robot, place, age, k, state)) ** 2
             gap = math.sqrt(square) - plan.robot_radius[robot] - plan.robot_radius[j]
-            if not talks and gap > plan.sensing_robots:
+            if not heard and gap > plan.sensing_robots:
                 continue
-            across = state.mate_position[j, 0] if plan.informed else q[j, 0]
-            up = state.mate_position[j, 1] if plan.informed else q[j, 1]
-            ahead = math.atan2(up - center[1], across - center[0]) - own
+            across = place_of(robot, place, age, 0, state) - center[0]
+            ahead = math.atan2(place_of(robot, place, age, 1, state) - center[1], across) - own
             if ahead < 0.0:
                 ahead += TURN
             if ahead >= TURN:

@@ -29,32 +29,46 @@ def age_of(robot: int, slot: int, plan: Plan, state: State) -> float:
 
 
 @inlined
-def place_of(robot: int, place: int, age: float, k: int, heard: bool, state: State) -> float:
-    """Return where on axis k a teammate is: that of a slot as the robot has heard, or by its number [m]."""
-    if not heard:
+def place_of(robot: int, place: int, age: float, k: int, state: State) -> float:
+    """Return where on axis k the teammate at a place of a robot's list is, moved on with its velocity [m]."""
+    if state.link_from.shape[0] == 0:
         return state.q_measured[place, k]
     link = robot * state.link_from.shape[1] + place
     return state.heard_position[link, k] + age * state.heard_velocity[link, k]
 
 
 @inlined
-def know_teammates(robot: int, plan: Plan, state: State) -> None:
-    """Write where a robot knows its teammates to be: `mate_position`, `mate_unknown`.
+def places_of(state: State) -> int:
+    """Return how many places a robot's list of teammates has: slots of the radio, or one for each robot."""
+    return state.link_from.shape[1] if state.link_from.shape[0] > 0 else state.q.shape[0]
 
-    With a radio, these are the teammates that it has heard within the timeout, moved on with their
-    velocities; without one, all that are left.
+
+@inlined
+def mate_at(robot: int, place: int, plan: Plan, state: State) -> tuple[int, float]:
+    """Return which teammate a robot knows of at a place of its list, -1 for none, and the age of this [s].
+
+    With a radio, these are the teammates that it has heard within the timeout; without one, all left.
     """
-    n, p, slots = state.q.shape[0], state.q.shape[1], state.link_from.shape[1]
-    heard = state.link_from.shape[0] > 0
+    if state.link_from.shape[0] == 0:
+        return (-1 if place == robot or state.lost[place] != 0.0 else place), 0.0
+    mate, age = int(state.link_from[robot, place]), age_of(robot, place, plan, state)
+    if mate < 0 or age == math.inf or age > plan.radio_timeout or state.lost[mate] != 0.0:
+        return -1, 0.0
+    return mate, age
+
+
+@inlined
+def know_teammates(robot: int, plan: Plan, state: State) -> None:
+    """Write where a robot knows itself and its teammates to be, by their numbers: `mate_...`."""
+    n, p = state.q.shape
     for j in range(n):
-        state.mate_unknown[j] = 1.0 if heard and j != robot else state.lost[j]
-        for k in range(p):
-            state.mate_position[j, k] = state.q_measured[j, k]
-    if not heard:
-        return
-    for s in range(slots):
-        j, age = int(state.link_from[robot, s]), age_of(robot, s, plan, state)
-        if j >= 0 and age <= plan.radio_timeout and age < math.inf:
-            state.mate_unknown[j] = state.lost[j]
+        state.mate_unknown[j] = 1.0
+    state.mate_unknown[robot] = state.lost[robot]
+    for k in range(p):
+        state.mate_position[robot, k] = state.q_measured[robot, k]
+    for place in range(places_of(state)):
+        j, age = mate_at(robot, place, plan, state)
+        if j >= 0:
+            state.mate_unknown[j] = 0.0
             for k in range(p):
-                state.mate_position[j, k] = place_of(robot, s, age, k, True, state)
+                state.mate_position[j, k] = place_of(robot, place, age, k, state)
