@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from escort_mj.policies.directions import freest, write_freest
-from escort_mj.policies.policy import ACTS, Policy, PolicyView
+from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
 
 UNTIL, DIRECTION = 0, 1  # what is kept
 IN_CELL = 2
@@ -22,12 +22,17 @@ class Voronoi(Policy):
     """
 
     policy: Literal["voronoi"] = "voronoi"
+    wait: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    """Rest before it runs [s]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between two choices [s]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity along the longest way."""
         kept, p = view.mover_memory[body], view.q.shape[1]
+        if view.time[0] < self.wait:
+            view.mover_wish[body] = 0.0
+            return RESTS
         if view.time[0] >= kept[UNTIL]:
             kept[UNTIL] = view.time[0] + self.interval
             kept[DIRECTION : DIRECTION + p] = freest(view.mover_position[body], view.q, IN_CELL)
@@ -37,6 +42,10 @@ class Voronoi(Policy):
     def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
         """Write the same, compiled."""
         kept, p = view.mover_memory[body], view.q.shape[1]
+        if view.time[0] < self.wait:
+            for k in range(p):
+                view.mover_wish[body, k] = 0.0
+            return RESTS
         if view.time[0] >= kept[UNTIL]:
             kept[UNTIL] = view.time[0] + self.interval
             write_freest(view.mover_position[body], view.q, IN_CELL, kept[DIRECTION : DIRECTION + p])
