@@ -23,11 +23,16 @@ def several(values: Iterable[float]) -> str:
     return " / ".join(f"{value:.2g}" for value in values)
 
 
-def wants_docs(description: str | None, page: str, arguments: Any = None) -> bool:
-    """Reads the command line: whether the tables are to be written into their page."""
+def parser_for(description: str | None, page: str) -> argparse.ArgumentParser:
+    """The command line of a benchmark: whether the tables are to be written into their page."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--docs", action="store_true", help=f"write the tables into docs/{page}")
-    return bool(parser.parse_args(arguments).docs)
+    return parser
+
+
+def wants_docs(description: str | None, page: str, arguments: Any = None) -> bool:
+    """Reads a command line that has nothing else: whether to write the tables into their page."""
+    return bool(parser_for(description, page).parse_args(arguments).docs)
 
 
 def publish(page: str, tables: Mapping[str, str], write: bool) -> None:
