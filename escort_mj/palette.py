@@ -38,6 +38,7 @@ NAMED = {
         "white": "E4E4E4",
     }.items()
 }
+OPPONENT = NAMED["purple"]
 
 # The behaviors by name; robots that nothing rules stay blank.
 BEHAVIORS = {

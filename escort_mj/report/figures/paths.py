@@ -23,6 +23,7 @@ from escort_mj.report.figures.curves import BOUND
 from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
 from escort_mj.report.figures.look import NARROW
 from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
+from escort_mj.report.figures.opponents import draw_opponents, opponent_keys, opponents
 from escort_mj.report.figures.style import WIDTH, Key, name_robots, narrow
 from escort_mj.report.video.replay import outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
@@ -48,6 +49,8 @@ def bounds(trace: Recorded) -> tuple[Array, Array]:
         parts += [target - radius, target + radius]
     if "goal" in trace:
         parts.append(trace["goal"].values.reshape(-1, trace.sizes["axis"]))
+    came = opponents(trace)
+    parts.append(trace["obstacle_position"].values[:, came].reshape(-1, trace.sizes["axis"]))
     if trace.sizes["obstacle"]:
         reach = np.maximum(safe_radius(trace).max(axis=0), trace["obstacle_radius"].values)[:, None]
         for center in trace["obstacle_position"].values[[0, -1]]:
@@ -118,15 +121,8 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
     axes.set_xlabel(f"{across} [m]")
     axes.set_ylabel(f"{up} [m]")
 
-    safe = safe_radius(trace).max(axis=0, initial=0.0)
-    for way, radius, clear, points in zip(
-        trace["obstacle_position"].values.swapaxes(0, 1),
-        trace["obstacle_radius"].values,
-        safe,
-        outlines(trace)[..., :2],
-        strict=True,
-    ):
-        _obstacle(axes, way, radius, clear, points)
+    for way, radius, clear, points in _obstacles(trace):
+        _obstacle(axes, way, radius, clear, points[:, :2])
 
     q, target = trace["q"].values, trace["target_position"].values
     for moment in moments if escorts(trace) else ():
@@ -137,6 +133,7 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
     if escorts(trace):
         axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
     _goals(axes, trace)
+    draw_opponents(axes, trace, rows)
     _ways(axes, trace, rows)
     _ends(axes, trace)
 
@@ -147,6 +144,14 @@ def _goals(axes: Axes, trace: Recorded) -> None:
         return
     for goal, color in zip(trace["goal"].values[-1], palette.robot_colors(trace.sizes["robot"]), strict=True):
         axes.plot(*goal[:, None], "s", color=color, markersize=8, markerfacecolor="none", zorder=3.5)
+
+
+def _obstacles(trace: Recorded) -> list[tuple[Array, float, float, Array]]:
+    """Way, radius, safe distance and outline of all obstacles but opponents, see `_obstacle`."""
+    ways, safe = trace["obstacle_position"].values, safe_radius(trace).max(axis=0, initial=0.0)
+    radii, around = trace["obstacle_radius"].values, outlines(trace)
+    count = trace.sizes["obstacle"] - len(opponents(trace))
+    return [(ways[:, j], float(radii[j]), float(safe[j]), around[j]) for j in range(count)]
 
 
 def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array) -> None:
@@ -198,14 +203,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
     for index, color in enumerate(colors if count <= MOST_LINES else ()):
         x, y, _ = np.clip(q[rows, index][~lost(trace)[rows, index]], -RANGE, RANGE).T
         axes.plot(x, y, floor, color=color, linewidth=0.5, alpha=0.25, zorder=1)
-    safe = safe_radius(trace).max(axis=0, initial=0.0)
-    for way, radius, clear, points in zip(
-        trace["obstacle_position"].values.swapaxes(0, 1),
-        trace["obstacle_radius"].values,
-        safe,
-        outlines(trace),
-        strict=True,
-    ):
+    for way, radius, clear, points in _obstacles(trace):
         center = way[-1]
         if (way != center).any():
             axes.plot(*way[rows].T, color=palette.OBSTACLE, linewidth=1.0, linestyle=BOUND, zorder=1.9)
@@ -224,6 +222,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
     if escorts(trace):
         axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
     _goals(axes, trace)
+    draw_opponents(axes, trace, rows)
     _ways(axes, trace, rows)
     _ends(axes, trace)
     for artist in (*axes.lines, *axes.collections):
@@ -348,7 +347,8 @@ def _keys(trace: Recorded) -> list[Key]:
         square = {"linestyle": "none", "marker": "s", "markerfacecolor": "none", "markersize": 7}
         keys.append(("goal", Line2D([], [], **square, color="#555555")))  # type: ignore[arg-type]
     keys += known_keys(trace) + lost_keys(trace)
-    if trace.sizes["obstacle"]:
+    keys += opponent_keys(trace)
+    if trace.sizes["obstacle"] > len(opponents(trace)):
         keys.append(("obstacle", Line2D([], [], **dot, color=palette.OBSTACLE, markersize=7)))
         if float(trace.attrs["safe_distance"]) > 0:
             rim = Line2D([], [], color=palette.CONTACT, linestyle=BOUND)

@@ -48,7 +48,7 @@ def opponent_bodies(scenario: Scenario, placed: Sequence[Body]) -> Iterator[Body
                 path=("opponents", index),
                 motion=Motion(position=tuple(map(float, start))),
                 drive=group.body,
-                color="orange",
+                color="purple",
                 policy=group.policy,
             )
             bodies.append(body)
