@@ -199,12 +199,23 @@ def command(run: Callable[[], None]) -> None:
         os.close(told)
 
 
+def fill_standard_files() -> None:
+    """Open the null device for standard streams that are closed, so that no other file gets their number."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            while os.open(os.devnull, os.O_RDWR) < number:  # the lowest free number is given
+                pass
+
+
 def _listening() -> int:
     """Start a thread that hears signals while the main one is in machine code, where Python's handlers wait.
 
     Returns:
         The end of a pipe to which Python writes them; closing it ends the thread.
     """
+    fill_standard_files()
     heard, told = os.pipe()
     os.set_blocking(told, False)
     signal.set_wakeup_fd(told, warn_on_full_buffer=False)

@@ -17,7 +17,7 @@ SCENARIOS = sorted(
     if not any(word.startswith("stud") for word in path.relative_to(FOLDER).parts)
 )
 WELL = [path for path in SCENARIOS if path.parent.name != "faults"]  # those: tests/test_faults.py
-MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
+MAY_BE_INFINITE = ("lidar_range", "clearance", "target_clearance", "body_thickness")
 # Nothing but the beginning, and nothing demanded of it.
 SHORT = {"duration": 1, "expect": [], "robots.failures": []}
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any, TextIO
 import typer
 
 from escort_mj.errors import one_line
+from escort_mj.stopping import fill_standard_files
 
 _OBEYED = (*range(0x7F, 0xA0), *range(0x2028, 0x202F), *range(0x2066, 0x206A))
 ESCAPED = {code: f"\\u{code:04x}" for code in _OBEYED}
@@ -68,12 +68,7 @@ def lasting_streams() -> Iterator[None]:
     A command goes on to its end and returns its own exit code. Streams that were closed before the start lead
     to the null device, so that no file of a run gets their number.
     """
-    for number in range(3):
-        try:
-            os.fstat(number)
-        except OSError:
-            while os.open(os.devnull, os.O_RDWR) < number:  # the lowest free number is given
-                pass
+    fill_standard_files()
     before = sys.stdout, sys.stderr
     sys.stdout, sys.stderr = (_lasting(stream, number) for number, stream in enumerate(before, 1))
     try:
