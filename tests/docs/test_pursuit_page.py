@@ -5,8 +5,12 @@ import re
 
 import pytest
 
+from benchmarks import escape
 from benchmarks.dashes import COUNTS, TEAMS, is_caught
 from benchmarks.perimeter import RATIOS, is_breached, lead
+from escort_mj.api import scenarios_folder
+from escort_mj.study.sweeps.definition import load_study
+from escort_mj.study.sweeps.design import Design
 from tests.docs.pages import ROOT
 
 PAGE = (ROOT / "docs" / "pursuit.md").read_text(encoding="utf-8")
@@ -40,3 +44,23 @@ def test_the_lead_decides_who_wins_at_the_perimeter(compiled: None, distance: fl
 def test_the_perimeter_table_agrees_with_theory() -> None:
     shares = re.findall(r"^\| 0\.\d \|(?: [\d.]+ \|){2} ([\d.]+) \|", PAGE, flags=re.MULTILINE)
     assert len(shares) == len(RATIOS) and min(map(float, shares)) >= 95.0
+
+
+def test_targets_with_a_will_stay_in_the_hull() -> None:
+    assert f"| {' | '.join(escape.HEAD)} |" in PAGE
+    shares = re.findall(
+        r"^\| \d \| [\d.]+ \| (?:voronoi|burst) \| (\d+) \(.* \| (\d+) \(", PAGE, flags=re.MULTILINE
+    )
+    assert len(shares) == len(escape.COUNTS) * len(escape.SCENARIOS)
+    assert min(int(share) for row in shares for share in row) >= 95
+
+
+@pytest.mark.parametrize("seen", escape.SEEN)
+def test_teams_that_close_in_are_valid(seen: str) -> None:
+    scenario = escape.chase("burst", 8, seen)
+    assert scenario.robots.count == 8 and (scenario.knowledge is None) == (escape.SEEN[seen] is None)
+
+
+def test_the_study_of_escapes_is_valid() -> None:
+    study = scenarios_folder() / "studies" / "price_of_escape.yaml"
+    assert len(Design(load_study(study), scenarios_folder()).cells) == 36
