@@ -77,6 +77,7 @@ class Replay:
         target_radius: [m]; 0 without a target.
         obstacles: Centers, shape (T, m, 3) [m].
         obstacle_radius: Shape (m,) [m].
+        opponents: How many of the obstacles, the last ones, are opponents.
         outlines: Points around each, relative to its center, shape (m, k, 3) [m]; (m, 0, 3) where all are
             spheres.
         safe_radius: How near to each obstacle's center a robot's center may come, shape (m,) [m].
@@ -108,6 +109,7 @@ class Replay:
     obstacles: Array
     outlines: Array
     obstacle_radius: Array
+    opponents: int
     safe_radius: Array
     radius: float
     lost: Flags
@@ -254,6 +256,7 @@ def replay_of(trace: Recorded) -> Replay:
         obstacles=in_space("obstacle_position"),
         outlines=outlines(trace),
         obstacle_radius=trace["obstacle_radius"].values,
+        opponents=trace.sizes.get("opponent", 0),
         safe_radius=safe_radius(trace).max(axis=0, initial=0.0),
         radius=float(trace.attrs["mission_radius"]),
         lost=lost(trace),

@@ -198,6 +198,11 @@ class Scenery:
         if replay.escorts:
             target = self._trail(replay.target, moment.target, moment, TRAIL_PIECES)
             pen.path(target, palette.TARGET, 2.0 * self._pixel, _fade(target))
+        if replay.opponents:
+            last = slice(-replay.opponents, None)
+            ways = self._trail(replay.obstacles[:, last], moment.obstacles[last], moment, self._pieces)
+            for way in ways.swapaxes(0, 1):
+                pen.path(way, palette.OPPONENT, 3.5 * self._pixel, _fade(way))
         if self._crowd:
             return
         robots = self._trail(replay.robots, moment.robots, moment, self._pieces)

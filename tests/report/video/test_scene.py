@@ -1,5 +1,7 @@
 """Marks of what robots know, beside the model."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -14,9 +16,9 @@ PLACES = np.array([[5.0, 0.0], [0.0, 5.0], [-5.0, 0.0]])
 BALL, LINE = mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_LINE
 
 
-def marks(kind: int, color: palette.Color, **given: object) -> int:
+def marks(kind: int, color: palette.Color, opponents: int = 0, **given: object) -> int:
     """How many marks of a kind and color a moment has."""
-    replay = replay_of(make_trace(TIME, robots=3, q=PLACES, **given))
+    replay = replace(replay_of(make_trace(TIME, robots=3, q=PLACES, **given)), opponents=opponents)
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     scene, nobody = mujoco.MjvScene(model, 2000), np.zeros(3, dtype=bool)
     Scenery(replay, 1.0, 1280).draw(scene, replay.at(0.5), nobody, nobody)
@@ -49,3 +51,9 @@ def test_knowledge_goes_with_the_part_that_is_shown() -> None:
     part = replay_of(make_trace(TIME, robots=3, q=PLACES, target_seen=seen)).between(1.0, 2.0)
     np.testing.assert_array_equal(part.seen, seen[1:] > 0)
     assert len(part.estimates) == len(part.heard) == 2
+
+
+def test_opponents_leave_a_trail() -> None:
+    given = {"obstacles": 1, "obstacle_position": np.zeros((3, 1, 2)) + TIME[:, None, None]}
+    assert marks(LINE, palette.OPPONENT, **given) == 0
+    assert marks(LINE, palette.OPPONENT, opponents=1, **given) > 3
