@@ -137,7 +137,8 @@ def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, share: fl
     """One step of the rotation that fits the figure to the robots, from the step before.
 
     With H the correlation of robots and vertices and M = H R^T, R is best where M is symmetric; a skew step
-    (M - M^T) / tr M brings it there, and one Newton-Schulz step keeps R a rotation.
+    (M - M^T) / tr M brings it there, and one Newton-Schulz step keeps R a rotation. The skew step is at most
+    1 rad, which the Newton-Schulz step can take.
 
     Args:
         q: Measured positions, shape (n, p) [m].
@@ -164,12 +165,17 @@ def turn_figure(q: Array, center: Array, lost: Array, vertices: Array, share: fl
         trace += m[a, a]
     if trace <= 0.0:
         return
+    skew = 0.0
+    for a in range(p):
+        for b in range(a):
+            skew += (m[a, b] - m[b, a]) * (m[a, b] - m[b, a])
+    scale = max(trace, math.sqrt(skew))
     for a in range(p):
         for b in range(p):
             total = 0.0
             for c in range(p):
                 total += (m[a, c] - m[c, a]) * old[c, b]
-            rotation[a, b] = old[a, b] + share * total / trace
+            rotation[a, b] = old[a, b] + share * total / scale
     for a in range(p):
         for b in range(p):
             total = 0.0
@@ -226,5 +232,6 @@ def turned(rotation: Array, q: Array, c: Array, vertices: Array, share: float = 
     m = directions(q - c).T @ vertices @ rotation.T
     if np.trace(m) <= 0.0:
         return rotation
-    rotation = rotation + share * (m - m.T) / np.trace(m) @ rotation
+    scale = max(np.trace(m), np.linalg.norm(m - m.T) / np.sqrt(2.0))
+    rotation = rotation + share * (m - m.T) / scale @ rotation
     return np.asarray(0.5 * rotation @ (3.0 * np.eye(len(rotation)) - rotation.T @ rotation))
