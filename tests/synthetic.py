@@ -14,7 +14,9 @@ def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> di
     sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
     sizes["group"] = 4
     sizes |= truth_sizes(axes, truth, lyapunov=truth)
-    return sizes | channel_sizes(truth, truth, truth, axes, 2 * truth, 4 * truth, int(truth))
+    return sizes | channel_sizes(
+        truth, truth, truth, axes, 2 * truth, 4 * truth, int(truth and obstacles > 0)
+    )
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:

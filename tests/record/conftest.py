@@ -40,7 +40,7 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         given["outer_updates"] = np.cumsum(random.integers(0, 10, (rows, robots)), axis=0)
         given["goals_left"] = random.integers(0, 3, (rows, robots))
         given["lost"] = np.zeros((rows, robots))
-        for name in ("opponent_status", "interceptor", "threat"):
+        for name in sorted({"opponent_status", "interceptor", "threat"} & given.keys()):
             given[name] = random.integers(0, 3, given[name].shape)
         for name in ("clearance_body", "target_clearance_body"):
             given[name] = random.integers(-1, robots + obstacles, given[name].shape)
