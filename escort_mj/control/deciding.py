@@ -15,7 +15,7 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable, view_addresses
 from escort_mj.native.on_demand import on_demand
 from escort_mj.policies import POLICIES, Policy
-from escort_mj.policies.policy import policy_view
+from escort_mj.policies.policy import RESTS, policy_view
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
@@ -28,6 +28,7 @@ class PolicyParameters(Fields):
     willed: Annotated[bool, Value("1", "whether some body has a policy")]
     mover_policy: Annotated[Array, "movers", Value("1", "place in POLICIES; -1 for none")]
     mover_place: Annotated[Array, "movers", Value("1", "where its block in `parameters` begins")]
+    mover_speed: Annotated[Array, "movers", Value("m/s", "of its policy; 0 without one")]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
@@ -35,23 +36,28 @@ class PolicyParameters(Fields):
         kinds = [
             NO_POLICY if mover.policy is None else number_of(mover.policy, POLICIES) for mover in setup.movers
         ]
-        return {"mover_policy": kinds, "willed": any(kind != NO_POLICY for kind in kinds)}
+        return {
+            "mover_policy": kinds,
+            "mover_speed": [0.0 if mover.policy is None else mover.policy.speed for mover in setup.movers],
+            "willed": any(kind != NO_POLICY for kind in kinds),
+        }
 
 
 @on_demand
 def decide(plan: Plan, state: State) -> None:
-    """Asks each policy for the velocity that its body wants.
+    """Asks each policy for the velocity that its body wants, and lets opponents that do not come turn back.
 
     Args:
         plan: Says which body has which policy.
         state: Gives what policies see; `mover_wish`, `mover_memory` and `mover_acts` are written.
     """
     for b in range(plan.mover_policy.shape[0]):
-        if plan.mover_policy[b] != NO_POLICY:
+        opponent = int(plan.mover_opponent[b])
+        if opponent >= 0 and state.opponent_status[opponent] != COMES:
+            state.mover_acts[b] = RESTS
+            turn_back(b, plan, state)
+        elif plan.mover_policy[b] != NO_POLICY:
             state.mover_acts[b] = _ask(int(plan.mover_policy[b]), b, plan, state)
-            opponent = int(plan.mover_opponent[b])
-            if opponent >= 0 and state.opponent_status[opponent] != COMES:
-                turn_back(b, plan, state)
 
 
 def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:

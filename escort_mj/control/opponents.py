@@ -88,17 +88,12 @@ def turn_back(b: int, plan: Plan, state: State) -> None:
 
     Args:
         b: Which body with a drive it is.
-        plan: Says where it starts.
-        state: `mover_wish` is written: a body that turns back keeps the speed that it wanted, and slows down
-            where it arrives.
+        plan: Says where it starts, and how fast it is.
+        state: `mover_wish` is written: the body slows down where it arrives.
     """
-    p, speed, distance = state.q.shape[1], 0.0, 0.0
-    for k in range(p):
-        speed += state.mover_wish[b, k] ** 2
-        distance += (plan.mover_start[b, k] - state.mover_position[b, k]) ** 2
-    speed, distance = math.sqrt(speed), math.sqrt(distance)
-    share = min(speed, ARRIVAL * distance) / max(distance, NEAR)
-    for k in range(p):
+    distance = _distance(plan.mover_start[b], state.mover_position[b])
+    share = min(plan.mover_speed[b], ARRIVAL * distance) / max(distance, NEAR)
+    for k in range(state.q.shape[1]):
         state.mover_wish[b, k] = share * (plan.mover_start[b, k] - state.mover_position[b, k])
 
 

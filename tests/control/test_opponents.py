@@ -116,3 +116,23 @@ def test_the_nearest_robot_guards_and_keeps_its_opponent() -> None:
     assert watch.assign(swapped, np.zeros(2), nobody, setup).number.tolist() == [2, 1]
     lost = np.array([True, False])
     assert watch.assign(swapped, np.zeros(2), lost, setup).number.tolist() == [0, 1]
+
+
+def test_an_opponent_is_not_asked_before_its_start_and_holds_its_place() -> None:
+    patient = {"policy": "patient", "distance": 9.0, "speed": 1.5}
+    setup = controller_setup(
+        Scenario(
+            target={"radius": 0.3}, robots={"positions": [[3, 0], [0, 3]]},
+            opponents=[{"positions": [[-9, 0]], "start": 1.0, "policy": patient}],
+            mission={"radius": 3, "behaviors": ["guard", "surface"]},
+        )
+    )  # fmt: skip
+    kernel, q = Kernel(setup), np.array([[3.0, 0.0], [0.0, 3.0]])
+    kernel.state.mover_position[:] = [[-9.0, 6.0]]  # pushed away
+    state = kernel.evaluate(0.0, q, np.zeros((2, 2)))
+    assert np.allclose(state.mover_wish, [[0.0, -1.5]]) and not state.mover_memory.any()
+    state = kernel.evaluate(1.0, q, np.zeros((2, 2)))
+    assert state.mover_acts[0] == 0.0 and np.linalg.norm(state.mover_wish) == pytest.approx(1.5)
+    kernel.state.mover_position[:] = [[-9.0, 0.0]]
+    state = kernel.evaluate(1.1, q, np.zeros((2, 2)))
+    assert state.mover_acts[0] == 1.0 and np.allclose(state.mover_wish, [[1.5, 0.0]])
