@@ -8,6 +8,7 @@ is the paper's condition for tasks without conflict (eq. 19).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
+from escort_mj.knowledge.auction import know_vertices
 from escort_mj.knowledge.belief import target_place
 from escort_mj.knowledge.teammates import know_teammates
 from escort_mj.native.fields import Array, Fields, Value
@@ -67,6 +69,20 @@ class Vertices(Behavior):
     behavior: Literal["vertices"] = "vertices"
     gain: PositiveFloat = 0.8
     """Gain of the tangential distance to the vertex [1/s]."""
+    assignment: Literal["nearest", "auction"] = "nearest"
+    """Who decides which robot takes which vertex: everybody's start, before the mission (`nearest`), or the
+    robots by what they tell each other (`auction`)."""
+
+    python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "assignment"})
+
+    @staticmethod
+    def auctioned(behaviors: Iterable[Behavior]) -> bool:
+        """Return whether robots bid for their vertices.
+
+        Args:
+            behaviors: Of the mission.
+        """
+        return any(isinstance(each, Vertices) and each.assignment == "auction" for each in behaviors)
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
@@ -119,17 +135,20 @@ def turn_figures(plan: Plan, state: State) -> None:
     """
     for robot in range(state.rotation.shape[0]):
         q, center, missing = state.q_measured, target_place(robot, plan, state), state.lost
-        share = 1.0
+        share, vertices = 1.0, state.vertices
         if plan.informed:
             if state.team_news[robot] == 0.0 or state.lost[robot] != 0.0:
                 continue
             know_teammates(robot, plan, state)
             q, missing = state.mate_position, state.mate_unknown
+            if plan.auctioned:
+                know_vertices(robot, plan, state)
+                vertices = state.mate_vertex
             known, left = 0.0, 0.0
             for j in range(q.shape[0]):
                 known, left = known + 1.0 - missing[j], left + 1.0 - state.lost[j]
             share = known / left
-        turn_figure(q, center, missing, state.vertices, share, state.rotation[robot])
+        turn_figure(q, center, missing, vertices, share, state.rotation[robot])
 
 
 @inlined

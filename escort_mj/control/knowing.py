@@ -14,6 +14,7 @@ from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.control.nsb import block_at
 from escort_mj.estimators import ESTIMATORS, Estimator
+from escort_mj.knowledge.auction import Auction, begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry
 from escort_mj.knowledge.links import NOBODY
 from escort_mj.knowledge.messages import NEVER, Mail, Message, begin_radio, send
@@ -69,6 +70,8 @@ def know(plan: Plan, state: State) -> None:
         _begin(plan, state)
         if talks:
             begin_radio(plan, state)
+        if plan.auctioned:
+            begin_auction(plan, state)
     if step % plan.sight_every == 0:
         look_at_target(plan, state)
         for i in range(n):
@@ -128,6 +131,8 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                     state.team_news[i] = 1.0
                     message = j * depth + number % depth
                     _agree(i, message, state)
+                    if plan.auctioned:
+                        hear_bids(i, message, plan, state)
                     for k in range(state.q.shape[1]):
                         state.heard_position[link, k] = state.sent_position[message, k]
                         state.heard_velocity[link, k] = state.sent_velocity[message, k]
@@ -220,6 +225,7 @@ class Minds:
         self.mail = Mail(setup) if setup.radio is not None else None
         self.beliefs: list[Belief] = []
         self.seen = np.zeros(setup.count)
+        self.auction: Auction | None = None
         self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
 
     def follow(self, setup: Setup) -> None:
@@ -247,6 +253,9 @@ class Minds:
         estimator, step = setup.estimator, round(t / setup.timestep)
         if not self.beliefs:
             self.beliefs = [self._told(i, t, c, c_dot) for i in range(setup.count)]
+            if setup.auctioned and setup.figure is not None:
+                ways = q_m - [belief.x[: setup.axes] for belief in self.beliefs]
+                self.auction = Auction(ways, setup.figure.vertices)
         if setup.sight is not None and step % setup.sight.every == 0:
             for i in range(setup.count):
                 found = (
@@ -260,7 +269,9 @@ class Minds:
             self.mail.send(
                 t,
                 q,
-                lambda j, now: Message(j, now, q_m[j], v_m[j], self.beliefs[j], self.rotation[j].copy()),
+                lambda j, now: Message(
+                    j, now, q_m[j], v_m[j], self.beliefs[j], self.rotation[j].copy(), self._bids(j)
+                ),
                 team.lost,
             )
             for i in range(setup.count):
@@ -269,12 +280,20 @@ class Minds:
                     share = 1.0 / (len(self.mail.links[i]) + 1.0)
                     self.rotation[i] += share * (message.rotation - self.rotation[i])
                     heard[i] = True
+                    if self.auction is not None and message.bids is not None:
+                        self.auction.hear(i, *message.bids)
         for i in np.flatnonzero(heard & ~team.lost).tolist() if setup.figure is not None else ():
             mates = self.mates(t, q_m, team.lost)[i]
-            known = np.isfinite(mates).all(axis=1)
+            vertices = team.vertices if self.auction is None else self.auction.known(i)
+            known = np.isfinite(mates + vertices).all(axis=1)
             center = self.estimate(t)[0][i]
             share = known.sum() / (~team.lost).sum()
-            self.rotation[i] = turned(self.rotation[i], mates[known], center, team.vertices[known], share)
+            self.rotation[i] = turned(self.rotation[i], mates[known], center, vertices[known], share)
+
+    def _bids(self, j: int) -> tuple[Array, NDArray[np.int64]] | None:
+        """Return the bids that robot j knows of; None where nobody bids."""
+        auction = self.auction
+        return None if auction is None else (auction.bid[j].copy(), auction.bidder[j].copy())
 
     def _told(self, i: int, t: float, c: Array, c_dot: Array) -> Belief:
         """Return what a robot knows at the start."""

@@ -168,6 +168,8 @@ class ReferenceController:
                 measured = q_m, v_m, target, target_velocity
                 self._minds.update(t, q, measured, true_target[0], team, headings)
             (c, c_dot), mates = self._minds.estimate(t), self._minds.mates(t, q_m, lost)
+            if self._minds.auction is not None:
+                team = replace(team, vertices=self._minds.auction.taken())
         e = self.q_d - q_m
         phase = self._supervisor.choose(t, q_m, c, lost)
         held = self._v_d - c_dot * setup.target_feedforward

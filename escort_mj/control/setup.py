@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors import AvoidObstacles, Behavior
+from escort_mj.behaviors import AvoidObstacles, Behavior, Vertices
 from escort_mj.components.rays import Shape
 from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
@@ -197,6 +197,11 @@ class Setup:
         return self.sight is not None
 
     @property
+    def auctioned(self) -> bool:
+        """Whether robots bid for their vertices."""
+        return Vertices.auctioned(self.all_behaviors)
+
+    @property
     def count(self) -> int:
         """Number of robots, n."""
         return len(self.robot_radius)
@@ -289,7 +294,7 @@ class Setup:
             return 0.0
         if avoid.teammate_distance is not None:
             return avoid.teammate_distance
-        spacing = self.edges[1]
+        spacing = self.edges[1] if self.figure is None else self.radius * self.figure.lengths
         if not len(spacing):
             return avoid.safe_distance
         bodies = 2.0 * float(self.robot_radius.max()) if avoid.measure == "surface" else 0.0
@@ -309,10 +314,13 @@ class Setup:
 
     @property
     def edges(self) -> tuple[NDArray[np.int64], Array]:
-        """Neighbors in the formation, as robots from 0, shape (edges, 2), and the distances to keep [m]."""
+        """Neighbors in the formation, as robots from 0, shape (edges, 2), and the distances to keep [m].
+
+        None where nobody says before the mission which robot stands where.
+        """
         if self.arrangement is not None:
             pairs = self.arrangement.pairs
             return pairs, np.full(len(pairs), self.arrangement.length)
-        if self.figure is not None:
+        if self.figure is not None and not self.auctioned:
             return self.figure.edges, self.radius * self.figure.lengths
         return np.zeros((0, 2), dtype=np.int64), np.zeros(0)

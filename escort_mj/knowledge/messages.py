@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.knowledge.auction import tell_bids
 from escort_mj.knowledge.belief import Belief
 from escort_mj.knowledge.links import (
     NOBODY,
@@ -100,6 +101,8 @@ def _compose(j: int, message: int, plan: Plan, state: State) -> None:
         for b in range(p):
             state.sent_rotation[message, a * p + b] = state.rotation[j, a, b]
     state.sent_belief_time[message], state.sent_fix[message] = state.belief_time[j], state.belief_fix[j]
+    if plan.auctioned:
+        tell_bids(j, message, state)
 
 
 @inlined
@@ -146,6 +149,7 @@ class Message:
         velocity: Likewise [m/s].
         belief: What the sender believes of the target.
         rotation: How it has turned its figure, shape (p, p).
+        bids: The highest bids for vertices that it knows of, and whose they are, shape (n,) each.
     """
 
     sender: int
@@ -154,6 +158,7 @@ class Message:
     velocity: Array
     belief: Belief
     rotation: Array
+    bids: tuple[Array, NDArray[np.int64]] | None = None
 
 
 @dataclass

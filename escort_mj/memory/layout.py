@@ -34,6 +34,7 @@ from escort_mj.control.outer_loops.detour import DetourState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
+from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
 from escort_mj.knowledge.links import LinkParameters, LinkState
 from escort_mj.knowledge.messages import MessageState
@@ -70,6 +71,7 @@ class Plan(
     BeliefParameters,
     SightParameters,
     LinkParameters,
+    AuctionParameters,
     EstimatorParameters,
     ControllerParameters,
     ProgramParameters,
@@ -106,6 +108,7 @@ class State(
     SightState,
     LinkState,
     MessageState,
+    AuctionState,
     TeammateState,
     ControllerState,
     ProgramState,
@@ -139,7 +142,7 @@ def _mark() -> float:
 
 
 MAGIC = _mark()
-BY_ROBOT = ("n", "known", "judged", "headed", "informed", "turned", "guarding")
+BY_ROBOT = ("n", "known", "judged", "headed", "informed", "turned", "guarding", "bidding")
 LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)

@@ -85,6 +85,7 @@ def pack(
         "believed": setup.estimator.orders * p,
         "guarding": n * bool(setup.opponents),
         "turned": n if setup.informed else 1,
+        "bidding": n * setup.auctioned,
         "depth": setup.radio.depth if setup.radio else 0,
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * law.differentiates,

@@ -15,7 +15,7 @@ from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Opponent, Setu
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
-from escort_mj.numerics.thomson import Figure, even_figure
+from escort_mj.numerics.thomson import Figure, even_figure, even_points, nearest_edges
 from escort_mj.policies import Policy
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
@@ -208,9 +208,12 @@ def _arrangement(scenario: Scenario, robots: Placement, center: np.ndarray) -> A
 
 def _figure(scenario: Scenario, robots: Placement, center: np.ndarray) -> Figure | None:
     """The even figure for the vertices behavior, where the mission has it."""
-    if _keeps_vertices(scenario):
-        return even_figure(robots.position, center)
-    return None
+    if not _keeps_vertices(scenario):
+        return None
+    if Vertices.auctioned(all_behaviors(scenario)):
+        points = even_points(len(robots.position), scenario.axes)
+        return Figure(points, *nearest_edges(points))
+    return even_figure(robots.position, center)
 
 
 def _reforming(scenario: Scenario, robots: Placement) -> Reforming | None:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from escort_mj.behaviors import Vertices
 from escort_mj.control.outer_loops import SetBased
 from escort_mj.control.setup import Setup
 from escort_mj.estimators import ESTIMATORS, CovarianceIntersection, Kalman
@@ -80,3 +81,13 @@ def test_ranges_and_bearings(estimator, sight: str, axes: int) -> None:
 def test_without_a_radio() -> None:
     setup, q, v = informed(2, 3, sight=SIGHTS["everybody"], sensing=Sensors(Channel(0.02), Channel(0.01)))
     compare(setup, q, v, steps=6)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("radio", RADIOS)
+def test_bids_for_vertices(radio: str, axes: int) -> None:
+    setup, q, v = informed(
+        axes, 4, sight=SIGHTS["everybody"], radio=RADIOS[radio], start_deviation=(0.5, 0.2, 0.1),
+        behaviors=(AVOID, Vertices(assignment="auction"), SURFACE),
+    )  # fmt: skip
+    compare(setup, q, v, steps=20)

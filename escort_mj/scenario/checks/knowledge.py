@@ -42,6 +42,14 @@ def check_known(scenario: Scenario) -> Iterator[Finding]:
             yield Finding(path, words, related=(("robots", "failures"), table))
 
 
+def check_auctions(scenario: Scenario) -> Iterator[Finding]:
+    """Robots that bid for vertices can tell each other what they bid."""
+    for path, behavior in behaviors_of(scenario):
+        if Vertices.auctioned([behavior]) and scenario.communication is None:
+            words = "found auction without communication, by which robots bid; expected nearest"
+            yield Finding((*path, "assignment"), words)
+
+
 def check_target_sight(scenario: Scenario) -> Iterator[Finding]:
     """Robots that can see exist, looks are whole steps apart, and the estimator gets what it needs."""
     knowledge = scenario.knowledge
@@ -125,7 +133,8 @@ def _on_their_way(scenario: Scenario, path: Path) -> Iterator[Finding]:
     longest = (delay[1] if isinstance(delay, tuple) else delay) + communication.jitter
     depth = longest * min(communication.rate or math.inf, 1.0 / timestep) + 2.0
     slots = senders_of(communication, count).shape[1]
-    size = 8.0 * depth * count * (slots + 8.0 * scenario.axes**2)
+    bids = 2.0 * count * Vertices.auctioned(behavior for _, behavior in behaviors_of(scenario))
+    size = 8.0 * depth * count * (slots + 8.0 * scenario.axes**2 + bids)
     if depth > MOST_ON_THEIR_WAY or size > MAX_LINKS:
         most = min(MOST_ON_THEIR_WAY, MAX_LINKS / size * depth)
         words = f"found up to {depth:.4g} messages of each robot on their way; expected at most {most:.4g}"

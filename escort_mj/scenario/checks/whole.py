@@ -10,7 +10,12 @@ from escort_mj.numerics.steps import last_step
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.checks.failures import check_failures
 from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
-from escort_mj.scenario.checks.knowledge import check_communication, check_known, check_target_sight
+from escort_mj.scenario.checks.knowledge import (
+    check_auctions,
+    check_communication,
+    check_known,
+    check_target_sight,
+)
 from escort_mj.scenario.checks.mission import (
     check_behaviors,
     check_formation,
@@ -158,6 +163,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_lidar, ("axes", "mission", "physics", "robots", "sensing")),
     (check_known, ("knowledge", "communication", "mission", "target", "robots")),
     (check_target_sight, ("knowledge", "robots", "physics", "axes")),
+    (check_auctions, ("mission", "communication")),
     (check_communication, ("communication", "robots", "physics", "axes")),
     (check_failures, ("axes", "duration", "robots", "mission")),
     (check_clearance, ("axes", "seed", "target", "robots", "mission", *AROUND)),
