@@ -49,6 +49,11 @@ WRONG = [
     ("knowledge: {estimator: {estimator: consensus, share: 1}}", "knowledge.estimator.share", "less than 1"),
     ("knowledge: {initial: {position: -1}}", "knowledge.initial.position", "at least 0"),
     ("knowledge: {targets: {}}", "knowledge.targets", 'did you mean "target"?'),
+    (
+        "mission: {behaviors: [avoid_obstacles, {behavior: vertices, assignment: auction}, surface]}",
+        "mission.behaviors[1].assignment",
+        "without communication, by which robots bid; expected nearest",
+    ),
     ("communication: {graph: star}", "communication.graph", "complete"),
     ("communication: {graph: {nearest: 5}}", "communication.graph.nearest", "at most 4"),
     ("communication: {graph: {edges: [[1, 6]]}}", "communication.graph.edges[0]", "found robot 6"),
