@@ -30,7 +30,7 @@ class Behavior(Component):
     method: ClassVar[str] = "wish"
     view: ClassVar[type] = BehaviorView
     outputs: ClassVar[tuple[str, ...]] = BEHAVIOR_OUTPUTS
-    answers: ClassVar[str] = "ALONG, ACROSS or NOTHING"
+    answers: ClassVar[str | None] = "ALONG, ACROSS or NOTHING"
     gives: ClassVar[str] = "robot {} a wish"
     frame: ClassVar[Literal["target", "world"]] = "target"
     """Whether what it asks is relative to the target's motion, or not."""

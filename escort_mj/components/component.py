@@ -65,8 +65,9 @@ class Component(Parameters):
     """What the method is handed."""
     outputs: ClassVar[tuple[str, ...]]
     """What it writes there."""
-    answers: ClassVar[str] = ""
-    """What the method returns, where it is called for one robot or body at a time, its last argument."""
+    answers: ClassVar[str | None] = None
+    """What the method returns for one robot or body, its last argument: in words, empty for nothing; None
+    where it is called for the whole team at once."""
     gives: ClassVar[str] = "robot {} a force"
     """What it writes, in words, for the robot or body of a number."""
     prefer_kernel: ClassVar[bool] = True

@@ -39,7 +39,7 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
         random = np.random.default_rng(SEED)
         for draw in range(DRAWS):
             stand.fill(random)
-            robot = draw % stand.numbers if member.answers else None
+            robot = None if member.answers is None else draw % stand.numbers
             before = stand.inputs()
             first = _written(stand, robot)
             touched |= stand.inputs() != before
@@ -74,7 +74,7 @@ def _in_bounds(member: type[Component], kind: type[Scenario]) -> Iterator[CheckR
         return
     for stand in stands(member, kind):
         random = np.random.default_rng(SEED)
-        for robot in range(stand.numbers) if member.answers else [None]:
+        for robot in [None] if member.answers is None else range(stand.numbers):
             stand.fill(random)
             try:
                 stand.interpret(robot)

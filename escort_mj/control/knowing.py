@@ -12,16 +12,20 @@ from numpy.typing import NDArray
 from escort_mj.behaviors.vertices import turned
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
+from escort_mj.control.custom.calls import custom_estimator
 from escort_mj.control.nsb import block_at
-from escort_mj.estimators import ESTIMATORS, Estimator
+from escort_mj.estimators import ESTIMATORS, Estimator, EstimatorView
+from escort_mj.estimators.estimator import estimator_view
+from escort_mj.estimators.kalman import believe, believed
 from escort_mj.knowledge.auction import Auction, begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry
 from escort_mj.knowledge.links import NOBODY
 from escort_mj.knowledge.messages import NEVER, Mail, Message, begin_radio, send
-from escort_mj.knowledge.sight import look, look_at_target
-from escort_mj.native.fields import Fields, Value
-from escort_mj.native.kernels import inlined, reachable
+from escort_mj.knowledge.sight import Sight, look, look_at_target, variances
+from escort_mj.native.fields import Fields, Value, declared
+from escort_mj.native.kernels import inlined, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
+from escort_mj.native.memory import shape_of
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import START, normal, normals
 
@@ -74,9 +78,10 @@ def know(plan: Plan, state: State) -> None:
             begin_auction(plan, state)
     if step % plan.sight_every == 0:
         look_at_target(plan, state)
+        state.message[0] = -1.0
         for i in range(n):
             if state.target_seen[i] != 0.0:
-                _see(plan.estimator, i, plan, state)
+                _update(plan.estimator, i, plan, state)
     if talks and step >= state.radio_next[0]:
         send(plan, state)
     for i in range(n):
@@ -136,7 +141,8 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                     for k in range(state.q.shape[1]):
                         state.heard_position[link, k] = state.sent_position[message, k]
                         state.heard_velocity[link, k] = state.sent_velocity[message, k]
-                    _hear(plan.estimator, i, message, plan, state)
+                    state.message[0] = message
+                    _update(plan.estimator, i, plan, state)
     state.radio_next[1] = upcoming
 
 
@@ -193,25 +199,19 @@ def _note(plan: Plan, state: State) -> None:
 _inlined_once = cache(inlined)  # estimators share what they inherit
 
 
-def _kernel_of(estimator: type[Estimator], name: str) -> Callable[..., Any]:
-    """Return a kernel of an estimator that ships."""
-    write, read = _inlined_once(getattr(estimator, name)), reader(estimator)
+def _kernel_of(estimator: type[Estimator]) -> Callable[..., Any]:
+    """Return a kernel that lets an estimator that ships change the belief of a robot."""
+    update, read = _inlined_once(estimator.update_kernel), reader(estimator)
 
-    if name == "see_kernel":
+    def change(i: int, plan: Plan, state: State) -> None:
+        plan_at, state_at = view_addresses(state)
+        view = estimator_view(plan_at, state_at, state.q.shape[1])
+        update(read(block_at(plan.estimator_place, plan), 0), view, i)
 
-        def see(i: int, plan: Plan, state: State) -> None:
-            write(read(block_at(plan.estimator_place, plan), 0), i, plan, state)
-
-        return on_demand(reachable(see, f"see_by_{estimator.model_fields['estimator'].default}"))
-
-    def hear(i: int, message: int, plan: Plan, state: State) -> None:
-        write(read(block_at(plan.estimator_place, plan), 0), i, message, plan, state)
-
-    return on_demand(reachable(hear, f"hear_by_{estimator.model_fields['estimator'].default}"))
+    return on_demand(reachable(change, f"update_by_{estimator.model_fields['estimator'].default}"))
 
 
-_see = one_of([_kernel_of(estimator, "see_kernel") for estimator in ESTIMATORS])
-_hear = one_of([_kernel_of(estimator, "hear_kernel") for estimator in ESTIMATORS])
+_update = one_of([*map(_kernel_of, ESTIMATORS), custom_estimator])
 
 
 # The same in plain NumPy.
@@ -221,9 +221,13 @@ class Minds:
     """What each robot of a team knows."""
 
     def __init__(self, setup: Setup) -> None:
-        self._setup = setup
+        self._setup, self._new = setup, True
         self.mail = Mail(setup) if setup.radio is not None else None
-        self.beliefs: list[Belief] = []
+        variance, of_way = variances(setup.sight or Sight(()), setup)
+        blank = blank_view(setup.count, setup.axes, setup.estimator.orders * setup.axes)
+        self.view = blank._replace(
+            timestep=setup.timestep, way_variance=of_way, sight_variance=np.array(variance)
+        )
         self.seen = np.zeros(setup.count)
         self.auction: Auction | None = None
         self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
@@ -249,34 +253,39 @@ class Minds:
             team: Who is left, in which figure.
             headings: Which way robots look, shape (n, p) [1]; None where they see all around.
         """
-        setup, (q_m, v_m, c, c_dot) = self._setup, measured
+        setup, (q_m, v_m, c, c_dot), view = self._setup, measured, self.view
         estimator, step = setup.estimator, round(t / setup.timestep)
-        if not self.beliefs:
-            self.beliefs = [self._told(i, t, c, c_dot) for i in range(setup.count)]
+        view.time[0], view.message[0], view.q_measured[:], view.v_measured[:] = t, -1.0, q_m, v_m
+        if self._new:
+            self._new = False
+            for i in range(setup.count):
+                believe(self._told(i, t, c, c_dot), view, i)
             if setup.auctioned and setup.figure is not None:
-                ways = q_m - [belief.x[: setup.axes] for belief in self.beliefs]
-                self.auction = Auction(ways, setup.figure.vertices)
+                self.auction = Auction(q_m - view.belief[:, : setup.axes], setup.figure.vertices)
         if setup.sight is not None and step % setup.sight.every == 0:
             for i in range(setup.count):
-                found = (
-                    None if team.lost[i] else look(i, step, (q, headings), q_m[i], target, (c, c_dot), setup)
-                )
+                found = None if team.lost[i] else look(i, step, (q, headings), target, (c, c_dot), setup)
                 self.seen[i] = found is not None
                 if found is not None:
-                    self.beliefs[i] = estimator.seen(self.beliefs[i], found, t)
+                    view.seen_position[i], view.seen_velocity[i] = found.position, found.velocity
+                    view.seen_range[i], view.seen_bearing[i] = found.range, found.bearing
+                    estimator.update(view, i)
         heard = np.full(setup.count, self.mail is None)
         if self.mail is not None:
             self.mail.send(
                 t,
                 q,
                 lambda j, now: Message(
-                    j, now, q_m[j], v_m[j], self.beliefs[j], self.rotation[j].copy(), self._bids(j)
+                    j, now, q_m[j], v_m[j], believed(view, j), self.rotation[j].copy(), self._bids(j)
                 ),
                 team.lost,
             )
             for i in range(setup.count):
                 for message in self.mail.deliver(i, t):
-                    self.beliefs[i] = estimator.heard(self.beliefs[i], message.belief, t)
+                    said, view.message[0] = message.belief, 0.0
+                    view.sent_belief[0], view.sent_covariance[0] = said.x, said.covariance.ravel()
+                    view.sent_belief_time[0], view.sent_fix[0] = said.time, said.fix
+                    estimator.update(view, i)
                     share = 1.0 / (len(self.mail.links[i]) + 1.0)
                     self.rotation[i] += share * (message.rotation - self.rotation[i])
                     heard[i] = True
@@ -327,5 +336,14 @@ class Minds:
     def estimate(self, t: float) -> tuple[Array, Array]:
         """Return where robots believe the target to be, and how it moves, shape (n, p) [m, m/s]."""
         estimator, p = self._setup.estimator, self._setup.axes
-        known = [b.at(t, p, estimator.density) if estimator.predicts else b for b in self.beliefs]
+        beliefs = [believed(self.view, i) for i in range(self._setup.count)]
+        known = [b.at(t, p, estimator.density) if estimator.predicts else b for b in beliefs]
         return np.array([b.x[:p] for b in known]), np.array([b.x[p : 2 * p] for b in known])
+
+
+def blank_view(n: int, p: int, size: int) -> EstimatorView:
+    """Return memory for what the estimators of n robots see and write, with one message at a time."""
+    sizes = {"n": n, "informed": n, "p": p, "believed": size, "hearing": 1, "depth": 1}
+    fields = declared(EstimatorView).items()
+    blank = {name: np.zeros(shape_of(field, sizes)) for name, field in fields if field.kind is np.ndarray}
+    return EstimatorView(timestep=0.0, way_variance=0.0, **blank)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from escort_mj.estimators.covariance_intersection import CovarianceIntersection, mix
-from escort_mj.estimators.kalman import carried_message, move_belief
+from escort_mj.estimators.estimator import EstimatorView
+from escort_mj.estimators.kalman import hear, see
 from escort_mj.knowledge.belief import Belief
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
 
 
 class Consensus(CovarianceIntersection):
@@ -29,10 +27,11 @@ class Consensus(CovarianceIntersection):
         """Return the weight of a robot's own belief."""
         return 1.0 - self.share
 
-    def hear_kernel(self: Any, i: int, message: int, plan: Plan, state: State) -> None:
-        """Move the belief of robot i toward that of a message, compiled."""
-        move_belief(i, self.noise * self.noise, state)
-        x, covariance = carried_message(message, self.noise * self.noise, state)
-        own, spare = state.belief_covariance[i], state.belief_work[2]
-        mix(state.belief[i], own, x, covariance, 1.0 - self.share, spare)
-        state.belief_fix[i] = max(state.belief_fix[i], state.sent_fix[message])
+    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+        """Correct the belief by what is measured, or move it toward that of a message, compiled."""
+        density, own, spare = self.noise * self.noise, view.belief_covariance[robot], view.belief_work[2]
+        if view.message[0] < 0:
+            see(robot, density, view)
+            return
+        x, covariance = hear(robot, density, view)
+        mix(view.belief[robot], own, x, covariance, 1.0 - self.share, spare)

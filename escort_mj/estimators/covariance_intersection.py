@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 
-from escort_mj.estimators.kalman import Kalman, carried_message, move_belief
+from escort_mj.estimators.estimator import EstimatorView
+from escort_mj.estimators.kalman import Kalman, hear, see
 from escort_mj.knowledge.belief import Belief, trace
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
 
 
 class CovarianceIntersection(Kalman):
@@ -24,35 +23,28 @@ class CovarianceIntersection(Kalman):
 
     estimator: Literal["covariance_intersection"] = "covariance_intersection"  # type: ignore[assignment]
 
-    def heard(self, belief: Belief, said: Belief, time: float) -> Belief:
+    def mixture(self, own: Belief, other: Belief, axes: int) -> Belief:
         """Return the mixture of both beliefs."""
-        axes = len(belief.x) // self.orders
-        own, other = belief.at(time, axes, self.density), said.at(time, axes, self.density)
         weight = self.weight(own, other, axes)
         first, second = np.linalg.inv(own.covariance), np.linalg.inv(other.covariance)
         covariance = np.linalg.inv(weight * first + (1.0 - weight) * second)
         x = covariance @ (weight * first @ own.x + (1.0 - weight) * second @ other.x)
-        return Belief(x, covariance, time, max(own.fix, other.fix))
+        return replace(own, x=x, covariance=covariance)
 
     def weight(self, own: Belief, other: Belief, axes: int) -> float:
         """Return the weight of a robot's own belief."""
         return other.spread(axes) / (own.spread(axes) + other.spread(axes))
 
-    def hear_kernel(self: Any, i: int, message: int, plan: Plan, state: State) -> None:
-        """Mix the belief of robot i with a message, compiled: x_1 + K (x_2 - x_1), K = A (A + B)^-1."""
-        density, p, size = self.noise * self.noise, state.q.shape[1], state.belief.shape[1]
-        move_belief(i, density, state)
-        x, covariance = carried_message(message, density, state)
-        own, other = trace(state.belief_covariance[i], p, size), trace(covariance, p, size)
-        mix(
-            state.belief[i],
-            state.belief_covariance[i],
-            x,
-            covariance,
-            other / (own + other),
-            state.belief_work[2],
-        )
-        state.belief_fix[i] = max(state.belief_fix[i], state.sent_fix[message])
+    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+        """Correct the belief by what is measured, or mix it with a message, compiled."""
+        density, p, size = self.noise * self.noise, view.q_measured.shape[1], view.belief.shape[1]
+        if view.message[0] < 0:
+            see(robot, density, view)
+            return
+        x, covariance = hear(robot, density, view)
+        own, other = trace(view.belief_covariance[robot], p, size), trace(covariance, p, size)
+        weight, spare = other / (own + other), view.belief_work[2]
+        mix(view.belief[robot], view.belief_covariance[robot], x, covariance, weight, spare)
 
 
 @inlined

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from escort_mj.estimators.estimator import Estimator
-from escort_mj.knowledge.belief import Belief
-from escort_mj.knowledge.sight import Look
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
+from escort_mj.estimators.estimator import Estimator, EstimatorView
 
 
 class Hold(Estimator):
@@ -22,26 +17,27 @@ class Hold(Estimator):
     has_covariance: ClassVar[bool] = False
     estimator: Literal["hold"] = "hold"
 
-    def seen(self, belief: Belief, look: Look, time: float) -> Belief:
-        """Return what is measured."""
-        return Belief(np.concatenate([look.position, look.velocity]), belief.covariance, time, time)
+    def update(self, view: EstimatorView, robot: int) -> None:
+        """Take over what is measured, or heard and newer."""
+        heard = int(view.message[0])
+        if heard < 0:
+            view.belief[robot] = np.concatenate([view.seen_position[robot], view.seen_velocity[robot]])
+            view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
+        elif view.sent_fix[heard] > view.belief_fix[robot]:
+            view.belief[robot] = view.sent_belief[heard]
+            view.belief_time[robot] = view.sent_belief_time[heard]
+            view.belief_fix[robot] = view.sent_fix[heard]
 
-    def heard(self, belief: Belief, said: Belief, time: float) -> Belief:
-        """Return what is newer."""
-        return said if said.fix > belief.fix else belief
-
-    def see_kernel(self: Any, i: int, plan: Plan, state: State) -> None:
-        """Take over what is measured, compiled."""
-        p = state.q.shape[1]
-        for k in range(p):
-            state.belief[i, k] = state.seen_position[i, k]
-            state.belief[i, p + k] = state.seen_velocity[i, k]
-        state.belief_time[i] = state.belief_fix[i] = state.time[0]
-
-    def hear_kernel(self: Any, i: int, message: int, plan: Plan, state: State) -> None:
-        """Take over what is newer, compiled."""
-        if state.sent_fix[message] > state.belief_fix[i]:
-            for k in range(state.belief.shape[1]):
-                state.belief[i, k] = state.sent_belief[message, k]
-            state.belief_time[i] = state.sent_belief_time[message]
-            state.belief_fix[i] = state.sent_fix[message]
+    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+        """Write the same, compiled."""
+        heard, p = int(view.message[0]), view.q_measured.shape[1]
+        if heard < 0:
+            for k in range(p):
+                view.belief[robot, k] = view.seen_position[robot, k]
+                view.belief[robot, p + k] = view.seen_velocity[robot, k]
+            view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
+        elif view.sent_fix[heard] > view.belief_fix[robot]:
+            for k in range(view.belief.shape[1]):
+                view.belief[robot, k] = view.sent_belief[heard, k]
+            view.belief_time[robot] = view.sent_belief_time[heard]
+            view.belief_fix[robot] = view.sent_fix[heard]

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import PositiveFloat
 
-from escort_mj.estimators.estimator import Estimator
+from escort_mj.estimators.estimator import Estimator, EstimatorView
 from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry, trace
-from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY, Look
+from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, merged, stack_memory, vector_at
-
-if TYPE_CHECKING:
-    from escort_mj.memory.layout import Plan, State
 
 
 class Kalman(Estimator):
@@ -44,106 +41,115 @@ class Kalman(Estimator):
         """Spectral density of the noise that changes the last of them."""
         return self.noise**2
 
-    def seen(self, belief: Belief, look: Look, time: float) -> Belief:
-        """Return the belief that is corrected by all that is measured: x + K y, P - K H P."""
-        now = belief.at(time, len(look.eye), self.density)
-        h, y, r = linearized(now.x, look)
-        gain = np.linalg.solve(h @ now.covariance @ h.T + np.diag(r), h @ now.covariance).T
-        return Belief(now.x + gain @ y, now.covariance - gain @ h @ now.covariance, time, time)
+    def update(self, view: EstimatorView, robot: int) -> None:
+        """Correct the belief by all that is measured, x + K y and P - K H P, or mix in what is heard."""
+        time, p = float(view.time[0]), view.q_measured.shape[1]
+        now = believed(view, robot).at(time, p, self.density)
+        if view.message[0] < 0:
+            h, y, r = linearized(now.x, view, robot)
+            gain = np.linalg.solve(h @ now.covariance @ h.T + np.diag(r), h @ now.covariance).T
+            found = Belief(now.x + gain @ y, now.covariance - gain @ h @ now.covariance, time, time)
+        else:
+            said = heard(view)
+            found = self.mixture(now, said.at(time, p, self.density), p)
+            found = replace(found, fix=max(now.fix, said.fix))
+        believe(found, view, robot)
 
-    def heard(self, belief: Belief, said: Belief, time: float) -> Belief:
-        """Return the surer of both beliefs."""
-        axes = len(belief.x) // self.orders
-        own, other = belief.at(time, axes, self.density), said.at(time, axes, self.density)
-        return replace(other if other.spread(axes) < own.spread(axes) else own, fix=max(own.fix, other.fix))
+    def mixture(self, own: Belief, other: Belief, axes: int) -> Belief:
+        """Return the surer of a robot's own belief and that of another one, both of now."""
+        return other if other.spread(axes) < own.spread(axes) else own
 
-    def see_kernel(self: Any, i: int, plan: Plan, state: State) -> None:
-        """Correct the belief of robot i by all that is measured, one number after the other, compiled."""
-        move_belief(i, self.noise * self.noise, state)
-        correct(i, plan, state)
-        state.belief_fix[i] = state.time[0]
-
-    def hear_kernel(self: Any, i: int, message: int, plan: Plan, state: State) -> None:
-        """Take over what is surer, compiled."""
-        density, p, size = self.noise * self.noise, state.q.shape[1], state.belief.shape[1]
-        move_belief(i, density, state)
-        x, covariance = carried_message(message, density, state)
-        if trace(covariance, p, size) < trace(state.belief_covariance[i], p, size):
+    def update_kernel(self: Any, view: EstimatorView, robot: int) -> None:
+        """Correct the belief by one measured number after the other, or take over what is surer, compiled."""
+        density, p, size = self.noise * self.noise, view.q_measured.shape[1], view.belief.shape[1]
+        if view.message[0] < 0:
+            see(robot, density, view)
+            return
+        x, covariance = hear(robot, density, view)
+        if trace(covariance, p, size) < trace(view.belief_covariance[robot], p, size):
             for k in range(size):
-                state.belief[i, k] = x[k]
+                view.belief[robot, k] = x[k]
             for k in range(size * size):
-                state.belief_covariance[i, k] = covariance[k]
-        state.belief_fix[i] = max(state.belief_fix[i], state.sent_fix[message])
+                view.belief_covariance[robot, k] = covariance[k]
 
 
 @inlined
-def move_belief(i: int, density: float, state: State) -> None:
-    """Move the belief of robot i on to the present time."""
-    elapsed = state.time[0] - state.belief_time[i]
-    carry(state.belief[i], state.belief_covariance[i], state.q.shape[1], elapsed, density)
-    state.belief_time[i] = state.time[0]
+def see(i: int, density: float, view: EstimatorView) -> None:
+    """Move the belief of robot i on to the present time, and correct it by all that is measured."""
+    elapsed = view.time[0] - view.belief_time[i]
+    carry(view.belief[i], view.belief_covariance[i], view.q_measured.shape[1], elapsed, density)
+    correct(i, view)
+    view.belief_time[i] = view.belief_fix[i] = view.time[0]
 
 
 @merged
-def carried_message(message: int, density: float, state: State) -> tuple[Array, Array]:
-    """Return state and covariance of a message at the present time; both are scratch."""
-    size = state.belief.shape[1]
-    x, covariance = state.belief_work[0, :size], state.belief_work[1]
+def hear(i: int, density: float, view: EstimatorView) -> tuple[Array, Array]:
+    """Move the belief of robot i on to the present time; return what it hears at that time, in scratch.
+
+    Returns:
+        State and covariance, row by row, of the message.
+    """
+    p, size, message = view.q_measured.shape[1], view.belief.shape[1], int(view.message[0])
+    elapsed = view.time[0] - view.belief_time[i]
+    carry(view.belief[i], view.belief_covariance[i], p, elapsed, density)
+    view.belief_time[i] = view.time[0]
+    view.belief_fix[i] = max(view.belief_fix[i], view.sent_fix[message])
+    x, covariance = view.belief_work[0, :size], view.belief_work[1]
     for k in range(size):
-        x[k] = state.sent_belief[message, k]
+        x[k] = view.sent_belief[message, k]
     for k in range(size * size):
-        covariance[k] = state.sent_covariance[message, k]
-    carry(x, covariance, state.q.shape[1], state.time[0] - state.sent_belief_time[message], density)
+        covariance[k] = view.sent_covariance[message, k]
+    carry(x, covariance, p, view.time[0] - view.sent_belief_time[message], density)
     return x, covariance
 
 
 @inlined
-def correct(i: int, plan: Plan, state: State) -> None:
+def correct(i: int, view: EstimatorView) -> None:
     """Correct the belief of robot i by its measurements: linearized once, then number by number."""
-    p, variance, x = state.q.shape[1], plan.sight_variance, state.belief[i]
+    p, variance, x = view.q_measured.shape[1], view.sight_variance, view.belief[i]
     memory = stack_memory()
     place, row = vector_at(memory, p), vector_at(memory + DOUBLE * p, p)
-    gain, square = vector_at(memory + DOUBLE * 2 * p, state.belief.shape[1]), 0.0
+    gain, square = vector_at(memory + DOUBLE * 2 * p, view.belief.shape[1]), 0.0
     for k in range(p):
         place[k], row[k] = x[k], 0.0
-        square += (x[k] - state.q_measured[i, k]) ** 2
+        square += (x[k] - view.q_measured[i, k]) ** 2
     distance = math.sqrt(max(square, LEAST_VARIANCE))
     if variance[POSITION] >= 0.0:
         for k in range(p):
             row[k] = 1.0
             _correct_one(
-                i, 0, row, place, state.seen_position[i, k] - place[k], variance[POSITION], gain, state
+                i, 0, row, place, view.seen_position[i, k] - place[k], variance[POSITION], gain, view
             )
             row[k] = 0.0
     if variance[RANGE] >= 0.0:
         for k in range(p):
-            row[k] = (place[k] - state.q_measured[i, k]) / distance
-        _correct_one(i, 0, row, place, state.seen_range[i] - distance, variance[RANGE], gain, state)
+            row[k] = (place[k] - view.q_measured[i, k]) / distance
+        _correct_one(i, 0, row, place, view.seen_range[i] - distance, variance[RANGE], gain, view)
     if variance[BEARING] >= 0.0:
-        along, error = 0.0, variance[BEARING] + plan.way_variance / (distance * distance)
+        along, error = 0.0, variance[BEARING] + view.way_variance / (distance * distance)
         for k in range(p):
-            along += state.seen_bearing[i, k] * (place[k] - state.q_measured[i, k]) / distance
+            along += view.seen_bearing[i, k] * (place[k] - view.q_measured[i, k]) / distance
         for k in range(p):
-            unit = (place[k] - state.q_measured[i, k]) / distance
+            unit = (place[k] - view.q_measured[i, k]) / distance
             for c in range(p):
-                across = (1.0 if c == k else 0.0) - unit * (place[c] - state.q_measured[i, c]) / distance
+                across = (1.0 if c == k else 0.0) - unit * (place[c] - view.q_measured[i, c]) / distance
                 row[c] = across / distance
-            off = state.seen_bearing[i, k] - along * unit
-            _correct_one(i, 0, row, place, off, error, gain, state)
+            off = view.seen_bearing[i, k] - along * unit
+            _correct_one(i, 0, row, place, off, error, gain, view)
     if variance[VELOCITY] >= 0.0:
         for k in range(p):
             place[k], row[k] = x[p + k], 0.0
         for k in range(p):
             row[k] = 1.0
             _correct_one(
-                i, p, row, place, state.seen_velocity[i, k] - place[k], variance[VELOCITY], gain, state
+                i, p, row, place, view.seen_velocity[i, k] - place[k], variance[VELOCITY], gain, view
             )
             row[k] = 0.0
 
 
 @inlined
 def _correct_one(
-    i: int, first: int, row: Array, place: Array, off: float, error: float, gain: Array, state: State
+    i: int, first: int, row: Array, place: Array, off: float, error: float, gain: Array, view: EstimatorView
 ) -> None:
     """Correct the belief of robot i by one number.
 
@@ -155,10 +161,10 @@ def _correct_one(
         off: What was measured, less what was expected there.
         error: The variance of its error.
         gain: Scratch, shape (size,).
-        state: The belief is changed.
+        view: The belief is changed.
     """
     p, size = row.shape[0], gain.shape[0]
-    x, covariance = state.belief[i], state.belief_covariance[i]
+    x, covariance = view.belief[i], view.belief_covariance[i]
     variance = max(error, LEAST_VARIANCE)
     for a in range(size):
         gain[a] = 0.0
@@ -176,30 +182,58 @@ def _correct_one(
 # The same in plain NumPy.
 
 
-def linearized(x: Array, look: Look) -> tuple[Array, Array, Array]:
+def believed(view: EstimatorView, robot: int) -> Belief:
+    """Return what a robot believes."""
+    return _belief(view.belief, view.belief_covariance, view.belief_time, view.belief_fix, robot)
+
+
+def heard(view: EstimatorView) -> Belief:
+    """Return what the sender of the message that is heard believed."""
+    row = int(view.message[0])
+    return _belief(view.sent_belief, view.sent_covariance, view.sent_belief_time, view.sent_fix, row)
+
+
+def _belief(x: Array, covariance: Array, time: Array, fix: Array, row: int) -> Belief:
+    """Return the belief in one row."""
+    size = x.shape[1]
+    return Belief(
+        x[row].copy(), covariance[row].reshape(size, size).copy(), float(time[row]), float(fix[row])
+    )
+
+
+def believe(belief: Belief, view: EstimatorView, robot: int) -> None:
+    """Write what a robot believes."""
+    view.belief[robot], view.belief_covariance[robot] = belief.x, belief.covariance.ravel()
+    view.belief_time[robot], view.belief_fix[robot] = belief.time, belief.fix
+
+
+def linearized(x: Array, view: EstimatorView, robot: int) -> tuple[Array, Array, Array]:
     """Return the measurements as linear functions of the state near x.
 
     Args:
         x: Position, velocity and, where they are estimated, accelerations, shape (size,).
-        look: What was measured.
+        view: What was measured.
+        robot: By whom.
 
     Returns:
         H, shape (k, size), what was measured less what was expected, shape (k,), and variances, shape (k,).
     """
-    p = len(look.eye)
-    way = x[:p] - look.eye
+    p = view.q_measured.shape[1]
+    way = x[:p] - view.q_measured[robot]
     distance = max(float(np.linalg.norm(way)), math.sqrt(LEAST_VARIANCE))
     unit, none = way / distance, np.zeros((p, len(x) - p))
     moving = np.eye(p, len(x), k=p)
     across = np.eye(p) - np.outer(unit, unit)
     parts = {
-        POSITION: (np.hstack([np.eye(p), none]), look.position - x[:p]),
-        VELOCITY: (moving, look.velocity - moving @ x),
-        RANGE: (np.hstack([unit, none[0]])[None], np.array([look.range - distance])),
-        BEARING: (np.hstack([across / distance, none]), across @ look.bearing),
+        POSITION: (np.hstack([np.eye(p), none]), view.seen_position[robot] - x[:p]),
+        VELOCITY: (moving, view.seen_velocity[robot] - moving @ x),
+        RANGE: (np.hstack([unit, none[0]])[None], np.array([view.seen_range[robot] - distance])),
+        BEARING: (np.hstack([across / distance, none]), across @ view.seen_bearing[robot]),
     }
-    errors = list(look.variance)
-    errors[BEARING] += look.way_variance / distance**2
-    used = [(h, y, max(errors[k], LEAST_VARIANCE)) for k, (h, y) in parts.items() if look.variance[k] >= 0.0]
+    errors = list(view.sight_variance)
+    errors[BEARING] += view.way_variance / distance**2
+    used = [
+        (h, y, max(errors[k], LEAST_VARIANCE)) for k, (h, y) in parts.items() if view.sight_variance[k] >= 0.0
+    ]
     rows = [np.full(len(y), r) for _, y, r in used]
     return np.vstack([h for h, _, _ in used]), np.concatenate([y for _, y, _ in used]), np.concatenate(rows)

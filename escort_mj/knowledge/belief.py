@@ -47,6 +47,7 @@ class BeliefState(Fields):
     belief_covariance: Annotated[Array, "informed", "believed*believed", Value("1", "of these, row by row")]
     belief_time: Annotated[Array, "informed", Value("s", "at which they hold")]
     belief_fix: Annotated[Array, "informed", Value("s", "time of the newest measurement in it")]
+    message: Annotated[Array, 1, Value("1", "row of `sent_...` that is being heard; -1 while robots look")]
     belief_work: Annotated[Array, 3, "believed*believed", Value("1", "scratch: three such matrices")]
 
 

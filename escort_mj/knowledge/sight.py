@@ -217,31 +217,28 @@ class Look(NamedTuple):
         velocity: Shape (p,) [m/s].
         range: Distance of the centers [m].
         bearing: Unit vector to the target, shape (p,).
-        eye: Where the robot believes itself to be, shape (p,) [m].
-        variance: Of each of MEASURES, see `variances`.
-        way_variance: Of the way to the target, per axis [m^2].
     """
 
     position: Array
     velocity: Array
     range: float
     bearing: Array
-    eye: Array
-    variance: tuple[float, ...]
-    way_variance: float = 0.0
 
 
 def look(
-    i: int, step: int, team: tuple[Array, Array | None], eye: Array, target: Array,
-    shown: tuple[Array, Array], setup: Setup,
-) -> Look | None:  # fmt: skip
+    i: int,
+    step: int,
+    team: tuple[Array, Array | None],
+    target: Array,
+    shown: tuple[Array, Array],
+    setup: Setup,
+) -> Look | None:
     """Return what a robot measures at a step; None where it does not see the target.
 
     Args:
         i: The robot, from 0.
         step: Physics step.
         team: True positions of the robots, shape (n, p) [m], and their headings, likewise [1]; None without.
-        eye: Its measured position, shape (p,) [m].
         target: True position of the target, shape (p,) [m].
         shown: Position and velocity of the target as the team's sensors show them, shape (p,) each.
         setup: Gives the sight.
@@ -280,6 +277,4 @@ def look(
         shown[1] + sight.noise[VELOCITY] * drawn[p : 2 * p],
         distance + sight.noise[RANGE] * drawn[3 * p] + errors[p],
         bearing / max(float(np.linalg.norm(bearing)), 1e-150),
-        eye,
-        *variances(sight, setup),
     )

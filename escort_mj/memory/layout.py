@@ -34,6 +34,7 @@ from escort_mj.control.outer_loops.detour import DetourState
 from escort_mj.control.supervisor import SupervisorParameters, SupervisorState
 from escort_mj.control.trigger import TriggerParameters, TriggerState
 from escort_mj.control.velocity import OuterLoopParameters
+from escort_mj.estimators.estimator import EstimatorView, estimator_view
 from escort_mj.knowledge.auction import AuctionParameters, AuctionState
 from escort_mj.knowledge.belief import BeliefParameters, BeliefState
 from escort_mj.knowledge.links import LinkParameters, LinkState
@@ -147,6 +148,7 @@ LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)
 LAYOUT.part(PolicyView)
+LAYOUT.part(EstimatorView)
 
 
 @inlined
@@ -181,6 +183,7 @@ def unpack_state(plan_address: int, address: int, axes: int) -> State:
 viewer(LAYOUT, Plan, unpack_plan)
 viewer(LAYOUT, State, unpack_state)
 viewer(LAYOUT, PolicyView, policy_view)
+viewer(LAYOUT, EstimatorView, estimator_view)
 
 
 def state_size(plan: Array) -> int:

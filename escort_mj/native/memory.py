@@ -110,7 +110,7 @@ class Layout:
             if field.kind is not np.ndarray:
                 header[field.place] = values[name]
                 continue
-            block, shape = np.asarray(values[name], dtype=float), _shape(field, sizes)
+            block, shape = np.asarray(values[name], dtype=float), shape_of(field, sizes)
             if block.shape != shape:
                 raise ValueError(f"{name} has the shape {block.shape}; expected {shape}")
             header[field.place] = end
@@ -125,7 +125,7 @@ class Layout:
     def plan_size(self, sizes: Mapping[str, int]) -> int:
         """Length of a plan with dimensions of these sizes."""
         arrays = (field for field in self.fields[self.plan].values() if field.kind is np.ndarray)
-        return self.header_size + sum(self._room(field, _shape(field, sizes)) for field in arrays)
+        return self.header_size + sum(self._room(field, shape_of(field, sizes)) for field in arrays)
 
     def places(self, sizes: Mapping[str, int]) -> dict[str, tuple[int, int]]:
         """Where each array of the state begins, and how many numbers it has.
@@ -135,7 +135,7 @@ class Layout:
         """
         found, end = {}, 0
         for name, field in self.fields[self.state].items() if self.state is not None else ():
-            shape = _shape(field, sizes)
+            shape = shape_of(field, sizes)
             found[name] = end, prod(shape)
             end += self._room(field, shape)
         return found
@@ -144,7 +144,7 @@ class Layout:
         """Length of the state vector that belongs to a plan."""
         assert self.state is not None
         last = list(self.fields[self.state].values())[-1]
-        return int(plan[last.place]) + self._room(last, _shape(last, self._sizes(plan)))
+        return int(plan[last.place]) + self._room(last, shape_of(last, self._sizes(plan)))
 
     def read(self, kind: type, plan: int, memory: int) -> Any:
         """NumPy views of all fields, as an instance of the class that declared them.
@@ -161,7 +161,7 @@ class Layout:
             if field.kind is not np.ndarray:
                 values[name] = field.kind(header[field.place])
                 continue
-            shape = _shape(field, sizes)
+            shape = shape_of(field, sizes)
             base = plan if field.in_plan else memory
             flat = matrix_at(base + DOUBLE * int(header[field.place]), 1, prod(shape))
             values[name] = flat.reshape(shape)
@@ -185,7 +185,8 @@ def _dimensions(fields: Iterable[Declared]) -> list[str]:
     ]
 
 
-def _shape(field: Field, sizes: Mapping[str, int]) -> tuple[int, ...]:
+def shape_of(field: Field | Declared, sizes: Mapping[str, int]) -> tuple[int, ...]:
+    """Return the shape of a field for dimensions of these sizes."""
     return tuple(prod(sizes[f] if isinstance(f, str) else f for f in extent) for extent in field.shape)
 
 

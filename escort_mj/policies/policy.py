@@ -47,7 +47,7 @@ class Policy(Component):
     method: ClassVar[str] = "velocity"
     view: ClassVar[type] = PolicyView
     outputs: ClassVar[tuple[str, ...]] = ("mover_wish", "mover_memory")
-    answers: ClassVar[str] = "ACTS or RESTS"
+    answers: ClassVar[str | None] = "ACTS or RESTS"
     gives: ClassVar[str] = "body {} a velocity"
     seeks: ClassVar[bool] = False
     """Whether it wants to reach the target, as opponents do."""

@@ -9,12 +9,13 @@ from scipy.stats import chi2
 
 from escort_mj import Scenario
 from escort_mj.behaviors import Surface
+from escort_mj.control.knowing import blank_view
 from escort_mj.control.setup import Setup
-from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, Kalman
+from escort_mj.estimators import ESTIMATORS, Consensus, CovarianceIntersection, EstimatorView, Kalman
 from escort_mj.estimators.covariance_intersection import invert, mix
-from escort_mj.estimators.kalman import linearized
+from escort_mj.estimators.kalman import believe, believed, linearized
 from escort_mj.knowledge.belief import Belief, carry
-from escort_mj.knowledge.sight import Look, Sight
+from escort_mj.knowledge.sight import Sight
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Channel, Sensors
 from tests.control.twins import Kernel
@@ -140,16 +141,18 @@ def test_measurements_are_linearized_as_they_change() -> None:
     random, p = np.random.default_rng(1), 3
     x, eye, none = random.normal(size=3 * p), random.normal(size=p), np.zeros(p)
 
-    def shown(x: Array) -> Look:
-        way = x[:p] - eye
+    def shown(x: Array) -> EstimatorView:
+        way, view = x[:p] - eye, blank_view(1, p, 3 * p)
         distance = float(np.linalg.norm(way))
-        return Look(x[:p], x[p : 2 * p], distance, way / distance, eye, (0.01, 0.01, 0.01, 0.01))
+        view.q_measured[0], view.seen_position[0], view.seen_velocity[0] = eye, x[:p], x[p : 2 * p]
+        view.seen_range[0], view.seen_bearing[0], view.sight_variance[:] = distance, way / distance, 0.01
+        return view
 
-    h, off, _ = linearized(x, shown(x))
+    h, off, _ = linearized(x, shown(x), 0)
     np.testing.assert_allclose(off, 0.0, atol=1e-12)
     numeric = np.stack(
         [
-            (linearized(x, shown(x + 1e-6 * e))[1] - linearized(x, shown(x - 1e-6 * e))[1]) / 2e-6
+            (linearized(x, shown(x + 1e-6 * e), 0)[1] - linearized(x, shown(x - 1e-6 * e), 0)[1]) / 2e-6
             for e in np.eye(len(x))
         ],
         axis=1,
@@ -165,7 +168,7 @@ def test_covariance_intersection_never_claims_too_much() -> None:
         joint = spread(random, 8)
         a, b, cross = joint[:4, :4], joint[4:, 4:], joint[:4, 4:]
         said = Belief(np.zeros(4), b, 0.0, 0.0)
-        found = CovarianceIntersection().heard(Belief(np.zeros(4), a, 0.0, 0.0), said, 0.0)
+        found = CovarianceIntersection().mixture(Belief(np.zeros(4), a, 0.0, 0.0), said, 2)
         weight = np.trace(b[:2, :2]) / (np.trace(a[:2, :2]) + np.trace(b[:2, :2]))
         first = weight * found.covariance @ np.linalg.inv(a)
         second = (1.0 - weight) * found.covariance @ np.linalg.inv(b)
@@ -184,7 +187,7 @@ def test_mixing_and_inverting_in_place() -> None:
     inverse = a.ravel().copy()
     invert(inverse, 6)
     np.testing.assert_allclose(inverse.reshape(6, 6) @ a, np.eye(6), atol=1e-10)
-    expected = Consensus(share=0.4).heard(Belief(x, a, 0.0, 0.0), Belief(y, b, 0.0, 0.0), 0.0)
+    expected = Consensus(share=0.4).mixture(Belief(x, a, 0.0, 0.0), Belief(y, b, 0.0, 0.0), 2)
     found, covariance = x.copy(), a.ravel().copy()
     mix(found, covariance, y.copy(), b.ravel().copy(), 0.6, inverse)
     np.testing.assert_allclose(found, expected.x, atol=1e-10)
@@ -193,9 +196,14 @@ def test_mixing_and_inverting_in_place() -> None:
 
 def test_kalman_takes_over_what_is_surer() -> None:
     sure, vague = (Belief(np.full(4, x), x * np.eye(4), 0.0, fix) for x, fix in ((0.1, 1.0), (2.0, 3.0)))
-    assert Kalman().heard(vague, sure, 5.0).x[0] == pytest.approx(0.1 + 5.0 * 0.1)
-    assert Kalman().heard(sure, vague, 5.0).x[0] == pytest.approx(0.1 + 5.0 * 0.1)
-    assert Kalman().heard(sure, vague, 5.0).fix == 3.0, "the newest measurement that it knows of"
+    for own, said in ((vague, sure), (sure, vague)):
+        view = blank_view(1, 2, 4)
+        believe(own, view, 0)
+        view.sent_belief[0], view.sent_covariance[0] = said.x, said.covariance.ravel()
+        view.sent_fix[0], view.time[0] = said.fix, 5.0
+        Kalman().update(view, 0)
+        assert believed(view, 0).x[0] == pytest.approx(0.1 + 5.0 * 0.1)
+        assert view.belief_fix[0] == 3.0, "the newest measurement that it knows of"
 
 
 @pytest.mark.parametrize("kind", ESTIMATORS)

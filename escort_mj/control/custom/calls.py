@@ -120,6 +120,28 @@ def custom_policy(b: int, plan: Plan, state: State) -> int:
     return acts
 
 
+@on_demand
+def custom_estimator(i: int, plan: Plan, state: State) -> None:
+    """Has a plugin's estimator change the belief of robot i; where it fails, that is not a number."""
+    plan_at, state_at = view_addresses(state)
+    block = data_address(plan.parameters) + DOUBLE * plan.estimator_place
+    function, status = _function(block), 1
+    if function != 0:
+        status, _ = call_function(function, (block, block, plan_at, state_at, i))
+    failed, total = status != 0 and status != NONE, state.belief_time[i] + state.belief_fix[i]
+    for k in range(state.belief.shape[1]):
+        total += state.belief[i, k]
+    for k in range(state.belief_covariance.shape[1]):
+        total += state.belief_covariance[i, k]
+    if failed:
+        note_failure(block, plan_at, state_at, i)
+    elif not math.isfinite(total):
+        note_failure(block, plan_at, state_at, NO_NUMBER - i)
+    if failed or not math.isfinite(total):
+        for k in range(state.belief.shape[1]):
+            state.belief[i, k] = math.nan
+
+
 @inlined
 def custom_wishes(block: int, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
     """What a plugin's behavior wants of robots i to i + 7.

@@ -65,7 +65,7 @@ class PluginFailure(NamedTuple):
 
 
 _slots: dict[int, Slot] = {}
-_seen: dict[int, tuple[int, Any, Any]] = {}  # by address of the state: own block, parameters, views
+_seen: dict[int, dict[int, tuple[Any, Any]]] = {}  # by addresses of state and block: parameters, views
 _failures: dict[int, PluginFailure] = {}  # by address of the state
 
 
@@ -132,7 +132,7 @@ def _compiled(model: type[Component], function: Any, layout: Layout, text: str, 
         ),
     )
     try:
-        keep, address, plugged = compile_function(function, views, bool(model.answers))
+        keep, address, plugged = compile_function(function, views, model.answers)
     except NotCompiledError as error:
         raise PluginError(str(error)) from None
     if plugged is not None and model.digest:
@@ -150,30 +150,31 @@ def _called_back(model: type[Component], function: Callable[..., Any], layout: L
             parameters, view = _views(model, layout, own, plan, state)
             returned = function(parameters, view, *robot)
             if robot:
-                if returned not in (-1, 0, 1):
-                    raise TypeError(f"{model.method} returned {returned!r}; expected {model.answers}")
-                ctypes.c_int64.from_address(result).value = int(returned)
+                if returned not in ((-1, 0, 1) if model.answers else (None,)):
+                    expected = model.answers or "nothing"
+                    raise TypeError(f"{model.method} returned {returned!r}; expected {expected}")
+                ctypes.c_int64.from_address(result).value = int(returned or 0)
         except BaseException as raised:  # no error can pass through compiled code
             _failures[state] = PluginFailure(_time(plan, state), place_of(raised, function))
             return RAISED
         return 0
 
-    words = [ctypes.c_void_p] * 2 + [ctypes.c_int64] * (5 if model.answers else 4)
+    words = [ctypes.c_void_p] * 2 + [ctypes.c_int64] * (4 if model.answers is None else 5)
     callback = ctypes.CFUNCTYPE(ctypes.c_int32, *words)(call)
     return Slot(model, layout, function, callback, ctypes.cast(callback, ctypes.c_void_p).value or 0)
 
 
 def _views(model: type[Component], layout: Layout, own: int, plan: int, state: int) -> tuple[Any, Any]:
     """Parameters and views of a mission, made once; what is not to be written cannot be."""
-    known = _seen.get(state)
-    if known is not None and known[0] == own:
-        return known[1], known[2]
+    seen = _seen.setdefault(state, {})
+    if own in seen:
+        return seen[own]
     parameters = model.unpacked(layout.read(layout.plan, own, own)._asdict())
     view = layout_with(model.view).read(model.view, plan, state)
     for name, value in view._asdict().items():
         if isinstance(value, np.ndarray) and name not in model.outputs:
             value.flags.writeable = False
-    _seen[state] = own, parameters, view
+    seen[own] = parameters, view
     return parameters, view
 
 
@@ -216,7 +217,7 @@ def interpret(number: int, own: int, plan: int, state: int, robot: int | None = 
 def _interpret(slot: Slot, own: int, plan: int, state: int, robot: int | None) -> None:
     numbers = slot.layout.read(slot.layout.plan, own, own)
     view = layout_with(slot.model.view).read(slot.model.view, plan, state)
-    slot.function(numbers, view, *([robot] if slot.model.answers else []))
+    slot.function(numbers, view, *([] if slot.model.answers is None else [robot]))
 
 
 def forget(state: int) -> None:
@@ -240,7 +241,7 @@ def _note_failure(own: int, plan: int, state: int, robot: int) -> None:
     if state in _failures:
         return
     slot = _slots.get(int(vector_at(own, 1)[0]))
-    words = "the model needs a law or behavior of a plugin that this process has not loaded"
+    words = "the model needs a plugin that this process has not loaded"
     if slot is not None and robot <= NO_NUMBER:
         given = slot.model.gives.format(NO_NUMBER - robot + 1)
         words = f"{_place(slot.function)}: {slot.model.__name__} gave {given} that is not a finite number"

@@ -26,7 +26,9 @@ class NotCompiledError(Exception):
     """What a plugin brings cannot be compiled; says where and why in one line."""
 
 
-def compile_function(function: Any, given: tuple[View, ...], robot: bool) -> tuple[Any, int, Plugged | None]:
+def compile_function(
+    function: Any, given: tuple[View, ...], answers: str | None
+) -> tuple[Any, int, Plugged | None]:
     """Compile a function.
 
     Unlike the package's own kernels it may make arrays, and is compiled with numba's reference counting.
@@ -34,7 +36,7 @@ def compile_function(function: Any, given: tuple[View, ...], robot: bool) -> tup
     Args:
         function: Its arguments are views, and then perhaps a robot's number.
         given: The views.
-        robot: Whether there is a robot's number; then it returns a whole number.
+        answers: What it returns, in words, empty for nothing; None where there is no robot's number.
 
     Returns:
         What must live as long as it is called; its address; and its machine code, for other processes, unless
@@ -46,7 +48,7 @@ def compile_function(function: Any, given: tuple[View, ...], robot: bool) -> tup
     declarations.teach()
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}, **declarations.ALONE}
     dispatcher = njit(**options)(function)
-    kinds = (*(views.name_view(*view) for view in given), *([types.intp] if robot else []))
+    kinds = (*(views.name_view(*view) for view in given), *([types.intp] if answers is not None else []))
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -58,11 +60,9 @@ def compile_function(function: Any, given: tuple[View, ...], robot: bool) -> tup
             gc.enable()
     (result,) = (each for each in dispatcher.overloads.values() if each.signature.args == kinds)
     returned = result.signature.return_type
-    if robot and not isinstance(returned, types.Integer):
-        raise NotCompiledError(
-            f"{_place(function)}: {function.__name__} returns {returned}; "
-            "expected ALONG, ACROSS or NOTHING on every way out"
-        )
+    if answers is not None and not isinstance(returned, types.Integer if answers else types.NoneType):
+        words = f"returns {returned}; expected {answers or 'nothing'} on every way out"
+        raise NotCompiledError(f"{_place(function)}: {function.__name__} {words}")
     symbol = result.fndesc.llvm_func_name
     return dispatcher, result.library.get_pointer_to_function(symbol), _plugged(result.library, symbol)
 
