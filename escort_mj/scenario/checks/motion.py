@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -47,23 +48,21 @@ def check_order(path: Path, waypoints: Sequence[Waypoint]) -> Iterator[Finding]:
 
 def check_defined(scenario: Scenario, path: Path, components: tuple[Component, ...]) -> Iterator[Finding]:
     """Functions of time have finite values and derivatives through the whole run."""
-    t = np.linspace(0.0, scenario.duration, SAMPLES)
     for axis, component in enumerate(components):
-        value, rate = Expression(component).evaluate(t)
-        for what, values in (("value", value), ("time derivative", rate)):
-            wrong = np.flatnonzero(~np.isfinite(values))
-            if len(wrong):
-                yield Finding(
-                    (*path, axis),
-                    f"has no finite {what} at t = {t[wrong[0]]:g} s; "
-                    f"expected one from 0 to {scenario.duration:g} s",
-                )
-                break
-            large = np.flatnonzero(np.abs(values) > LARGEST)
-            if len(large):
-                yield Finding(
-                    (*path, axis),
-                    f"has the {what} {values[large[0]]:.3g} at t = {t[large[0]]:g} s; "
-                    f"expected at most {LARGEST:g}",
-                )
-                break
+        if words := _undefined(component, scenario.duration):
+            yield Finding((*path, axis), words)
+
+
+@lru_cache(maxsize=1024)  # the missions of a study share most of them
+def _undefined(component: Component, duration: float) -> str:
+    """What is wrong with a function of time; empty if nothing is."""
+    t = np.linspace(0.0, duration, SAMPLES)
+    for what, values in zip(("value", "time derivative"), Expression(component).evaluate(t), strict=True):
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if len(wrong):
+            return f"has no finite {what} at t = {t[wrong[0]]:g} s; expected one from 0 to {duration:g} s"
+        large = np.flatnonzero(np.abs(values) > LARGEST)
+        if len(large):
+            at = large[0]
+            return f"has the {what} {values[at]:.3g} at t = {t[at]:g} s; expected at most {LARGEST:g}"
+    return ""

@@ -59,6 +59,10 @@ class Document:
     keys: dict[Path, Place] = field(default_factory=dict)
     overridden: set[Path] = field(default_factory=set)
 
+    def copy(self) -> Document:
+        """Return a document that can be changed without changing this one."""
+        return Document(_copied(self.data), self.values.copy(), self.keys.copy(), self.overridden.copy())
+
     def place(self, path: Path, at_key: bool = False) -> Place:
         """Place of what stands at a path, or of the nearest thing around it."""
         if at_key and path in self.keys:
@@ -72,6 +76,13 @@ class Document:
         while path and path not in self.values:
             path = path[:-1]
         return path in self.overridden
+
+
+def _copied(data: Any) -> Any:
+    """Plain data with dicts and lists of its own."""
+    if isinstance(data, dict):
+        return {key: _copied(value) for key, value in data.items()}
+    return [_copied(value) for value in data] if isinstance(data, list) else data
 
 
 def plain_scalar(text: str) -> Any:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path as FilePath
@@ -166,7 +165,7 @@ class Template:
         Raises:
             ScenarioError: If a key cannot be set.
         """
-        document = copy.deepcopy(self._document)
+        document = self._document.copy()
         if faults := apply(document, overrides):
             raise ScenarioError(faults)
         data, _ = read_tables(document.data, FilePath(self.source).parent)
@@ -179,7 +178,7 @@ class Template:
             ScenarioError: With every fault found.
             PluginError: If one of the plugins given here cannot be loaded.
         """
-        document = copy.deepcopy(self._document) if overrides else self._document
+        document = self._document.copy() if overrides else self._document
         return _laid_over(document, overrides, plugins, self.source)
 
 
