@@ -1,6 +1,7 @@
 """Estimators against theory: the posterior Cramer-Rao bound, consistency, and what a mixture may claim."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ SEEDS, DURATION, SETTLED = 50, 12.0, 6.0
 NOISE = {"range": (-1.0, -1.0, 0.05, -1.0), "bearing": (-1.0, -1.0, -1.0, 0.01)}
 
 
+@cache
 def wandering(seed: int) -> tuple[Setup, Array]:
     """A target whose velocity is a random walk, and its states at all steps, shape (steps, 4)."""
     random = np.random.default_rng(seed)

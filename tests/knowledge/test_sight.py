@@ -49,7 +49,7 @@ def test_kernel_and_twin_see_and_hear_the_same(axes: int) -> None:
     kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
     q, v = rng.normal(scale=14.0 / axes**1.5, size=(COUNT, axes)), np.zeros((COUNT, axes))
     twin.reset(q)
-    for step in range(25):
+    for step in range(12):
         headings = rng.normal(size=(COUNT, axes))
         kernel.state.heading[:] = headings
         state = kernel.evaluate(step * 0.002, q, v)

@@ -96,7 +96,7 @@ def test_what_is_unexplained_shrinks_with_the_timestep(law: str, make_world, rec
     timesteps = np.array([2e-3, 1e-3, 5e-4])
     for timestep in timesteps:
         world = make_world(**QUIET, controller=law, physics={"timestep": float(timestep)})
-        record = record_steps(world, round(1.0 / timestep))
+        record = record_steps(world, round(0.4 / timestep))
         unexplained = record["lyapunov_change"][..., CAUSES.index("unexplained")]
         left.append(np.abs(np.diff(unexplained, axis=0)).sum())
     slope = np.polyfit(np.log(timesteps), np.log(left), 1)[0]

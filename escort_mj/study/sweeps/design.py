@@ -294,12 +294,12 @@ def _settled(study: Study, given: Mapping[str, Any]) -> dict[str, Any]:
 
 def _points(sample: Sample | None, rounds: int) -> Iterator[list[Point]]:
     """Points of each combination of cases and values, each with its number."""
-    from scipy.stats import qmc
-
     if sample is None:
         for _ in range(rounds):
             yield [({}, {})]
         return
+    from scipy.stats import qmc
+
     size, count = len(sample.over), sample.count * (1 if sample.paired else rounds)
     if sample.method == "random":
         unit = np.random.Generator(np.random.Philox(sample.seed)).random((count, size))

@@ -36,7 +36,7 @@ tune:
     controller.proportional_gain: {low: 1, high: 200, scale: log}
     controller.derivative_gain: {low: 1, high: 200, scale: log}
   objectives: [{metric: tracking_error_rms}]
-  trials: 32
+  trials: 20
   held_out: 6
 """
 
@@ -55,7 +55,7 @@ def trials(folder: Path) -> list[dict[str, str]]:
 def test_one_objective(tmp_path, compiled):
     laid_out, out = design(tmp_path), tmp_path / "out"
     found = tune_design(laid_out, out, here)
-    assert len(found.trials) == 32 and found.runs == 2 + 2 * 32 + 12
+    assert len(found.trials) == 20 and found.runs == 2 + 2 * 20 + 12
     assert found.trials[0].values == found.own.values
     assert found.best.values[0] == min(t.values[0] for t in found.trials if t.feasible) < found.own.values[0]
     gain = found.gains["tracking_error_rms"]
@@ -65,19 +65,19 @@ def test_one_objective(tmp_path, compiled):
     assert run.scenario.controller.proportional_gain == found.best.point["controller.proportional_gain"]
     assert run.passed and run.scenario.name == "best"
     table = trials(out)
-    assert len(table) == 33 and table[0]["controller.proportional_gain"] == ""
+    assert len(table) == 21 and table[0]["controller.proportional_gain"] == ""
     assert [row["trial"] for row in table if row["front"] == "True"] == [str(found.front[0] + 1)]
     said = "\n".join(
         tuning_lines(found, laid_out.study.tune, {key: base_of(laid_out, key) for key in found.best.point})
     )
     assert (
-        "32 trials, 78 runs; " in said and "(the scenario's own: 2)" in said and "smaller in 6 of 6" in said
+        "20 trials, 54 runs; " in said and "(the scenario's own: 2)" in said and "smaller in 6 of 6" in said
     )
 
     again = tune_design(laid_out, out, here)
     assert again.made == 0 and again.trials == found.trials and again.gains == found.gains
-    longer = tune_design(design(tmp_path, STUDY.replace("32", "40")), out, here)
-    assert longer.trials[:32] == found.trials and longer.made > 0
+    longer = tune_design(design(tmp_path, STUDY.replace("trials: 20", "trials: 24")), out, here)
+    assert longer.trials[:20] == found.trials and longer.made > 0
     (picture,) = draw_tuning(out, laid_out.study.tune, found)
     assert picture.stat().st_size > 10_000
 
@@ -130,7 +130,7 @@ def test_a_gain_with_its_interval():
     ("change", "expected"),
     [
         (("tracking_error_rms", "tracking_eror_rms"), "9:25: tune.objectives[0].metric: found"),
-        (("trials: 32", "bounds: [{metric: contacts}]"), "10:12: tune.bounds[0]: has no bound; give at_most"),
+        (("trials: 20", "bounds: [{metric: contacts}]"), "10:12: tune.bounds[0]: has no bound; give at_most"),
         (
             ("low: 1, high: 200", "low: 0, high: 200"),
             "tune.over.controller.proportional_gain.low: found 0; a log",
@@ -152,7 +152,7 @@ def test_faults_have_their_place(tmp_path, change, expected):
 
 
 def test_nothing_that_keeps_the_constraints_is_said(tmp_path, compiled):
-    text = STUDY.replace("trials: 32", "trials: 4") + "  bounds: [{metric: force_rms, at_most: 1.0e-6}]\n"
+    text = STUDY.replace("trials: 20", "trials: 4") + "  bounds: [{metric: force_rms, at_most: 1.0e-6}]\n"
     with pytest.raises(UsageError, match=r"none of 4 trials keeps every constraint; .*trials\.csv says"):
         tune_design(design(tmp_path, text), tmp_path / "out", here)
     assert len(trials(tmp_path / "out")) == 5

@@ -183,12 +183,12 @@ def count(out: Path) -> int:
         return 0
 
 
-MANY = STUDY.replace("seeds: 3", "seeds: 12")
+MANY = STUDY.replace("seeds: 3", "seeds: 8")
 
 
 @pytest.fixture(scope="module")
 def whole(compiled: None, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The table of 48 runs made by one process in one go."""
+    """The table of 32 runs made by one process in one go."""
     folder = tmp_path_factory.mktemp("whole")
     sweep_design(design(folder, MANY), folder / "out", here, 1, confirmed=True)
     return (folder / "out" / "runs.csv").read_bytes()
@@ -198,9 +198,9 @@ def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole
     design(tmp_path, MANY)
     out = tmp_path / "out"
     chance, kills, reached = random.Random(4), 0, 0
-    while reached < 48 and kills < 2:
+    while reached < 32 and kills < 2:
         process = begin(tmp_path, out, 1 + kills % 2)
-        goal = min(reached + chance.randint(1, 9), 47)
+        goal = min(reached + chance.randint(1, 9), 31)
         deadline = time.monotonic() + 120.0
         while count(out) < goal and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.01)
@@ -209,9 +209,9 @@ def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole
         kills += 1
         assert count(out) >= reached
         reached = count(out)
-    assert 0 < reached < 48
+    assert 0 < reached < 32
     finished = begin(tmp_path, out, 2)
-    assert finished.communicate(timeout=240)[0].startswith(f"Swept(runs=48, made={48 - reached}")
+    assert finished.communicate(timeout=240)[0].startswith(f"Swept(runs=32, made={32 - reached}")
     assert (out / "runs.csv").read_bytes() == whole
 
 
@@ -222,7 +222,7 @@ def test_two_at_once_share_the_work(tmp_path: Path, whole: bytes) -> None:
     both = [begin(tmp_path, out, 1) for _ in range(2)]
     said = [process.communicate(timeout=240)[0] for process in both]
     made = [int(words.partition("made=")[2].partition(",")[0]) for words in said]
-    assert sum(made) == 48
+    assert sum(made) == 32
     assert (out / "runs.csv").read_bytes() == whole
 
 
