@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.api import load_scenario
 from escort_mj.environments.registration import ENVIRONMENT
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
-from escort_mj.environments.simulation import due, obstacle_points
+from escort_mj.environments.simulation import due
 from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
@@ -61,7 +61,8 @@ def law_episode(
     """
     world = build(scenario)
     plant, bound = Plant(world), bound_of(scenario, world)
-    senses = Senses([world], command, reward if reward is not None else Reward())
+    senses = Senses(plant, 1, command, reward if reward is not None else Reward())
+    senses.enter(0, plant, bound)
     limits, given = senses.limits(bound), columns(SIGNALS[command], world.sizes)
     observed: list[Seen] = []
     actions: list[Array] = []
@@ -71,20 +72,18 @@ def law_episode(
         while outcome is Outcome.RUNNING:
             rows = np.empty((due(world.schedule, taken), world.record_size))
             plant.fill(rows)
-            first, taken = taken == 0, taken + len(rows)
-            newest = rows[-1:]
-            if not first:
-                clearance = senses.clearance(rows).min(axis=0, keepdims=True)
-                rewards.append(float(senses.rewards(newest, clearance, actions[-1][None]).mean()))
+            senses.perceive(0, rows)
+            if taken:
+                rewards.append(float(senses.rewards[0].mean()))
+            taken += len(rows)
+            observed.append(senses.bounded(limits)[0])
             with np.errstate(invalid="ignore"):
-                seen = senses.observe(newest, obstacle_points(plant))
-                observed.append(senses.bounded(seen, limits)[0])
-                share = newest[0, given].reshape(senses.robots, senses.axes) / senses.scale[0]
+                share = rows[-1, given].reshape(senses.robots, senses.axes) / senses.scale[0]
             _, outcome, _ = examine(rows, plant, bound)
             if outcome is Outcome.COMPLETED and taken < world.schedule.count:
                 outcome = Outcome.RUNNING
             if outcome is Outcome.RUNNING:
-                actions.append(np.clip(share, -1.0, 1.0))
+                actions.append(np.clip(share, -1.0, 1.0, out=senses.commanded[0]).copy())
     shape = len(actions), senses.robots, senses.axes
     return LawEpisode(
         np.stack(observed), np.array(actions, np.float32).reshape(shape), np.array(rewards), outcome

@@ -1,32 +1,37 @@
 """Missions of one scenario side by side, each stepped natively, in threads; no trace of them is kept.
 
-A thread needs no Python while MuJoCo and the law take a mission's steps. Observations and rewards are then
-found for all missions at once (`senses.py`). Each mission has the bits that it has alone, on any number of
-threads.
+A thread needs no Python while MuJoCo and the law take a mission's steps, and little between two missions: it
+takes the next one that no thread has, so that none waits for a slower core. Machine code finds observations and
+rewards while the mission is still in the core's cache (`senses.py`), and says whether anything is suspicious:
+only then does Python look at a mission. Each has the bits that it has alone, on any number of threads.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import stopping
 from escort_mj.api import load_scenario
+from escort_mj.control.custom.native import any_failure
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
-from escort_mj.environments.simulation import due, obstacle_points
+from escort_mj.environments.simulation import next_hop
 from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
-from escort_mj.signals import columns
 from escort_mj.study.engine.parallel import cores
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
 from escort_mj.world.plant import Plant
 
 Array = NDArray[np.float64]
+
+
+HOPS = 2**14  # ways to a next sample that are remembered
 
 
 class Fleet:
@@ -37,6 +42,9 @@ class Fleet:
         senses: What robots observe and what is asked of them.
         limits: As of `Simulation`.
         outcome: How each mission stands.
+        words: The same in words, shape (N,).
+        completed: Which missions have come to their end, shape (N,).
+        broken: Which missions have ended otherwise, shape (N,).
         touching: Which robots have touched anything since the last command, shape (N, n).
     """
 
@@ -63,21 +71,24 @@ class Fleet:
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self._command = command
         world = build(self.scenario, command)
+        plant = Plant(world)  # each mission gets its own when it begins
         self._worlds: list[World] = [world] * count
-        self._plants: list[Plant] = [Plant(world)] * count  # each gets its own when it begins
-        self.senses = Senses(self._worlds, command, reward if reward is not None else Reward())
-        self._bounds = np.full(count, bound_of(self.scenario, world))
-        self.limits: Seen = self.senses.limits(float(self._bounds[0]))
+        self._plants: list[Plant] = [plant] * count
+        self.senses = Senses(plant, count, command, reward if reward is not None else Reward())
+        self._bounds = [bound_of(self.scenario, world)] * count
+        self.limits: Seen = self.senses.limits(self._bounds[0])
         self.outcome = [Outcome.RUNNING] * count
+        self.words = np.full(count, Outcome.RUNNING.value, dtype=object)
+        self.completed = np.zeros(count, dtype=bool)
+        self.broken = np.zeros(count, dtype=bool)
+        self.touching = np.zeros((count, self.senses.robots), dtype=bool)
         self._taken = [0] * count
+        self._total = world.schedule.count
+        self._next = lru_cache(HOPS)(partial(next_hop, world.schedule))
+        # Views of each mission's memory: what is commanded, episodes that have ended, MuJoCo's warnings.
         self._given: list[Array] = [np.zeros((0,))] * count
-        self._newest: Array = np.zeros((count, world.record_size))
-        self._sizes = world.sizes
-        self._law = slice(columns("q", self._sizes).start, columns("disturbance", self._sizes).stop)
-        robots, axes = self.senses.robots, self.senses.axes
-        self.touching = np.zeros((count, robots), dtype=bool)
-        shape = (count, robots, len(world.setup.obstacle_radius), axes)
-        self._points: Array | None = np.zeros(shape) if world.setup.shaped else None
+        self._ended = [plant.state.ended] * count
+        self._warnings = [plant.data.warning.number] * count
         self._threads = min(threads or cores(), count)
         self._pool = ThreadPoolExecutor(self._threads - 1, "missions") if self._threads > 1 else None
 
@@ -90,12 +101,14 @@ class Fleet:
         """
         scenario = self.scenario.replace(seed=seed)
         world = build(scenario, self._command)
-        self.senses.enter(mission, world)
         plant = Plant(world)
+        self._bounds[mission] = bound_of(scenario, world)
+        self.senses.enter(mission, plant, self._bounds[mission])
         self._worlds[mission], self._plants[mission] = world, plant
         self._given[mission] = plant.state.v_d if self._command == "velocity" else plant.state.tau
-        self._bounds[mission] = bound_of(scenario, world)
-        self.outcome[mission], self._taken[mission] = Outcome.RUNNING, 0
+        self._ended[mission], self._warnings[mission] = plant.state.ended, plant.data.warning.number
+        self._taken[mission] = 0
+        self._stands(mission, Outcome.RUNNING)
 
     def advance(self, missions: Sequence[int], commands: Array | Seen) -> Array:
         """Hold commands until the next ones are due; missions that have just begun take their first sample.
@@ -107,73 +120,65 @@ class Fleet:
         Returns:
             Reward of each robot, shape (N, n); of other missions it means nothing.
         """
-        commanded = np.clip(np.asarray(commands, dtype=float), -1.0, 1.0)
-        scaled = commanded * self.senses.scale
+        senses = self.senses
+        np.clip(commands, -1.0, 1.0, out=senses.commanded, dtype=float)
+        scaled = senses.commanded * senses.scale
         for k in missions:
-            self._given[k][:] = scaled[k]
-        shares = [missions[first :: self._threads] for first in range(self._threads)]
+            self._given[k][...] = scaled[k]
         several: dict[int, Array] = {}
         with stopping.deferred(), stopping.deaf(), native_loop(self._worlds[0]):
-            pool = self._pool
-            others = [pool.submit(self._fly, each, several) for each in shares[1:]] if pool else []
+            waiting, pool = iter(missions), self._pool
+            others = (
+                [pool.submit(self._fly, waiting, several) for _ in range(self._threads - 1)] if pool else []
+            )
             try:
-                self._fly(shares[0], several)
+                self._fly(waiting, several)
             finally:
                 for other in others:
                     other.result()
-        clearance = self.senses.clearance(self._newest)
-        for k, rows in several.items():
-            clearance[k] = self.senses.clearance(rows).min(axis=0)
-        self.touching = clearance <= 0.0
+        self.touching = senses.clearance <= 0.0
         self._judge(missions, several)
-        return self.senses.rewards(self._newest, clearance, commanded)
+        return senses.rewards
 
     def observe(self) -> Seen:
         """Return what each robot of each mission knows, as learners take it, shape (N, n, width)."""
-        with np.errstate(invalid="ignore"):
-            return self.senses.bounded(self.senses.observe(self._newest, self._points), self.limits)
+        return self.senses.bounded(self.limits)
 
     def close(self) -> None:
         """End the threads."""
         if self._pool is not None:
             self._pool.shutdown()
 
-    def _fly(self, missions: Sequence[int], several: dict[int, Array]) -> None:
+    def _fly(self, missions: Iterator[int], several: dict[int, Array]) -> None:
         """Take the samples that are due in missions; where it is more than one, put them into `several`."""
-        with stopping.deaf():
-            for k in missions:
-                plant = self._plants[k]
-                count = due(plant.world.schedule, self._taken[k])
-                if count == 1:
-                    self._newest[k] = plant.samples(1)[0]
-                    if plant.has_ended:
-                        plant.ended()
-                else:
-                    several[k] = np.empty((count, self._newest.shape[1]))
-                    plant.fill(several[k])
-                    self._newest[k] = several[k][-1]
-                self._taken[k] += count
-                if self._points is not None:
-                    self._points[k] = obstacle_points(plant)
+        for k in missions:
+            plant, (count, steps) = self._plants[k], self._next(self._taken[k])
+            if count == 1:
+                plant.step(steps)
+            else:
+                several[k] = np.empty((count, plant.world.record_size))
+                plant.fill(several[k])
+            self._taken[k] += count
+            self.senses.perceive(k, several.get(k))
 
     def _judge(self, missions: Sequence[int], several: dict[int, Array]) -> None:
-        """Find out how missions stand: `examine` is asked wherever something may be wrong."""
-        fine = self._unsuspicious()
-        for k in missions:
-            plant = self._plants[k]
-            if k in several or not fine[k] or plant.failure or plant.data.warning.number.any():
-                rows = several.get(k, self._newest[k : k + 1])
-                _, found, _ = examine(rows, plant, float(self._bounds[k]))
+        """Find out how missions stand, of all at once; `examine` is asked where something may be wrong."""
+        if np.concatenate(self._ended).any():
+            for plant in self._plants:
+                plant.ended()  # makes room in the log
+        warned = np.concatenate(self._warnings).any()
+        if several or warned or not self.senses.sound.all() or any_failure():
+            for k in missions:
+                rows = several[k] if k in several else self._plants[k].record[None]
+                _, found, _ = examine(rows, self._plants[k], self._bounds[k])
                 if found is not Outcome.COMPLETED:
-                    self.outcome[k] = found
-                    continue
-            if self._taken[k] == plant.world.schedule.count:
-                self.outcome[k] = Outcome.COMPLETED
+                    self._stands(k, found)
+        if max(self._taken) == self._total:
+            for k in missions:
+                if self._taken[k] == self._total and not self.broken[k]:
+                    self._stands(k, Outcome.COMPLETED)
 
-    def _unsuspicious(self) -> NDArray[np.bool_]:
-        """Return in which missions all is a number and every robot is near the target, shape (N,)."""
-        rows, sizes = self._newest, self._sizes
-        places = rows[:, columns("q", sizes)].reshape(self.senses.count, -1, self.senses.axes)
-        away = places - rows[:, None, columns("target_position", sizes)]
-        near = (away**2).sum(axis=2).max(axis=1) < (0.999 * self._bounds) ** 2
-        return near & np.isfinite(rows[:, self._law]).all(axis=1) & ~np.isnan(rows).any(axis=1)
+    def _stands(self, mission: int, outcome: Outcome) -> None:
+        self.outcome[mission], self.words[mission] = outcome, outcome.value
+        self.completed[mission] = outcome is Outcome.COMPLETED
+        self.broken[mission] = outcome not in (Outcome.RUNNING, Outcome.COMPLETED)

@@ -1,13 +1,12 @@
-"""What robots observe and what is asked of them, for several missions of one scenario at once.
+"""What robots observe and what is asked of them, for several missions of one scenario.
 
-Everything is read from samples (`signals.py`), one of each mission, by operations on the arrays of all
-missions: the first axis of every array here counts missions.
+Machine code finds both for a mission that has just been stepped (`memory.perception`), in that mission's own
+memory, and writes them into arrays of all missions, from which learners get theirs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Literal
 
 import numpy as np
@@ -15,17 +14,17 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.errors import UsageError
+from escort_mj.memory.perception import SETTINGS, TEAMMATES, perception_of
 from escort_mj.signals import columns
-from escort_mj.world.model.build import World
+from escort_mj.world.plant import Plant
 
 Array = NDArray[np.float64]
 Seen = NDArray[np.float32]
 Command = Literal["velocity", "force"]
 
-TEAMMATES = 4  # that a robot observes, the nearest ones
 SPEED = 2.0  # largest commanded speed per axis where the mission has no limit [m/s]
 FASTEST = 100.0  # largest observed velocity, in largest commanded speeds
-BROKEN = -1e6  # reward where a state is no longer a number
+SUSPICIOUS = 0.999  # of the distance to the target at which a mission ends
 
 
 @dataclass(frozen=True)
@@ -57,51 +56,64 @@ class Senses:
         axes: p.
         width: How many numbers a robot observes.
         scale: What a command of 1 means, shape (N, n, 1) [m/s or N].
+        commanded: The last commands, shape (N, n, p), from -1 to 1.
+        observed: What each robot observed last, shape (N, n, width); see `Simulation.observe`.
+        rewards: Of each robot for the last command, shape (N, n).
+        clearance: Least distance of each robot to anything since the last command, shape (N, n) [m].
+        sound: 0 where something in a mission's state may be wrong, shape (N, 1).
     """
 
-    def __init__(self, worlds: Sequence[World], command: Command, reward: Reward) -> None:
-        """Prepare for missions in worlds of the same sizes.
+    def __init__(self, plant: Plant, count: int, command: Command, reward: Reward) -> None:
+        """Prepare for missions.
 
         Args:
-            worlds: One of each mission.
+            plant: Where each of them takes place until it enters another.
+            count: N.
             command: What is commanded.
             reward: Weights of what is asked.
 
         Raises:
-            UsageError: If forces are to be commanded and there is no limit to scale them by.
+            UsageError: If there is no target, or if forces are to be commanded without a limit.
         """
-        world, self.count = worlds[0], len(worlds)
-        self._command, self._weigh = command, reward
-        self._sizes = world.sizes
+        world = plant.world
+        self.count, self._command, self._sizes = count, command, world.sizes
         self.robots, self.axes = world.sizes["robot"], world.sizes["axis"]
-        self._obstacles = len(world.setup.obstacle_radius)
         self._mates = min(self.robots - 1, TEAMMATES)
         self.width = (4 + self._mates) * self.axes
         self._radius = world.setup.radius
         self._speed = world.setup.max_speed if np.isfinite(world.setup.max_speed) else SPEED
-        self._safe_distance = max(
-            [b.safe_distance for b in world.setup.behaviors if isinstance(b, AvoidObstacles)], default=0.0
-        )
-        self.scale = np.full((self.count, self.robots, 1), self._speed)
-        self._spacing = np.full((self.count, 1), np.inf)
-        self._robot_radius = np.zeros((self.count, self.robots, 1))
-        self._obstacle_radius = np.zeros((self.count, 1, self._obstacles))
-        self._missions = np.arange(self.count)[:, None]
-        self._each = np.arange(self.robots)
-        for k, each in enumerate(worlds):
-            self.enter(k, each)
+        n, sizes = self.robots, self._sizes
+        safe = [b.safe_distance for b in world.setup.behaviors if isinstance(b, AvoidObstacles)]
+        settings = dict.fromkeys(SETTINGS, 0.0) | asdict(reward) | {"speed": self._speed}
+        settings |= {"begin": columns("q", sizes).start, "end": columns("disturbance", sizes).stop}
+        settings |= {"safe": max(safe)} if max(safe, default=0.0) > 0.0 else {"safe": 1.0, "clearance": 0.0}
+        self._settings = np.tile(np.array(list(settings.values()), dtype=float), (count, 1))
+        self._spacing = reward.spacing
+        self.scale = np.full((count, n, 1), self._speed)
+        self.commanded: Array = np.zeros((count, n, self.axes))
+        found = np.zeros((count, 1 + n * (2 + self.width)))
+        self.sound, self.rewards, self.clearance, observed = np.split(found, [1, 1 + n, 1 + 2 * n], axis=1)
+        self.observed = observed.reshape(count, n, self.width)
+        self._perceive = perception_of(self.axes)
+        arrays = self._settings, self.commanded, found
+        self._rows = [[each[k].ctypes.data for each in arrays] for k in range(count)]
+        self._given = [(0,) * 5] * count
+        for k in range(count):
+            self.enter(k, plant, np.inf)
 
-    def enter(self, mission: int, world: World) -> None:
+    def enter(self, mission: int, plant: Plant, bound: float) -> None:
         """Let a mission take place in another world.
 
         Args:
             mission: Which one, from 0.
-            world: Where.
+            plant: Steps it.
+            bound: Distance to the target at which it ends [m].
 
         Raises:
-            UsageError: If its sizes are others, if there is no target, or if forces are to be commanded
-                without a limit.
+            UsageError: If sizes are others, if there is no target, or if forces are to be commanded without
+                a limit.
         """
+        world = plant.world
         if world.sizes != self._sizes:
             raise UsageError(f"missions of one environment have one size: {world.sizes}, not {self._sizes}")
         setup = world.setup
@@ -111,10 +123,26 @@ class Senses:
             if not np.isfinite(setup.force_limit).all():
                 raise UsageError("commands of force are shares of robots.force_limit, which is null")
             self.scale[mission, :, 0] = setup.force_limit
-        spacing = setup.edges[1]
-        self._spacing[mission] = spacing.min() if self.robots > 1 and len(spacing) else np.inf
-        self._robot_radius[mission, :, 0] = setup.robot_radius
-        self._obstacle_radius[mission, 0] = setup.obstacle_radius
+        even = float(setup.edges[1].min(initial=np.inf)) if self.robots > 1 else np.inf
+        wishes = {"even": even, "spacing": self._spacing} if even < np.inf else {"even": 1.0, "spacing": 0.0}
+        for name, value in (wishes | {"bound": SUSPICIOUS * bound}).items():
+            self._settings[mission, SETTINGS.index(name)] = value
+        settings, commanded, found = self._rows[mission]
+        self._given[mission] = (*plant.addresses, settings, commanded, found)
+
+    def perceive(self, mission: int, samples: Array | None = None) -> None:
+        """Find what the robots of a mission observe now, and their rewards.
+
+        Args:
+            mission: Which one, from 0; the last step that its plant took was one of a sample.
+            samples: All that were taken since the last command, shape (k, size); None for that one alone.
+        """
+        self.clearance[mission] = np.inf
+        if samples is not None:
+            every = samples[:, columns("clearance", self._sizes)]
+            every = every.reshape(len(samples), self.robots, -1)
+            self.clearance[mission] = every.min(axis=(0, 2), initial=np.inf)
+        self._perceive(*self._given[mission])
 
     def limits(self, bound: float) -> Seen:
         """Return the largest size of each number that a robot observes, shape (width,).
@@ -126,90 +154,17 @@ class Senses:
         parts = [lengths, speeds, speeds, *[lengths] * (1 + self._mates)]
         return np.repeat(np.array(parts, dtype=np.float32), self.axes)
 
-    def bounded(self, observed: Array, limits: Seen) -> Seen:
+    def bounded(self, limits: Seen) -> Seen:
         """Return observations as learners take them: cut off at `limits`, and 0 where there is no number.
 
         Args:
-            observed: Shape (..., width).
-            limits: See `limits`.
+            limits: Shape (width,).
+
+        Returns:
+            Shape (N, n, width).
         """
-        found = np.clip(observed, -limits, limits, dtype=np.float32, casting="unsafe")
-        if np.isnan(found).any():
-            found[np.isnan(found)] = 0.0
-        return found
-
-    def _of(self, name: str, samples: Array) -> Array:
-        """Return a signal of the robots, shape (N, n, p)."""
-        return samples[:, columns(name, self._sizes)].reshape(self.count, self.robots, self.axes)
-
-    def _target(self, name: str, samples: Array) -> Array:
-        """Return a signal of the target, shape (N, 1, p)."""
-        return samples[:, None, columns(name, self._sizes)]
-
-    def clearance(self, samples: Array) -> Array:
-        """Return the least distance of each robot to anything, of samples of shape (k, size): (k, n) [m]."""
-        every = samples[:, columns("clearance", self._sizes)]
-        return np.asarray(every.reshape(len(samples), self.robots, -1).min(axis=2, initial=np.inf))
-
-    def rewards(self, samples: Array, clearance: Array, commanded: Array) -> Array:
-        """Return the reward of each robot, shape (N, n).
-
-        Args:
-            samples: The newest of each mission, shape (N, size).
-            clearance: Least distance to anything since the last command, shape (N, n) [m].
-            commanded: The last command, shape (N, n, p).
-        """
-        weigh = self._weigh
-        distance = _length(self._of("q", samples) - self._target("target_position", samples))
-        found = -weigh.radius * np.abs(distance - self._radius) / self._radius
-        if self.robots > 1:
-            nearest = samples[:, columns("robot_distance_min", self._sizes)]
-            lack = np.maximum(1.0 - nearest / self._spacing, 0.0)
-            found -= weigh.spacing * np.where(np.isfinite(self._spacing), lack, 0.0)
-        found -= weigh.command * (commanded**2).mean(axis=2)
-        if (safe := self._safe_distance) > 0.0:
-            found -= weigh.clearance * np.clip(1.0 - clearance / safe, 0.0, 1.0)
-        found -= weigh.touch * (clearance <= 0.0)
-        if not np.isfinite(found).all():
-            found[~np.isfinite(found)] = BROKEN
-        return found
-
-    def observe(self, samples: Array, points: Array | None) -> Array:
-        """Return what each robot observes, shape (N, n, width); see `Simulation.observe`.
-
-        Args:
-            samples: The newest of each mission, shape (N, size).
-            points: The point of each obstacle nearest to each robot, shape (N, n, m, p) [m]; None where all
-                obstacles are spheres.
-        """
-        q = self._of("q_measured", samples)
-        found = np.empty((self.count, self.robots, 4 + self._mates, self.axes))
-        found[:, :, 0] = (self._target("target_position_measured", samples) - q) / self._radius
-        found[:, :, 1] = self._target("target_velocity_measured", samples) / self._speed
-        found[:, :, 2] = self._of("v_measured", samples) / self._speed
-        found[:, :, 3] = self._ways_to_obstacles(q, samples, points) / self._radius
-        if self._mates:
-            ways = q[:, None] - q[:, :, None]
-            square = (ways**2).sum(axis=3)
-            square[:, self._each, self._each] = np.inf
-            nearest = np.argsort(square, axis=2, kind="stable")[:, :, : self._mates]
-            found[:, :, 4:] = np.take_along_axis(ways, nearest[..., None], 2) / self._radius
-        return found.reshape(self.count, self.robots, self.width)
-
-    def _ways_to_obstacles(self, q: Array, samples: Array, points: Array | None) -> Array:
-        """Return the ways from each robot's surface to that of the nearest obstacle, shape (N, n, p) [m]."""
-        if not self._obstacles:
-            return np.zeros_like(q)
-        if points is None:
-            centers = samples[:, columns("obstacle_position", self._sizes)]
-            points = centers.reshape(self.count, 1, self._obstacles, self.axes)
-        ways = points - q[:, :, None]
-        length = _length(ways)
-        gap = length - self._obstacle_radius - self._robot_radius
-        worst = self._missions, self._each, np.argmin(gap, axis=2)
-        return np.asarray(ways[worst] * (gap[worst] / np.maximum(length[worst], 1e-9))[..., None])
-
-
-def _length(vectors: Array) -> Array:
-    """Return the length of vectors along the last axis."""
-    return np.asarray(np.sqrt((vectors**2).sum(axis=-1)))
+        with np.errstate(invalid="ignore"):
+            found = np.clip(self.observed, -limits, limits, dtype=np.float32, casting="unsafe")
+            if np.isnan(found).any():
+                found[np.isnan(found)] = 0.0
+            return found

@@ -36,13 +36,16 @@ def due(schedule: Schedule, taken: int) -> int:
     return schedule.before(until + 1) - taken
 
 
-def obstacle_points(plant: Plant) -> Array | None:
-    """Return each robot's nearest point of each obstacle, shape (1, n, m, p) [m]; None if all are spheres."""
-    world = plant.world
-    if not world.setup.shaped:
-        return None
-    sizes = (-1, world.sizes["obstacle"], world.sizes["axis"])
-    return plant.state.obstacle_point.reshape(sizes)[None, :-1]  # the last ones are the target's
+def next_hop(schedule: Schedule, taken: int) -> tuple[int, int]:
+    """Return how many samples to take until the next command, and how many physics steps that takes.
+
+    Args:
+        schedule: When samples are taken.
+        taken: How many have been taken.
+    """
+    count = due(schedule, taken)
+    done = schedule.step(taken - 1) + 1 if taken else 0
+    return count, schedule.step(taken + count - 1) + 1 - done
 
 
 class Simulation:
@@ -86,18 +89,16 @@ class Simulation:
     def _begin(self) -> None:
         self.world = build(self.scenario, self.command)
         self.plant = Plant(self.world)
-        self._senses = Senses([self.world], self.command, self.reward)
+        self._senses = Senses(self.plant, 1, self.command, self.reward)
         self.count, self.axes, self.width = self._senses.robots, self._senses.axes, self._senses.width
         self.scale: Array = self._senses.scale[0]
         self.outcome, self.message = Outcome.RUNNING, ""
         self._bound = bound_of(self.scenario, self.world)
+        self._senses.enter(0, self.plant, self._bound)
         self._samples: list[Array] = []
-        self._newest: Array = np.zeros((1, self.world.record_size))
         self._taken = 0
         self._episodes: list[Array] = []
         self._taken_back: tuple[Mark, int] | None = None
-        self._clearance: Array = np.full(self.count, np.inf)
-        self._commanded = np.zeros((self.count, self.axes))
         self._wall = 0.0
 
     def reset(self, seed: int | None = None, command: Array | None = None) -> None:
@@ -127,14 +128,15 @@ class Simulation:
         if not self._samples or self.outcome is not Outcome.RUNNING:
             raise UsageError("the mission is not under way: call reset")
         self._advance(command)
-        return self._rewards()
+        return self._senses.rewards[0].copy()
 
     def _advance(self, command: Array) -> None:
         with stopping.deferred(), stopping.deaf():  # an interrupt comes when the step has ended in order
             began = time.perf_counter() - waited()
-            self._commanded = np.clip(np.asarray(command, dtype=float), -1.0, 1.0)
+            commanded = self._senses.commanded[0]
+            np.clip(command, -1.0, 1.0, out=commanded, dtype=float)
             given = self.plant.state.v_d if self.command == "velocity" else self.plant.state.tau
-            given[:] = self._commanded * self.scale
+            given[:] = commanded * self.scale
             rows = np.empty((due(self.world.schedule, self._taken), self.world.record_size))
             mark = self.plant.mark()
             with native_loop(self.world):
@@ -146,8 +148,7 @@ class Simulation:
                 self._episodes.append(ended)
             self._samples.append(rows[:kept])
             self._taken += len(rows)
-            self._newest = rows[-1:]
-            self._clearance = self._senses.clearance(rows).min(axis=0)
+            self._senses.perceive(0, rows)
             self._wall += time.perf_counter() - waited() - began
             if outcome is not Outcome.COMPLETED:
                 self.outcome, self.message = outcome, message
@@ -162,10 +163,7 @@ class Simulation:
     @property
     def touching(self) -> NDArray[np.bool_]:
         """Which robots have touched anything since the last command, shape (n,)."""
-        return self._clearance <= 0.0
-
-    def _rewards(self) -> Array:
-        return self._senses.rewards(self._newest, self._clearance[None], self._commanded[None])[0]
+        return np.asarray(self._senses.clearance[0] <= 0.0)
 
     def observe(self) -> Array:
         """What each robot knows, by its sensors, shape (n, width).
@@ -175,12 +173,11 @@ class Simulation:
         relative to the robot, by distance. Lengths in mission radii, velocities in largest velocities; 0
         where there is nothing.
         """
-        return self._senses.observe(self._newest, obstacle_points(self.plant))[0]
+        return self._senses.observed[0].copy()
 
     def observe_within(self) -> Seen:
         """What each robot knows, as learners take it, shape (n, width): cut off at `limits`, without NaN."""
-        with np.errstate(invalid="ignore"):
-            return self._senses.bounded(self.observe(), self.limits)
+        return np.asarray(self._senses.bounded(self.limits)[0])
 
     def samples(self, since: int) -> Array:
         """Return the samples worth keeping that commands led to, shape (k, record_size), see `signals.py`.

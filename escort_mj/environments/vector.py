@@ -19,7 +19,6 @@ from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
 from escort_mj.environments.single import spaces_of
 from escort_mj.errors import UsageError
-from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
 
 Flags = NDArray[np.bool_]
@@ -114,16 +113,16 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         if actions.shape != self._rest.shape:
             raise UsageError(f"actions have the shape {actions.shape}; expected {self._rest.shape}")
         fresh = self._over.copy()
-        if fresh.any():
+        again = fresh.any()
+        if again:
             if self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._begun:
                 raise UsageError(f"missions {np.flatnonzero(fresh).tolist()} have ended: call reset")
             self._begin([int(k) for k in np.flatnonzero(fresh)], [None] * self.num_envs)
             actions = np.where(fresh[:, None, None], 0.0, actions)
-        robots = self.fleet.advance(range(self.num_envs), actions)
-        rewards = np.where(fresh, 0.0, robots.mean(axis=1))
-        outcome = self.fleet.outcome
-        truncated = np.array([one is Outcome.COMPLETED for one in outcome])
-        terminated = np.array([one is not Outcome.RUNNING for one in outcome]) & ~truncated
+        rewards = self.fleet.advance(range(self.num_envs), actions).mean(axis=1)
+        if again:
+            rewards[fresh] = 0.0
+        truncated, terminated = self.fleet.completed.copy(), self.fleet.broken.copy()
         self._over = truncated | terminated
         infos = self._infos(~fresh)
         observed = self.fleet.observe()
@@ -144,7 +143,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         """Return what is said of some missions beside observations, as Gymnasium batches it."""
         if not those.any():
             return {}
-        outcomes = np.array([one.value for one in self.fleet.outcome], dtype=object)
+        outcomes = self.fleet.words.copy()
         outcomes[~those] = None
         touching = self.fleet.touching & those[:, None]
         return {"touching": touching, "_touching": those, "outcome": outcomes, "_outcome": those.copy()}

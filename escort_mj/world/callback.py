@@ -75,10 +75,11 @@ def _of_any_class() -> Callbacks:
     return CONTROL(artifacts.address(pieces[0])), SENSOR(artifacts.address(pieces[1]))
 
 
-@cache
-def _silence() -> Any:
-    """A warning handler that prints and writes nothing; MuJoCo still counts warnings in `MjData`."""
-    return ctypes.CFUNCTYPE(None, ctypes.c_char_p)(lambda message: None)
+_silence = ctypes.CFUNCTYPE(None, ctypes.c_char_p)(lambda message: None)
+"""A warning handler that prints and writes nothing; MuJoCo still counts warnings in `MjData`."""
+_silent = ctypes.cast(_silence, ctypes.c_void_p).value
+_timer = ctypes.c_void_p.in_dll(library(), "mjcb_time")
+_warning = ctypes.c_void_p.in_dll(library(), "mju_user_warning")
 
 
 _lock = threading.Lock()
@@ -98,16 +99,13 @@ def native_loop(world: World, *others: World) -> Iterator[None]:
         others: What else is. Models of another class of axes, or of another program, are left alone.
     """
     global _before
-    classes = Counter({min(each.setup.axes, MANY) for each in (world, *others)})
+    classes = {min(each.setup.axes, MANY) for each in (world, *others)}
     for axes in classes:
         callbacks(axes)
-    timer = ctypes.c_void_p.in_dll(library(), "mjcb_time")
-    warning = ctypes.c_void_p.in_dll(library(), "mju_user_warning")
     with _lock:
         if not _needed:
-            _before = (mujoco.get_mjcb_control(), mujoco.get_mjcb_sensor(), timer.value, warning.value)
-            timer.value = None
-            warning.value = ctypes.cast(_silence(), ctypes.c_void_p).value
+            _before = (mujoco.get_mjcb_control(), mujoco.get_mjcb_sensor(), _timer.value, _warning.value)
+            _timer.value, _warning.value = None, _silent
         _needed.update(classes)
         _install()
     try:
@@ -123,7 +121,7 @@ def native_loop(world: World, *others: World) -> Iterator[None]:
             else:
                 mujoco.set_mjcb_control(_before[0])
                 mujoco.set_mjcb_sensor(_before[1])
-                timer.value, warning.value = _before[2], _before[3]
+                _timer.value, _warning.value = _before[2], _before[3]
 
 
 def _install() -> None:

@@ -75,6 +75,11 @@ class Plant:
         """Views of the controller's whole state."""
         return unpack_state(self.world.model.numeric_data.ctypes.data, self._memory, self.world.setup.axes)
 
+    @property
+    def addresses(self) -> tuple[int, int]:
+        """Where kernels find the plan and the state."""
+        return self.world.model.numeric_data.ctypes.data, self._memory
+
     @cached_property
     def _trees(self) -> NDArray[np.int32]:
         """Kinematic tree of each robot."""

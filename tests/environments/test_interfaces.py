@@ -68,9 +68,11 @@ def test_observations_stay_in_their_space_where_a_mission_breaks() -> None:
 
     simulation = Simulation(load_scenario("main", SHORT))
     simulation.reset()
-    simulation._newest[:] = np.nan
-    assert not simulation.observe_within().any()
-    simulation._newest[:, ::2] = np.inf
+    simulation.plant.data.userdata[:] = np.nan
+    simulation._senses.perceive(0)
+    assert not simulation.observe_within().any() and not simulation._senses.sound.any()
+    simulation.plant.data.userdata[::2] = np.inf
+    simulation._senses.perceive(0)
     assert (np.abs(simulation.observe_within()) <= simulation.limits).all()
 
 

@@ -226,6 +226,11 @@ def forget(state: int) -> None:
     _failures.pop(state, None)
 
 
+def any_failure() -> bool:
+    """Return whether a plugin has raised an error in any mission of this process."""
+    return bool(_failures)
+
+
 def failure(state: int) -> PluginFailure | None:
     """The error that a plugin raised in the mission whose state is at an address; None if there was none."""
     return _failures.get(state)

@@ -4,8 +4,5 @@
 `machine` say by which instructions; `pieces` compiles what is kept on disk.
 """
 
-EVERY_KERNEL = ("escort_mj.world.loop.step", "escort_mj.memory.evaluation")
-"""Modules that bring all kernels and views."""
-
-EVERY_KERNEL = ("escort_mj.world.loop.step", "escort_mj.memory.evaluation")
+EVERY_KERNEL = ("escort_mj.world.loop.step", "escort_mj.memory.evaluation", "escort_mj.memory.perception")
 """Modules that bring all kernels and views."""
