@@ -1,9 +1,10 @@
 """Missions of one scenario side by side, each stepped natively, in threads; no trace of them is kept.
 
 A thread needs no Python while MuJoCo and the law take a mission's steps, and little between two missions: it
-takes the next one that no thread has, so that none waits for a slower core. Machine code finds observations and
-rewards while the mission is still in the core's cache (`senses.py`), and says whether anything is suspicious:
-only then does Python look at a mission. Each has the bits that it has alone, on any number of threads.
+takes the next one that no thread has, so that none waits for a slower core. Machine code finds observations
+and rewards while the mission is still in the core's cache (`senses.py`), and says whether anything is
+suspicious: only then does Python look at a mission. Each has the bits that it has alone, on any number of
+threads.
 """
 
 from __future__ import annotations

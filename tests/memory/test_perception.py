@@ -102,8 +102,8 @@ def test_what_is_wrong_anywhere_in_a_record_is_noticed() -> None:
     simulation.reset()
     senses, state = simulation._senses, simulation.plant.state
     for signal, value, sound in [
-        ("sigma", np.nan, 0.0),
-        ("tau", np.inf, 0.0),
+        ("clearance", np.nan, 0.0),
+        ("disturbance", np.inf, 0.0),
         ("clearance", np.inf, 1.0),
         ("q", simulation._bound, 0.0),
     ]:
