@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Measure, Metric
 from escort_mj.record.recording import sealed
+from escort_mj.record.team import of_team, team_names
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ def measures_of(
 ) -> dict[str, Measure]:
     """Return every metric: over the whole run or, for steady state, over its last fifth.
 
+    Those of teams follow, under names such as `van.radius_error_mean`.
+
     Args:
         trace: The whole trace.
         metrics: Which.
@@ -50,13 +53,18 @@ def measures_of(
     """
     if not trace.sizes["time"]:
         return {metric.name: Measure(None, reason=EMPTY) for metric in metrics}
-    whole = sealed(trace)
-    tail = sealed(window(whole, (1.0 - TAIL) * float(trace["time"][-1])))
-    found = {}
-    for metric in metrics:
-        part = tail if metric.tail else whole
-        skipped = metric.dear is not None and metric.name not in wanted and metric.dear(part)
-        found[metric.name] = Measure(None, reason=DEAR) if skipped else metric.of(part)
+    found, of_teams = {}, [metric for metric in metrics if metric.of_team]
+    views = [
+        ("", trace, metrics),
+        *((f"{name}.", of_team(trace, name), of_teams) for name in team_names(trace)),
+    ]
+    for before, view, listed in views:
+        whole = sealed(view)
+        tail = sealed(window(whole, (1.0 - TAIL) * float(trace["time"][-1])))
+        for metric in listed:
+            part, name = tail if metric.tail else whole, before + metric.name
+            skipped = metric.dear is not None and name not in wanted and metric.dear(part)
+            found[name] = Measure(None, reason=DEAR) if skipped else metric.of(part)
     return found
 
 
@@ -90,17 +98,18 @@ def summarize(
             "real_time_factor": reached / wall_time if wall_time > 0.0 else None,
         }
     }
-    for metric in metrics:
-        one = _finite(found[metric.name])
-        summary[metric.name] = {
+    known = {metric.name: metric for metric in metrics}
+    for name, measured in found.items():
+        one, metric = _finite(measured), known[name.rpartition(".")[2]]
+        summary[name] = {
             "value": one.value,
             "unit": metric.unit,
             "window": [tail if metric.tail else 0.0, reached],
             "time": one.time,
             "who": one.who,
         } | ({"reason": one.reason} if one.reason else {})
-        if found[metric.name].value == math.inf:
-            summary[metric.name]["infinite"] = True
+        if measured.value == math.inf:
+            summary[name]["infinite"] = True
     return summary
 
 

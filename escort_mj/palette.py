@@ -39,6 +39,7 @@ NAMED = {
     }.items()
 }
 OPPONENT = NAMED["purple"]
+TEAMS = ("blue", "orange", "green", "red", "yellow", "brown")  # names of the colors of teams, in their order
 
 # The behaviors by name; robots that nothing rules stay blank.
 BEHAVIORS = {

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from escort_mj.components.mission import DriveSignals, MissionSignals
 from escort_mj.components.obstacles import ObstacleSignals
+from escort_mj.components.teams import TeamSignals
 from escort_mj.control.signals import (
     FailureSignals,
     GoalSignals,
@@ -42,7 +43,7 @@ from escort_mj.sensing.sensors import SensorSignals
 
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
-KNOWLEDGE, RADIO, LIDAR, OPPONENTS = "knowledge", "radio", "lidar", "opponents"
+KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -57,6 +58,8 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("rays",): ("ray",),
     ("opponents",): ("opponent",),
     ("guarding",): ("robot",),
+    ("members",): ("robot",),
+    ("teams",): ("team",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -76,6 +79,8 @@ CHANNELS: dict[Extent, str] = {
     ("returned",): LIDAR,
     ("opponents",): OPPONENTS,
     ("guarding",): OPPONENTS,
+    ("members",): TEAMS,
+    ("teams",): TEAMS,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -100,6 +105,7 @@ class Signals(
     RadioSignals,
     LidarSignals,
     OpponentSignals,
+    TeamSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -110,7 +116,7 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`, `group`, `slot`, `ray`.
+            `cause`, `group`, `slot`, `ray`, `team`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         dtype: Of its values in a trace.
@@ -181,6 +187,7 @@ def channel_sizes(
     slots: int = 0,
     rays: int = 0,
     opponents: int = 0,
+    teams: int = 0,
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -192,9 +199,10 @@ def channel_sizes(
         slots: How many teammates a robot hears at most; 0 without a radio.
         rays: How many rays of a lidar are recorded.
         opponents: How many there are.
+        teams: How many there are; 0 where all robots are one.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
-    channels[OPPONENTS] = opponents > 0
+    channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0}
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes
@@ -204,6 +212,8 @@ def channel_sizes(
         sizes["ray"] = rays
     if opponents:
         sizes["opponent"] = opponents
+    if teams:
+        sizes["team"] = teams
     return sizes
 
 

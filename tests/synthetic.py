@@ -10,13 +10,12 @@ from escort_mj.record.recording import Recording, Variable, record
 from escort_mj.signals import SIGNALS, channel_sizes, truth_sizes
 
 
-def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True) -> dict[str, int]:
+def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True, teams: int = 0) -> dict[str, int]:
     sizes = {"robot": robots, "axis": axes, "obstacle": obstacles, "behavior": 2, "coordinate": robots * axes}
     sizes["group"] = 4
     sizes |= truth_sizes(axes, truth, lyapunov=truth)
-    return sizes | channel_sizes(
-        truth, truth, truth, axes, 2 * truth, 4 * truth, int(truth and obstacles > 0)
-    )
+    other = int(truth and obstacles > 0)
+    return sizes | channel_sizes(truth, truth, truth, axes, 2 * truth, 4 * truth, other, teams)
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
@@ -56,6 +55,9 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "force_limit": [10.0] * n,
         "neighbors": [[i, i + 1] for i in range(1, n)],
         "spacing": 1.0,
+        "teams": ["team"] * sizes.get("team", 0),
+        "team_radius": [5.0] * sizes.get("team", 0),
+        "obstacle_team": [1] * m,
         "lidar_ray": np.ones((sizes.get("ray", 0), sizes["axis"])).tolist(),
         "attributes": {
             "title": "synthetic",

@@ -13,6 +13,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.teams import radius_of
 from escort_mj.knowledge.belief import target_place
 from escort_mj.knowledge.teammates import mate_at, place_of, places_of
 from escort_mj.native.lanes import (
@@ -64,14 +65,14 @@ class Repulsion(Behavior):
             np.linalg.norm(now.q[:, None] - now.q, axis=2) - setup.robot_radius[:, None] - setup.robot_radius
         )
         np.fill_diagonal(gaps, 0.0)
-        known = (gaps <= setup.sensing.robots) if setup.radio is None else np.isfinite(mates).all(axis=2)
-        known = known & ~lost
+        near = (gaps <= setup.sensing.robots) | (setup.radio is not None)
+        known = near & np.isfinite(mates).all(axis=2) & ~lost
         push = np.einsum("ij,ijk->ik", np.where(known, weight, 0.0), np.where(known[..., None], offset, 0.0))
         push = (across @ push.ravel()).reshape(x.shape)
         push /= np.maximum(known.sum(axis=1, keepdims=True), 1)
         push[np.linalg.norm(x, axis=1) == 0.0] = 0.0
         speed = np.linalg.norm(push, axis=1, keepdims=True)
-        wanted = self.gain * setup.radius * push / np.maximum(speed, 1.0)
+        wanted = self.gain * now.radius[:, None] * push / np.maximum(speed, 1.0)
         return (Task(across, across @ wanted.ravel()),)
 
     def error(self, now: Situation) -> Array:
@@ -80,7 +81,7 @@ class Repulsion(Behavior):
 
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
-        if plan.informed:
+        if plan.apart:
             _repel_apart(i, self.gain, plan, state)
         else:
             _repel(i, self.gain, plan, state)
@@ -139,7 +140,7 @@ def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
         for k in range(p):
             push[k] = (push[k] - inward * (here[k] - center[k])) / team
             speed += push[k] * push[k]
-        limit = gain * plan.radius / max(math.sqrt(speed), 1.0)
+        limit = gain * radius_of(robot, plan, state) / max(math.sqrt(speed), 1.0)
         for k in range(p):
             push[k] *= limit
 

@@ -14,6 +14,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, half_squared_distance
 from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_target
 from escort_mj.components.obstacles import obstacles_seen
+from escort_mj.components.teams import radius_rows
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined
@@ -105,17 +106,18 @@ class Surface(Behavior):
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return eq. 5: sigma = |q - c|^2 / 2 is to become radius^2 / 2, which may change."""
         sigma, jacobian = half_squared_distance(now.q, now.c)
-        radius, rate = self._radius(now)
-        return (Task(jacobian, self.gain * (0.5 * _ahead(radius, rate, self.gain) ** 2 - sigma)),)
+        ahead: Array | float = now.radius
+        if self.changes:
+            ahead = _ahead(*self._radius(now), self.gain)
+        return (Task(jacobian, self.gain * (0.5 * ahead**2 - sigma)),)
 
     def error(self, now: Situation) -> Array:
         """Return | |q - c| - radius |."""
-        return np.abs(np.linalg.norm(now.q - now.c, axis=1) - self._radius(now)[0])
+        radius = self._radius(now)[0] if self.changes else now.radius
+        return np.abs(np.linalg.norm(now.q - now.c, axis=1) - radius)
 
     def _radius(self, now: Situation) -> tuple[float, float]:
         setup, place = now.setup, self.place(now.setup)
-        if place < 0:
-            return setup.radius, 0.0
         wanted, rate = (
             float(f(now.time)[0]) for f in (setup.radii[place].position, setup.radii[place].velocity)
         )
@@ -135,10 +137,10 @@ class Surface(Behavior):
     def wish_lanes(self: Any, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
         look_at_target(i, plan, state, x)
-        radius = ahead = plan.radius
+        radius = ahead = radius_rows(i, plan, state)
         if self.place >= 0:
-            radius = state.radius_now[self.place, 0]
-            ahead = _ahead(radius, state.radius_now[self.place, 1], self.gain)
+            now, rate = state.radius_now[self.place, 0], state.radius_now[self.place, 1]
+            radius, ahead = everywhere(now), everywhere(_ahead(now, rate, self.gain))
         weight, error = keep_distance(state.q.shape[1], ahead, self.gain, x, 0, wish, at)
         return along(weight, everywhere(1.0), abs(error + (ahead - radius)))
 

@@ -38,6 +38,7 @@ class Situation:
         goal_velocity: How fast these move, shape (n, p) [m/s].
         time: [s].
         threats: What each robot guards against; None without opponents.
+        members: Team of each robot, from 0, shape (n,); None where all are one team.
         memory: State of the outer loop, arrays of shape (n,) by name; changed.
     """
 
@@ -54,8 +55,16 @@ class Situation:
     time: float = 0.0
     mates: Array | None = None
     threats: Threats | None = None
+    members: NDArray[np.int64] | None = None
     memory: dict[str, Array] = field(default_factory=dict)
     _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def radius(self) -> Array:
+        """Distance that each robot keeps from its target, shape (n,) [m]."""
+        if self.members is None:
+            return np.full(len(self.q), self.setup.radius)
+        return np.array([team.radius for team in self.setup.teams])[self.members]
 
     def once(self, key: Any, find: Callable[[], T]) -> T:
         """Return what is found, which a situation finds once for each key."""

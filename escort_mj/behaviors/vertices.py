@@ -17,6 +17,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, directions, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
+from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.auction import know_vertices
 from escort_mj.knowledge.belief import target_place
 from escort_mj.knowledge.teammates import know_teammates
@@ -88,7 +89,9 @@ class Vertices(Behavior):
         """Return the task across the way to the target: toward the robot's vertex, R u_i - (q_i - c)."""
         x = now.q - now.c
         across = tangential(x)
-        wanted = self.gain * (now.setup.radius * np.einsum("iab,ib->ia", now.rotation, now.team.vertices) - x)
+        wanted = self.gain * (
+            now.radius[:, None] * np.einsum("iab,ib->ia", now.rotation, now.team.vertices) - x
+        )
         return (Task(across, across @ wanted.ravel()),)
 
     def error(self, now: Situation) -> Array:
@@ -98,7 +101,7 @@ class Vertices(Behavior):
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""
         p = state.q.shape[1]
-        vertices, inward = stack_rows(p), everywhere(0.0)
+        vertices, inward, radius = stack_rows(p), everywhere(0.0), radius_rows(i, plan, state)
         look_at_target(i, plan, state, x)
         load_rows(state.vertices, i, vertices)
         square = square_of(x, 0, p)
@@ -107,7 +110,7 @@ class Vertices(Behavior):
             vertex = everywhere(0.0)
             for c in range(p):
                 vertex = vertex + _turn(i, k, c, plan, state) * row_of(vertices, c)
-            wanted = self.gain * (plan.radius * vertex - row_of(x, k))
+            wanted = self.gain * (radius * vertex - row_of(x, k))
             set_row(wish, at + k, wanted)
             inward = inward + wanted * row_of(x, k)
         inward = inward * weight
@@ -120,7 +123,7 @@ class Vertices(Behavior):
 def _turn(i: int, a: int, b: int, plan: Plan, state: State) -> Lanes:
     """Return an entry of the rotation of the figure, as robots i to i + 7 have it."""
     p = state.q.shape[1]
-    if plan.informed:
+    if plan.apart:
         own: Lanes = gather(state.rotation, (i * p + a) * p + b, p * p)
         return own
     return everywhere(state.rotation[0, a, b])
@@ -136,7 +139,7 @@ def turn_figures(plan: Plan, state: State) -> None:
     for robot in range(state.rotation.shape[0]):
         q, center, missing = state.q_measured, target_place(robot, plan, state), state.lost
         share, vertices = 1.0, state.vertices
-        if plan.informed:
+        if plan.apart:
             if state.team_news[robot] == 0.0 or state.lost[robot] != 0.0:
                 continue
             know_teammates(robot, plan, state)
@@ -147,7 +150,7 @@ def turn_figures(plan: Plan, state: State) -> None:
             known, left = 0.0, 0.0
             for j in range(q.shape[0]):
                 known, left = known + 1.0 - missing[j], left + 1.0 - state.lost[j]
-            share = known / left
+            share = known / left if plan.informed else 1.0  # a team knows all of its members
         turn_figure(q, center, missing, vertices, share, state.rotation[robot])
 
 

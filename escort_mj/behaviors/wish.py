@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.knowledge.belief import target_rows
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
     Lanes,
@@ -92,17 +93,17 @@ def look_at_target(i: int, plan: Plan, state: State, x: Array) -> None:
 
     Args:
         i: First robot, from 0.
-        plan: Says whether robots have estimates of their own.
+        plan: Says whether robots have targets each by itself.
         state: Gives measured positions and the target.
         x: Result, in the first p rows [m].
     """
     p = state.q.shape[1]
-    if not plan.informed:
+    if not plan.apart:
         look_at_point(i, state.q_measured, state.target_position_measured, x)
         return
     here, center = stack_rows(p), stack_rows(p)
     load_rows(state.q_measured, i, here)
-    load_rows(state.target_estimate, i, center)
+    target_rows(i, plan, state, center)
     for k in range(p):
         set_row(x, k, where(there(state.q.shape[0] - i), row_of(here, k) - row_of(center, k), 0.0))
 
@@ -137,7 +138,7 @@ def square_of(rows: Array, first: int, p: int) -> Lanes:
 
 @inlined
 def keep_distance(
-    p: int, distance: float, gain: float, x: Array, first: int, wish: Array, at: int
+    p: int, distance: Lanes | float, gain: float, x: Array, first: int, wish: Array, at: int
 ) -> tuple[Lanes, Lanes]:
     """Velocity of the task sigma~ = (d^2 - |x|^2) / 2 with J = x^T (eqs. 4, 5): x Lambda sigma~ / |x|^2.
 

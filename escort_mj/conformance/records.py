@@ -37,6 +37,18 @@ BESIDE: dict[str, dict[str, Any]] = {
         "target": {"radius": 0.3},
         "opponents": ({"count": 2, "positions": ((6.0, 0.0), (0.0, 2.0)), "policy": {"policy": "straight"}},),
     },
+    "two teams": {
+        "target": None,
+        "teams": (
+            {"name": "one", "robots": (1, 2, 3), "targets": ({"name": "a", "position": (0.0, 0.0)},)},
+            {
+                "name": "two",
+                "robots": (4, 5),
+                "targets": ({"name": "b", "position": ("12 + 0.3*t", 0.0)},),
+                "demand": ({"after": 1.0, "robots": 3},),
+            },
+        ),
+    },
     "goals and no target": {
         "duration": 6.0,
         "target": None,

@@ -21,6 +21,7 @@ from escort_mj.control.inner import inner_loop
 from escort_mj.control.knowing import know
 from escort_mj.control.opponents import assign_guards, judge_opponents
 from escort_mj.control.supervisor import supervise
+from escort_mj.control.teams import form_teams
 from escort_mj.control.trigger import refresh
 from escort_mj.control.velocity import reference_velocities
 from escort_mj.native.fields import Array, Fields, Value
@@ -83,8 +84,11 @@ def evaluate(plan: Plan, state: State) -> None:
     if moved and plan.lidar_rays.shape[0] > 0:
         scan(plan, state)
     state.sampled[0] = is_sampled(int(state.step[0]), plan)
-    if moved and plan.informed:
-        know(plan, state)
+    if moved and plan.apart:
+        if plan.informed:
+            know(plan, state)
+        else:
+            form_teams(plan, state)
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)
     n, p = state.q.shape

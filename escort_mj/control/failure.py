@@ -80,7 +80,7 @@ def notice_losses(plan: Plan, state: State) -> None:
             news = True
         if state.lost[i] == 0.0:
             left += 1
-    if news:
+    if news and plan.team_radius.shape[0] == 0:  # teams close ranks each by itself
         _close_ranks(left, plan, state)
 
 
@@ -197,7 +197,7 @@ class Team:
             closed = ring.copy()
             closed[kept] = np.roll(kept, -1)
             predecessors = closed[None]
-        if setup.reforming is not None:
+        if setup.reforming is not None and not setup.teams:
             offset = q[~lost] - c
             directions = offset / np.linalg.norm(offset, axis=1, keepdims=True)
             points = setup.reforming.figures[len(lost) - left - 1]

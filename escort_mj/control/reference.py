@@ -28,6 +28,7 @@ from escort_mj.control.knowing import Minds
 from escort_mj.control.opponents import Threats, Watch
 from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Supervisor
+from escort_mj.control.teams import Teams
 from escort_mj.control.trigger import Holder
 from escort_mj.sensing.lidar import Scanner
 from escort_mj.sensing.measure import Instruments
@@ -92,6 +93,7 @@ class ReferenceController:
         self._minds = Minds(self.setup) if self.setup.informed else None
         self._watch = Watch(self.setup) if self.setup.opponents else None
         self._threats: Threats | None = None
+        self._teams = Teams(self.setup) if self.setup.teams else None
         self._goals, self._places = GoalsReached(self.setup), Places(self.setup)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
@@ -156,6 +158,8 @@ class ReferenceController:
         if setup.disturbance is not None:
             push += setup.disturbance.position(t)
 
+        if self._teams is not None and moved:
+            self._team = self._teams.form(t, q_m, self._team, setup)
         team, self._rotation = self._team.at(t, q_m, target, self._rotation, setup)
         self._team, lost = team, team.lost
         n, mates = len(q), None
@@ -170,19 +174,28 @@ class ReferenceController:
             (c, c_dot), mates = self._minds.estimate(t), self._minds.mates(t, q_m, lost)
             if self._minds.auction is not None:
                 team = replace(team, vertices=self._minds.auction.taken())
+        if self._teams is not None:
+            rows = self._teams.members
+            c, c_dot, mates = self._teams.center[rows], self._teams.velocity[rows], self._teams.mates(q_m)
         e = self.q_d - q_m
-        phase = self._supervisor.choose(t, q_m, c, lost)
+        members = None if self._teams is None else self._teams.members
+        phase = self._supervisor.choose(t, q_m, c, lost, members)
         held = self._v_d - c_dot * setup.target_feedforward
         if moved:
             self._goals.choose(q_m, phase)
             self._places.place(t, target, target_velocity, phase, self._goals)
         fresh = self._holder.fires(t, q_m, c, held, phase, self._avoiding, self._supervisor, lost)
-        if moved and fresh.any() and setup.figure is not None and self._minds is None:
+        if moved and fresh.any() and setup.figure is not None and self._teams is not None:
+            self._teams.turn(q_m, team)
+        elif moved and fresh.any() and setup.figure is not None and self._minds is None:
             self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
-        rotation = np.broadcast_to(self._rotation, (n, *self._rotation.shape))
+        apart, rotation = (
+            self._minds or self._teams,
+            np.broadcast_to(self._rotation, (n, *self._rotation.shape)),
+        )
         now = Situation(
-            setup, team, rotation if self._minds is None else self._minds.rotation, q_m, v_m, e, c, c_dot,
-            self._goals.point, self._goals.velocity, t, mates, self._threats,
+            setup, team, rotation if apart is None else apart.rotation, q_m, v_m, e, c, c_dot,
+            self._goals.point, self._goals.velocity, t, mates, self._threats, members,
         )  # fmt: skip
         tasks = self._compose(now, phase, fresh)
         self._updates = self._updates + (fresh & moved & ~lost)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles, Behavior, Vertices
 from escort_mj.components.rays import Shape
+from escort_mj.components.teams import Team
 from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import ControlPhase
@@ -133,6 +134,7 @@ class Setup:
         sensing: What sensors make of the truth.
         movers: Obstacles that move, and a target that can be bumped.
         opponents: Those of the obstacles that want to reach the target; they come last.
+        teams: Robots with targets of their own, which are obstacles; empty where all escort the target.
         shaped: Whether some obstacle is no sphere: robots then see the nearest points.
         expected_distances: Distances to obstacles that expectations put bounds on [m].
         shapes: Obstacles as lines meet them; empty where none has to, or all are spheres.
@@ -177,6 +179,7 @@ class Setup:
     sensing: Sensors = Sensors()
     movers: tuple[Mover, ...] = ()
     opponents: tuple[Opponent, ...] = ()
+    teams: tuple[Team, ...] = ()
     shaped: bool = False
     shapes: tuple[Shape, ...] = ()
     expected_distances: tuple[float, ...] = ()
@@ -200,6 +203,19 @@ class Setup:
     def auctioned(self) -> bool:
         """Whether robots bid for their vertices."""
         return Vertices.auctioned(self.all_behaviors)
+
+    @property
+    def apart(self) -> bool:
+        """Whether robots have targets and teammates each by itself: of its team, or as it knows."""
+        return self.informed or bool(self.teams)
+
+    @property
+    def members(self) -> NDArray[np.int64]:
+        """Team of each robot at the start, from 0, shape (n,); 0 where all are one."""
+        found = np.zeros(self.count, dtype=np.int64)
+        for number, team in enumerate(self.teams):
+            found[[*team.robots]] = number
+        return found
 
     @property
     def count(self) -> int:
@@ -310,7 +326,8 @@ class Setup:
         few = self.count <= EASY and not {"chords", "repulsion"}.isdisjoint(self.kinds)
         if self.count > MOST_JUDGED or not (self.axes == 2 or few or self.figure is not None):
             return []
-        return [least_energy(self.count - lost, self.axes) for lost in range(len(self.failures) + 1)]
+        fewer = self.count if self.teams else len(self.failures) + 1
+        return [least_energy(self.count - lost, self.axes) for lost in range(fewer)]
 
     @property
     def edges(self) -> tuple[NDArray[np.int64], Array]:

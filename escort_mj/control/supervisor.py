@@ -13,7 +13,7 @@ from escort_mj.components.obstacles import obstacles_seen
 from escort_mj.components.parameters import Parameters
 from escort_mj.knowledge.belief import target_place
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import merged
+from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.on_demand import on_demand
 from escort_mj.sensing.measure import in_range
 
@@ -47,6 +47,7 @@ class SupervisorParameters(Fields):
     phase_threshold: Annotated[Array, "phases", Value("m or 1", "where it begins")]
     phase_release: Annotated[Array, "phases", Value("m or 1", "where it ends")]
     phase_team: Annotated[Array, "phases", Value("1", "1 where all robots change over together")]
+    phase_members: Annotated[Array, "phases", Value("1", "team that it rules, from 1; 0 for all robots")]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
@@ -62,6 +63,7 @@ class SupervisorParameters(Fields):
             "phase_below": [when is not None and when.below is not None for when in conditions],
             "phase_threshold": [when.threshold if when else 0.0 for when in conditions],
             "phase_release": [when.end if when else 0.0 for when in conditions],
+            "phase_members": [phase.team for phase in phases],
             "phase_team": [when is not None and when.scope == "team" for when in conditions],
         }
 
@@ -110,6 +112,7 @@ class ControlPhase(NamedTuple):
         after: Not before this time [s].
         before: Only before this time [s]; inf for no end.
         when: Condition beside the time; None for none.
+        team: Which team it rules, from 1; 0 for all robots.
     """
 
     name: str
@@ -117,6 +120,7 @@ class ControlPhase(NamedTuple):
     after: float = 0.0
     before: float = math.inf
     when: Condition | None = None
+    team: int = 0
 
 
 @on_demand
@@ -135,14 +139,20 @@ def supervise(plan: Plan, state: State) -> None:
         in_time = plan.phase_after[f] <= time < plan.phase_before[f]
         always, someone = plan.phase_quantity[f] == ALWAYS, False
         for i in range(n):
-            holds = in_time and (always or _holds(i, f, plan, state))
+            holds = in_time and _rules(i, f, plan, state) and (always or _holds(i, f, plan, state))
             state.latched[i, f] = 1.0 if holds else 0.0
             someone = someone or holds
         for i in range(n):
-            if plan.phase_team[f] != 0.0 and someone:
+            if plan.phase_team[f] != 0.0 and someone and _rules(i, f, plan, state):
                 state.latched[i, f] = 1.0
             if state.latched[i, f] != 0.0:
                 state.phase[i] = float(f)
+
+
+@inlined
+def _rules(i: int, phase: int, plan: Plan, state: State) -> bool:
+    """Whether a robot is in the team that a phase rules."""
+    return plan.phase_members[phase] == 0.0 or plan.phase_members[phase] == state.member_of[i]
 
 
 @merged
@@ -215,14 +225,17 @@ def quantity(name: str, q: Array, c: Array, setup: Setup, lost: Mask) -> Array:
     return np.asarray(gaps.min(axis=1, initial=np.inf))
 
 
-def holds(when: Condition | None, latched: Mask, q: Array, c: Array, setup: Setup, lost: Mask) -> Mask:
-    """For whom a condition holds, given for whom it held before, shape (n,)."""
+def holds(
+    when: Condition | None, latched: Mask, q: Array, c: Array, setup: Setup, lost: Mask, ruled: Mask
+) -> Mask:
+    """For whom of those that a phase rules its condition holds, given for whom it did before, shape (n,)."""
     if when is None:
-        return np.ones(len(q), dtype=bool)
+        return ruled
     bound = np.where(latched, when.end, when.threshold)
     value = quantity(when.quantity, q, c, setup, lost)
     found = value < bound if when.below is not None else value > bound
-    return np.full(len(q), found.any()) if when.scope == "team" else found
+    found &= ruled
+    return ruled & found.any() if when.scope == "team" else found
 
 
 class Supervisor:
@@ -232,12 +245,17 @@ class Supervisor:
         self.setup = setup
         self.latched = np.zeros((len(setup.phases), setup.count), dtype=bool)
 
-    def choose(self, t: float, q: Array, c: Array, lost: Mask) -> NDArray[np.int64]:
-        """Phase of each robot at t, 0 for the mission's own, shape (n,)."""
+    def choose(
+        self, t: float, q: Array, c: Array, lost: Mask, members: NDArray[np.int64] | None = None
+    ) -> NDArray[np.int64]:
+        """Phase of each robot at t, 0 for the mission's own, shape (n,); members as in `Situation`."""
         phase = np.zeros(self.setup.count, dtype=np.int64)
         moment = t + 0.5 * self.setup.timestep
         for number, candidate in enumerate(self.setup.phases):
-            found = holds(candidate.when, self.latched[number], q, c, self.setup, lost)
+            ruled = np.full(self.setup.count, True)
+            if candidate.team:
+                ruled = np.asarray(members) == candidate.team - 1
+            found = holds(candidate.when, self.latched[number], q, c, self.setup, lost, ruled)
             self.latched[number] = found & (candidate.after <= moment < candidate.before)
             phase[self.latched[number]] = number + 1
         return phase

@@ -11,6 +11,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.measuring import EMPTY
 from escort_mj.record.recording import sealed
+from escort_mj.record.team import of_team
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
@@ -126,6 +127,11 @@ class Expectation(Parameters):
         return self.watched
 
     @property
+    def of_one_team(self) -> bool:
+        """Whether it is of robots around a target: of one team, where there are several."""
+        return False
+
+    @property
     def named_sides(self) -> Sides | None:
         """The two groups or bodies that it names; None where it is of no pair."""
         return None
@@ -142,6 +148,25 @@ class Expectation(Parameters):
     def faults(self) -> Iterator[Fault]:
         """What is wrong with its bounds, and at which key."""
         yield from ()
+
+
+class OfTeam(Expectation):
+    """An expectation that can be of one team."""
+
+    team: str | None = None
+    """Name of the team, in scenarios with `teams`; null: all robots."""
+
+    def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
+        """Whether it holds of a run, as `judge` says of its window of what is its team's."""
+        return super().judge_run(self.seen(trace), outcome)
+
+    def seen(self, trace: Recorded) -> Recorded:
+        """Return what its team has of a trace."""
+        return trace if self.team is None else of_team(trace, self.team)
+
+    def named(self, subject: str) -> str:
+        """Return a subject with the name of the team, as metrics.json has it."""
+        return subject if self.team is None else f"{self.team}.{subject}"
 
 
 class Windowed(Expectation):

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Literal
 
 from escort_mj.expectations.bound import Limits, held_against, order_faults
-from escort_mj.expectations.expectation import Fault, Judgment, Windowed, not_judged
+from escort_mj.expectations.expectation import Fault, Judgment, OfTeam, Windowed, not_judged
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric
 from escort_mj.record.recording import is_log
@@ -15,7 +15,7 @@ from escort_mj.record.recording import is_log
 OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")
 
 
-class MetricExpectation(Windowed):
+class MetricExpectation(OfTeam, Windowed):
     """A bound on one metric."""
 
     kind = "metric"
@@ -41,7 +41,7 @@ class MetricExpectation(Windowed):
     @property
     def subject(self) -> str:
         """What is looked at, in words."""
-        return self.metric
+        return self.named(self.metric)
 
     @property
     def demanded(self) -> str:
@@ -49,6 +49,11 @@ class MetricExpectation(Windowed):
         return " and ".join(bound.words("") for bound in self._bounds()) + (
             self.in_unit and f" {self.in_unit}"
         )
+
+    @property
+    def of_one_team(self) -> bool:
+        """Whether its metric is of robots around a target."""
+        return self.definition.of_team
 
     @property
     def definition(self) -> Metric:

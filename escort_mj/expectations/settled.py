@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.expectations.bound import Limits, held_against, since
-from escort_mj.expectations.expectation import Deadline, Judgment
+from escort_mj.expectations.expectation import Deadline, Judgment, OfTeam
 from escort_mj.measuring import measure
 from escort_mj.metrics.radius_error import radius_error
 from escort_mj.record.window import window
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-class SettledExpectation(Deadline):
+class SettledExpectation(OfTeam, Deadline):
     """A time by which every robot has reached the mission's radius and stays there."""
 
     kind = "settled"
@@ -27,8 +27,19 @@ class SettledExpectation(Deadline):
     settled: PositiveFloat
     """Largest deviation from the mission's radius [m]."""
 
+    @property
+    def subject(self) -> str:
+        """What is looked at, in words."""
+        return self.named(self.kind)
+
+    @property
+    def of_one_team(self) -> bool:
+        """It is of robots around a target."""
+        return True
+
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the largest radius error of the window is small enough, and since when it was."""
+        trace = self.seen(trace)
         found = held_against(measure("radius_error_max", trace, *self.window), "m", [Limits(self.settled)])
         if found.value is None:
             return found

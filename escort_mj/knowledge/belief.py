@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
+from escort_mj.components.teams import of_teams
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import everywhere, load_rows, set_row
@@ -54,8 +55,11 @@ class BeliefState(Fields):
 @inlined
 def target_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
     """Read where robots i to i + 7 believe the target to be, into p rows of lanes [m]."""
-    if plan.informed:
-        load_rows(state.target_estimate, i, rows)
+    if plan.apart:
+        if plan.informed:
+            load_rows(state.target_estimate, i, rows)
+        else:
+            of_teams(i, state.team_center, state, rows)
         return
     for k in range(state.q.shape[1]):
         set_row(rows, k, everywhere(state.target_position_measured[k]))
@@ -64,8 +68,11 @@ def target_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
 @inlined
 def target_velocity_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
     """Read how fast robots i to i + 7 believe the target to move, into p rows of lanes [m/s]."""
-    if plan.informed:
-        load_rows(state.target_velocity_estimate, i, rows)
+    if plan.apart:
+        if plan.informed:
+            load_rows(state.target_velocity_estimate, i, rows)
+        else:
+            of_teams(i, state.team_velocity, state, rows)
         return
     for k in range(state.q.shape[1]):
         set_row(rows, k, everywhere(state.target_velocity_measured[k]))
@@ -74,16 +81,20 @@ def target_velocity_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
 @merged
 def target_place(robot: int, plan: Plan, state: State) -> Array:
     """Return where a robot believes the target to be, shape (p,) [m]."""
-    if plan.informed:
-        return state.target_estimate[robot]
+    if plan.apart:
+        if plan.informed:
+            return state.target_estimate[robot]
+        return state.team_center[int(state.member_of[robot]) - 1]
     return state.target_position_measured
 
 
 @merged
 def target_speed(robot: int, plan: Plan, state: State) -> Array:
     """Return how fast a robot believes the target to move, shape (p,) [m/s]."""
-    if plan.informed:
-        return state.target_velocity_estimate[robot]
+    if plan.apart:
+        if plan.informed:
+            return state.target_velocity_estimate[robot]
+        return state.team_velocity[int(state.member_of[robot]) - 1]
     return state.target_velocity_measured
 
 

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 class TeammateState(Fields):
     """The team as one robot knows it, scratch, and who has learned of teammates."""
 
-    mate_position: Annotated[Array, "informed", "p", Value("m", "of each robot")]
-    mate_unknown: Annotated[Array, "informed", Value("1", "1 for robots that it does not know of")]
-    team_news: Annotated[Array, "informed", Value("1", "1 where a robot learned of teammates in this step")]
+    mate_position: Annotated[Array, "apart", "p", Value("m", "of each robot")]
+    mate_unknown: Annotated[Array, "apart", Value("1", "1 for robots that it does not know of")]
+    team_news: Annotated[Array, "apart", Value("1", "1 where a robot learned of teammates in this step")]
 
 
 @inlined
@@ -47,10 +47,14 @@ def places_of(state: State) -> int:
 def mate_at(robot: int, place: int, plan: Plan, state: State) -> tuple[int, float]:
     """Return which teammate a robot knows of at a place of its list, -1 for none, and the age of this [s].
 
-    With a radio, these are the teammates that it has heard within the timeout; without one, all left.
+    With a radio, these are the teammates that it has heard within the timeout; without one, all left of its
+    team.
     """
     if state.link_from.shape[0] == 0:
-        return (-1 if place == robot or state.lost[place] != 0.0 else place), 0.0
+        known = place != robot and state.lost[place] == 0.0
+        if plan.team_radius.shape[0] > 0:
+            known = known and state.member_of[place] == state.member_of[robot]
+        return (place if known else -1), 0.0
     mate, age = int(state.link_from[robot, place]), age_of(robot, place, plan, state)
     if mate < 0 or age == math.inf or age > plan.radio_timeout or state.lost[mate] != 0.0:
         return -1, 0.0

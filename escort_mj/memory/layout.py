@@ -20,6 +20,7 @@ from escort_mj.components.mission import MissionParameters, MissionState
 from escort_mj.components.movers import MoverParameters, MoverState
 from escort_mj.components.obstacles import ObstacleParameters, ObstacleState
 from escort_mj.components.rays import ShapeParameters
+from escort_mj.components.teams import TeamParameters, TeamState
 from escort_mj.components.views import BehaviorView, LawView
 from escort_mj.control.controller import ControllerParameters, ControllerState
 from escort_mj.control.custom.calls import CustomState
@@ -66,6 +67,7 @@ class Plan(
     ShapeParameters,
     PolicyParameters,
     OpponentParameters,
+    TeamParameters,
     ComponentParameters,
     SensorParameters,
     LidarParameters,
@@ -103,6 +105,7 @@ class State(
     ObstacleState,
     MoverState,
     OpponentState,
+    TeamState,
     SensorState,
     LidarState,
     BeliefState,
@@ -143,7 +146,9 @@ def _mark() -> float:
 
 
 MAGIC = _mark()
-BY_ROBOT = ("n", "known", "judged", "headed", "informed", "turned", "guarding", "bidding")
+BY_ROBOT = (
+    *("n", "known", "judged", "headed", "informed", "turned", "guarding", "bidding", "apart", "members"),
+)
 LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
 LAYOUT.part(LawView)
 LAYOUT.part(BehaviorView)

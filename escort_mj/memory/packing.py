@@ -84,7 +84,8 @@ def pack(
         "facing": n * (setup.sight is not None and setup.sight.field < np.inf),
         "believed": setup.estimator.orders * p,
         "guarding": n * bool(setup.opponents),
-        "turned": n if setup.informed else 1,
+        "turned": n if setup.apart else 1,
+        "apart": n * setup.apart,
         "bidding": n * setup.auctioned,
         "depth": setup.radio.depth if setup.radio else 0,
         "seen": (n + 1) * setup.shaped,
@@ -97,7 +98,7 @@ def pack(
         "past": rows_of_past(setup.sensing, n),
         "kept": samples[0],
         "record": samples[1],
-        "scratch": scratch_size(n, p) if setup.failures and setup.figure else 0,
+        "scratch": scratch_size(n, p) if setup.reforming else 0,
     }
     values["stretches"] = _stretches(sizes)
     sizes["stretches"] = len(values["stretches"])

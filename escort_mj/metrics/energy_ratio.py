@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALONE, largest_of, lost, nobody
+from escort_mj.metrics.reading import ALONE, largest_of, nobody, stretches
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -19,7 +19,7 @@ UNKNOWN = "the least energy of so many robots was not looked for"
 LEFT_ALONE = "a single robot is left"
 
 
-@metric(unit="1", tail=True, least=1.0, grows=True, watched=False, rank=60)
+@metric(unit="1", tail=True, least=1.0, grows=True, watched=False, rank=60, of_team=True)
 def energy_ratio(trace: Recorded) -> Measure:
     """Largest Coulomb energy of the robots' directions, divided by the lowest known energy (1 is even)."""
     ratios = energy_ratios(trace)
@@ -42,13 +42,11 @@ def energy_ratios(trace: Recorded) -> Array | None:
     offset = trace["q"].values - trace["target_position"].values[:, None]
     length = np.linalg.norm(offset, axis=2, keepdims=True)
     directions = np.divide(offset, length, out=np.zeros_like(offset), where=length > 0.0)
-    gone, ratios = lost(trace), np.full(len(offset), np.nan)
-    number = gone.sum(axis=1)
-    for count in {*number.tolist()}:  # robots are lost for good: as many, the same
-        rows = number == count
-        team = directions[rows][:, ~gone[np.argmax(rows)]]
+    ratios = np.full(len(offset), np.nan)
+    for first, end, left in stretches(trace):
+        team = directions[first:end][:, left]
         if team.shape[1] > 1:
-            ratios[rows] = _energy(team) / least[count]
+            ratios[first:end] = _energy(team) / least[int((~left).sum())]
     return ratios
 
 

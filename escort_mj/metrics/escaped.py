@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.metrics.hull_margin import ALL_LOST, margins, over_time, takes_long, teams
+from escort_mj.metrics.hull_margin import margins, over_time, takes_long, teams
 from escort_mj.metrics.largest_gap import beside_gap
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import NO_TARGET, escorts
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-@metric(unit="s", watched=False, more_is_better=True, dear=takes_long)
+@metric(unit="s", watched=False, more_is_better=True, dear=takes_long, of_team=True)
 def escaped(trace: Recorded) -> Measure:
     """Time from which on the target is outside the robots' convex hull until the end."""
     if not escorts(trace):

@@ -22,14 +22,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import NO_TARGET, escorts, lost
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, stretches
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
 
-ALL_LOST = "no robot is left"
 CANDIDATES = 256  # normals up to which all are tried: 22 robots in the plane, 12 in space
 DEAR = 1_500_000  # products of a candidate and a robot, over all samples: 10 ms
 FLAT = 1e-9  # of the team's extent: points nearer than this to a hyperplane lie in it
@@ -43,7 +42,7 @@ def takes_long(trace: Recorded) -> bool:
     return normals > CANDIDATES or normals * robots * samples * max(1, axes - 2) ** 2 > DEAR
 
 
-@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=takes_long)
+@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=takes_long, of_team=True)
 def hull_margin(trace: Recorded) -> Measure:
     """Minimum depth of the target in the convex hull of the robots; outside, minus the distance to it."""
     if not escorts(trace):
@@ -62,13 +61,11 @@ def teams(trace: Recorded) -> Iterator[tuple[int, Array]]:
     One item for each stretch of samples with the same robots: its first sample, and shape (samples, robots,
     axes) [m].
     """
-    around, gone = trace["q"].values - trace["target_position"].values[:, None], lost(trace)
-    counts = gone.sum(axis=1)
-    for count in np.unique(counts):  # robots are lost for good: as many, the same
-        first, end = np.searchsorted(counts, [count, count + 1])
-        team = around[first:end][:, ~gone[first]]
+    around = trace["q"].values - trace["target_position"].values[:, None]
+    for first, end, left in stretches(trace):
+        team = around[first:end][:, left]
         if team.size:
-            yield int(first), team
+            yield first, team
 
 
 def over_time(trace: Recorded, of: Callable[[Array], Array]) -> Array:

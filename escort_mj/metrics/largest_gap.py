@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.hull_margin import ALL_LOST, least_margin, margins, takes_long, teams
+from escort_mj.metrics.hull_margin import least_margin, margins, takes_long, teams
 from escort_mj.metrics.metric import Bodies, Measure, metric
-from escort_mj.metrics.reading import NO_TARGET, escorts, lost, robots
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, robots
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@metric(unit="rad", tail=True, most=2.0 * math.pi, grows=True, watched=False, dear=takes_long)
+@metric(unit="rad", tail=True, most=2.0 * math.pi, grows=True, watched=False, dear=takes_long, of_team=True)
 def largest_gap(trace: Recorded) -> Measure:
     """Largest angle at the target, of a sector in the plane or a cone in space, that holds no robot."""
     if not escorts(trace):

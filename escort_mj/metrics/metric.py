@@ -70,6 +70,7 @@ class Metric(NamedTuple):
         more_is_better: Whether larger values are the better ones.
         dear: Says of a trace whether measuring it takes long; None for a metric that is always quick.
         rank: Where tables list it, in ascending order; equal ones by name.
+        of_team: Whether it is of robots around a target: in missions with several teams, of each by itself.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Metric(NamedTuple):
     more_is_better: bool = False
     dear: Callable[[Any], bool] | None = None
     rank: float = math.inf
+    of_team: bool = False
 
     def of(self, trace: Recorded) -> Measure:
         """Return its value over all of a trace; an error of its function gives no value but the reason."""
@@ -111,6 +113,7 @@ def metric(
     more_is_better: bool = False,
     dear: Callable[[Any], bool] | None = None,
     rank: float = math.inf,
+    of_team: bool = False,
 ) -> Callable[[F], F]:
     """Make a function of a trace a metric: in metrics.json, and in expectations, by the function's name.
 
@@ -130,13 +133,26 @@ def metric(
         dear: Says of a trace whether measuring it takes long. If so, a run's own summary has the metric only
             where an expectation of the scenario names it.
         rank: Where tables list it, in ascending order; equal ones by name, those without one at the end.
+        of_team: Whether it is of robots around a target: in missions with several teams, of each by itself.
     """
 
     def mark(function: F) -> F:
         meaning = _uncapitalized(" ".join((function.__doc__ or "").split("\n\n")[0].split()).rstrip("."))
         name = function.__name__
         made = Metric(
-            name, unit, meaning, function, tail, least, most, grows, watched, more_is_better, dear, rank
+            name,
+            unit,
+            meaning,
+            function,
+            tail,
+            least,
+            most,
+            grows,
+            watched,
+            more_is_better,
+            dear,
+            rank,
+            of_team,
         )
         setattr(function, _MARK, made)
         return function

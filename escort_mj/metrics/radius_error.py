@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import NO_TARGET, escorts, largest_of, lost, mean, robot
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, largest_of, lost, mean, robot
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -22,27 +22,30 @@ def radius_error(trace: Recorded) -> np.ndarray:
     return np.where(lost(trace), np.nan, np.linalg.norm(offset, axis=2) - trace.attrs["mission_radius"])
 
 
-@metric(unit="m", tail=True, watched=False, rank=10)
+def _nothing(trace: Recorded) -> Measure | None:
+    """Why there is no radius error; None where there is one."""
+    if not escorts(trace):
+        return Measure(None, reason=NO_TARGET)
+    return Measure(None, reason=ALL_LOST) if lost(trace).all() else None
+
+
+@metric(unit="m", tail=True, watched=False, rank=10, of_team=True)
 def radius_error_mean(trace: Recorded) -> Measure:
     """Mean over time and robots of | |q - c| - radius |."""
-    if not escorts(trace):
-        return Measure(None, reason=NO_TARGET)
-    return Measure(mean(trace, np.abs(radius_error(trace))))
+    return _nothing(trace) or Measure(mean(trace, np.abs(radius_error(trace))))
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=20)
+@metric(unit="m", tail=True, grows=True, watched=False, rank=20, of_team=True)
 def radius_error_max(trace: Recorded) -> Measure:
     """Largest | |q - c| - radius |."""
-    if not escorts(trace):
-        return Measure(None, reason=NO_TARGET)
-    return largest_of(trace, np.abs(radius_error(trace)), robot)
+    return _nothing(trace) or largest_of(trace, np.abs(radius_error(trace)), robot)
 
 
-@metric(unit="s", watched=False, rank=30)
+@metric(unit="s", watched=False, rank=30, of_team=True)
 def settling_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within 5 % of the radius."""
-    if not escorts(trace):
-        return Measure(None, reason=NO_TARGET)
+    if nothing := _nothing(trace):
+        return nothing
     outside = np.abs(radius_error(trace)) > SETTLED * trace.attrs["mission_radius"]
     late = np.flatnonzero(outside.any(axis=1))
     if not len(late):

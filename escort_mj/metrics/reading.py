@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,7 @@ Array = NDArray[np.float64]
 
 SHORT = "the window holds a single sample"
 ALONE = "there is one robot"
+ALL_LOST = "no robot is left"
 NO_TARGET = "there is no target"
 UNTOLD = "the truth was not recorded (recording.truth)"
 
@@ -25,6 +27,14 @@ def lost(trace: Recorded) -> NDArray[np.bool_]:
     """Which robots the team has lost, shape (time, robot)."""
     flags: NDArray[np.bool_] = trace["lost"].values > 0
     return flags
+
+
+def stretches(trace: Recorded) -> Iterator[tuple[int, int, NDArray[np.bool_]]]:
+    """Yield stretches of samples with the same robots: the first sample, their end, and who is left."""
+    gone = lost(trace)
+    cuts = np.flatnonzero((gone[1:] != gone[:-1]).any(axis=1)) + 1
+    for first, end in pairwise([0, *cuts.tolist(), len(gone)] if len(gone) else []):
+        yield first, end, ~gone[first]
 
 
 def escorts(trace: Recorded) -> bool:

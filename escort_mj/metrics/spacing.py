@@ -13,7 +13,7 @@ from escort_mj.metrics.reading import largest_of, lost, mean
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
-SHAPELESS = "the mission has no formation"
+SHAPELESS = "there is no formation, or not one for the whole run"
 BROKEN = "a robot was lost before, and the others stand in another formation"
 
 
@@ -27,7 +27,8 @@ def spacing_error(trace: Recorded) -> np.ndarray | None:
         return None
     q = trace["q"].values
     apart = np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2)
-    return np.where(lost(trace).any(axis=1, keepdims=True), np.nan, apart - trace["spacing"].values)
+    broken = lost(trace)[:, np.unique(pairs) - 1].any(axis=1, keepdims=True)
+    return np.where(broken, np.nan, apart - trace["spacing"].values)
 
 
 def _edge(trace: Recorded) -> Callable[[int], Bodies]:
@@ -35,7 +36,7 @@ def _edge(trace: Recorded) -> Callable[[int], Bodies]:
     return lambda index: (f"robot_{pairs[index, 0]}", f"robot_{pairs[index, 1]}")
 
 
-@metric(unit="m", tail=True, watched=False, rank=40)
+@metric(unit="m", tail=True, watched=False, rank=40, of_team=True)
 def spacing_error_mean(trace: Recorded) -> Measure:
     """Mean absolute deviation of the neighbor distances from even spacing."""
     error = spacing_error(trace)
@@ -44,7 +45,7 @@ def spacing_error_mean(trace: Recorded) -> Measure:
     return Measure(None, reason=BROKEN) if np.isnan(error).all() else Measure(mean(trace, np.abs(error)))
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=50)
+@metric(unit="m", tail=True, grows=True, watched=False, rank=50, of_team=True)
 def spacing_error_max(trace: Recorded) -> Measure:
     """Largest absolute deviation of a neighbor distance from even spacing."""
     error = spacing_error(trace)

@@ -107,8 +107,8 @@ class Recording:
             coords, variables = _part(coords, dim, places), _part(variables, dim, places)
         return replace(self, coords=coords, data_vars=variables)
 
-    def assign(self, **variables: tuple[str, Any]) -> Recording:
-        """The same with other variables in place of some, each given as its dimension and its values."""
+    def assign(self, **variables: tuple[str | tuple[str, ...], Any]) -> Recording:
+        """The same with other variables in place of some, each given as its dimensions and its values."""
         changed: dict[Hashable, Variable] = {
             name: Variable(*one, self[name].attrs) for name, one in variables.items()
         }
@@ -193,7 +193,7 @@ def record(
         episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
 
     Returns:
-        Variables with dimensions time, robot (from 1), axis (x, y, z), obstacle and behavior (names),
+        Variables with dimensions time, robot (from 1), axis (x, y, z), obstacle, behavior and team (names),
         coordinate, edge (pairs of neighbors), body and group (names) and episode, and with the truth channel
         axis_2 and cause; every one carries `units` and `long_name`. Distances to other robots are left out
         where there are none, and so are channels that were not recorded.
@@ -274,6 +274,11 @@ def _of_bodies(labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
             np.asarray(labels["obstacle_outline"], float),
             _said("m", "points around each obstacle, relative to its center"),
         )
+    if labels.get("teams"):
+        about = _said("1", "team that an obstacle is a target of, from 1; 0 for none")
+        variables["obstacle_team"] = Variable("obstacle", np.asarray(labels["obstacle_team"], "int8"), about)
+        about = _said("m", "distance that each team keeps from the middle of its targets")
+        variables["team_radius"] = Variable("team", np.asarray(labels["team_radius"], float), about)
     if labels.get("lidar_ray"):
         variables["lidar_ray"] = Variable(
             ("ray", "axis"),
@@ -303,6 +308,8 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
         ),
         "behavior": names("behavior", "behaviors", "name of the behavior"),
     }
+    if labels.get("teams"):
+        found["team"] = names("team", "teams", "name of the team")
     if sizes.get(TRUTH):
         second = axis_names(sizes["axis_2"])
         found["axis_2"] = Variable("axis_2", second, {"long_name": "second axis of a matrix"})

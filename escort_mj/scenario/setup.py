@@ -11,6 +11,7 @@ import numpy as np
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.rays import KINDS, Shape
+from escort_mj.components.teams import Team
 from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Opponent, Setup
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
@@ -21,6 +22,7 @@ from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
 from escort_mj.scenario.geometry.shapes import hull, rotation_matrix
+from escort_mj.scenario.geometry.teams import team_center
 from escort_mj.scenario.geometry.trajectory import (
     Trajectory,
     disturbance_trajectory,
@@ -85,6 +87,7 @@ def controller_setup(
         trigger=scenario.mission.trigger,
         movers=_movers(scenario, obstacles),
         opponents=_opponents(scenario, obstacles),
+        teams=_teams(scenario, obstacles),
         driven=any(kind.driven for kind in robots.kind),
         shaped=any(not body.is_sphere for body in obstacles),
         shapes=_shapes(scenario, obstacles),
@@ -161,6 +164,21 @@ def _opponents(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Opponent,
     )
 
 
+def _teams(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Team, ...]:
+    """Who escorts what; targets of teams are the last obstacles."""
+    places = iter(range(len(obstacles) - sum(len(team.targets) for team in scenario.teams), len(obstacles)))
+    return tuple(
+        Team(
+            team.name,
+            tuple(robot - 1 for robot in team.robots),
+            tuple(next(places) for _ in team.targets),
+            team.radius or scenario.mission.radius,
+            tuple((demand.after, demand.robots) for demand in team.demand),
+        )
+        for team in scenario.teams
+    )
+
+
 def _formations(scenario: Scenario) -> tuple[Frame, ...]:
     """Frames of the formations, in the order of their phases."""
     found = []
@@ -180,6 +198,7 @@ def _formations(scenario: Scenario) -> tuple[Frame, ...]:
 
 def _phases(scenario: Scenario) -> tuple[ControlPhase, ...]:
     """The supervisor's phases."""
+    names = [team.name for team in scenario.teams]
     return tuple(
         ControlPhase(
             phase.name or f"phase_{number}",
@@ -187,6 +206,7 @@ def _phases(scenario: Scenario) -> tuple[ControlPhase, ...]:
             phase.after,
             math.inf if phase.before is None else phase.before,
             phase.when,
+            0 if phase.team is None else names.index(phase.team) + 1,
         )
         for number, phase in enumerate(scenario.mission.supervisor, 1)
     )
@@ -213,12 +233,23 @@ def _figure(scenario: Scenario, robots: Placement, center: np.ndarray) -> Figure
     if Vertices.auctioned(all_behaviors(scenario)):
         points = even_points(len(robots.position), scenario.axes)
         return Figure(points, *nearest_edges(points))
-    return even_figure(robots.position, center)
+    if not scenario.teams:
+        return even_figure(robots.position, center)
+    vertices, edges, lengths = np.zeros_like(robots.position), [], []
+    for each in scenario.teams:
+        members = np.array(each.robots) - 1
+        figure = even_figure(robots.position[members], team_center(each, scenario.axes))
+        vertices[members] = figure.vertices
+        edges.append(np.sort(members[figure.edges], axis=1))
+        lengths.append((each.radius or scenario.mission.radius) / scenario.mission.radius * figure.lengths)
+    return Figure(vertices, np.concatenate(edges), np.concatenate(lengths))
 
 
 def _reforming(scenario: Scenario, robots: Placement) -> Reforming | None:
-    """Figures of fewer robots, where some fail."""
+    """Figures of fewer robots, where some fail or change over to another team."""
     losses = len(scenario.robots.failures)
+    if scenario.teams and (losses or any(team.demand for team in scenario.teams)):
+        losses = len(robots.mass) - 1  # a team may have any number of robots
     if not losses or not _keeps_vertices(scenario):
         return None
     return reforming(len(robots.mass), scenario.axes, losses)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Headed
+from escort_mj.control.setup import Setup
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario.geometry.bodies import obstacle_names
@@ -55,6 +56,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "force_limit": setup.force_limit.tolist(),
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),
+        **_teams(setup),
         "attributes": {
             "title": scenario.name,
             "description": scenario.description,
@@ -72,11 +74,22 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             **_limits(scenario, setup.teammate_distance(avoid) if avoid and avoid.teammates else 0.0),
             "height": world.team.height if scenario.axes == 2 else 0.0,
             "target_radius": scenario.target.radius if scenario.target is not None else 0.0,
-            "least_energy": (setup.least_energies if scenario.target is not None else None) or None,
+            "least_energy": (setup.least_energies if scenario.target is not None or setup.teams else None)
+            or None,
             **_versions(),
             **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},
             "version_git_revision": git_revision(),
         },
+    }
+
+
+def _teams(setup: Setup) -> dict[str, list[Any]]:
+    """Names and radii of teams, and of which team each obstacle is a target."""
+    targets = {target: number for number, team in enumerate(setup.teams, 1) for target in team.targets}
+    return {
+        "teams": [team.name for team in setup.teams],
+        "team_radius": [team.radius for team in setup.teams],
+        "obstacle_team": [targets.get(place, 0) for place in range(len(setup.obstacle_radius))],
     }
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from escort_mj.measuring import measure
+from escort_mj.metrics.spacing import SHAPELESS
 from tests.metrics.motions import RADIUS, TIME, ring
 
 
@@ -31,4 +32,4 @@ class TestSpacing:
         trace = make_trace(TIME, robots=3, about={"neighbors": []})
         for name in ("spacing_error_mean", "spacing_error_max"):
             found = measure(name, trace)
-            assert (found.value, found.reason) == (None, "the mission has no formation")
+            assert (found.value, found.reason) == (None, SHAPELESS)

@@ -25,7 +25,7 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
     def make(
         rows: int, robots: int = 3, axes: int = 2, obstacles: int = 2, seed: int = 0
     ) -> tuple[np.ndarray, dict[str, int], dict[str, Any]]:
-        sizes = dimensions(robots, axes, obstacles)
+        sizes = dimensions(robots, axes, obstacles, teams=int(obstacles > 0))
         random = np.random.default_rng(seed)
         given = {
             s.name: random.standard_normal((rows, *(sizes[d] for d in s.dims)))
@@ -40,6 +40,8 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         given["outer_updates"] = np.cumsum(random.integers(0, 10, (rows, robots)), axis=0)
         given["goals_left"] = random.integers(0, 3, (rows, robots))
         given["lost"] = np.zeros((rows, robots))
+        if "member_of" in given:
+            given["member_of"] = np.ones((rows, robots))
         for name in sorted({"opponent_status", "interceptor", "threat"} & given.keys()):
             given[name] = random.integers(0, 3, given[name].shape)
         for name in ("clearance_body", "target_clearance_body"):

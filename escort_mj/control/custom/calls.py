@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.control.custom.native import NO_NUMBER, NONE, note_failure, table_address
+from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import (
     DOUBLE,
@@ -181,9 +182,9 @@ def _ask_plugin(block: int, i: int, plan: Plan, state: State) -> None:
         state.team_target[1, k] = state.target_velocity_measured[k]
     for robot in range(i, min(i + WIDTH, n)):
         for k in range(p):
-            if plan.informed:
-                state.target_position_measured[k] = state.target_estimate[robot, k]
-                state.target_velocity_measured[k] = state.target_velocity_estimate[robot, k]
+            if plan.apart:
+                state.target_position_measured[k] = target_place(robot, plan, state)[k]
+                state.target_velocity_measured[k] = target_speed(robot, plan, state)[k]
             state.wish_direction[k] = 0.0
             state.wish_velocity[k] = 0.0
         state.wish_error[0] = 0.0

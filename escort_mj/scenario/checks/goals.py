@@ -24,7 +24,7 @@ MOST_REPORTED = 20
 
 def check_target(scenario: Scenario) -> Iterator[Finding]:
     """What needs a target has one."""
-    if scenario.target is not None:
+    if scenario.target is not None or scenario.teams:
         return
     for path, behavior in behaviors_of(scenario):
         if behavior.chases or behavior.frame == "target":

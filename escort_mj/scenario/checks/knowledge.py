@@ -22,7 +22,7 @@ def check_known(scenario: Scenario) -> Iterator[Finding]:
     if knowledge is None and communication is None:
         return
     table: Path = ("knowledge",) if knowledge is not None else ("communication",)
-    if scenario.target is None:
+    if scenario.target is None and not scenario.teams:
         words = "found a mission without a target; robots share only what they know of a target"
         yield Finding(table, words, related=(("target",),))
     for path, behavior in behaviors_of(scenario):

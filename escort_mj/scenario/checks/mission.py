@@ -55,7 +55,7 @@ def check_supervisor(scenario: Scenario) -> Iterator[Finding]:
         if name in names:
             yield Finding((*path, "name"), f"found {name} again; supervisor[{names[name]}] has it")
         names.setdefault(name, index)
-        if phase.after == 0.0 and phase.before is None and phase.when is None:
+        if phase.after == 0.0 and phase.before is None and phase.when is None and phase.team is None:
             yield Finding(path, "would rule all the time; give after, before or when")
         if phase.after >= scenario.duration:
             words = f"found {phase.after:g} s; the run ends at {scenario.duration:g} s"
@@ -117,15 +117,17 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
             f"found {mission.radius:g} m, inside the target's body; expected more than {body:g} m",
             related=(("target", "radius"), ("robots", "radius")),
         )
-    spread = any(behavior.spreads for _, behavior in behaviors)
-    edge = widest_spacing(count, axes, mission.radius) if spread else math.inf
-    if edge <= 2.0 * robot_radius:
-        yield Finding(
-            ("mission", "radius"),
-            f"found {mission.radius:g} m, which puts neighbors {edge:.3g} m apart; expected more than "
-            f"their diameter, {2.0 * robot_radius:g} m",
-            related=(("robots", "radius"), ("robots", "count")),
-        )
+    spread, edge = any(behavior.spreads for _, behavior in behaviors), math.inf
+    for key, together, radius in _circles(scenario) if spread else ():
+        between = widest_spacing(together, axes, radius)
+        edge = min(edge, between)
+        if between <= 2.0 * robot_radius:
+            yield Finding(
+                key,
+                f"found {radius:g} m, which puts neighbors {between:.3g} m apart; expected more than "
+                f"their diameter, {2.0 * robot_radius:g} m",
+                related=(("mission", "radius"), ("robots", "radius"), ("robots", "count")),
+            )
     for path, chords in behaviors:
         if not isinstance(chords, Chords):
             continue
@@ -152,3 +154,13 @@ def check_formation(scenario: Scenario) -> Iterator[Finding]:
                 f"found {avoid.teammate_distance:g} m, which reaches beyond the formation's neighbors at "
                 f"{edge:.4g} m: avoidance would never let them take their places",
             )
+
+
+def _circles(scenario: Scenario) -> Iterator[tuple[Path, int, float]]:
+    """Yield key and size of each circle that robots spread over, and how many they are at most."""
+    radius = scenario.mission.radius
+    if not scenario.teams:
+        yield ("mission", "radius"), robot_count(scenario), radius
+    for index, team in enumerate(scenario.teams):
+        most = max([len(team.robots), *(demand.robots for demand in team.demand)])
+        yield ("teams", index, "radius"), most, team.radius or radius

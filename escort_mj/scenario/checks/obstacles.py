@@ -13,6 +13,7 @@ from escort_mj.errors import ScenarioError
 from escort_mj.scenario.findings import Finding, Path, listed
 from escort_mj.scenario.geometry.obstacles import SIZES, fixed_obstacles, obstacles_of, sizes
 from escort_mj.scenario.geometry.shapes import hull
+from escort_mj.scenario.geometry.teams import team_targets
 from escort_mj.scenario.geometry.walls import LEAST
 from escort_mj.scenario.schema.obstacle_tables import Drive, Obstacle, Wall
 from escort_mj.scenario.schema.scenario import Scenario
@@ -225,6 +226,7 @@ def check_obstacle_names(scenario: Scenario) -> Iterator[Finding]:
     """No two obstacles of one name, and none with a name that the world has for something else."""
     seen: dict[str, Path] = {}
     bodies = fixed_obstacles(scenario) if scenario.clutter is None else obstacles_of(scenario)
+    bodies = (*bodies, *team_targets(scenario))
     for body in bodies:
         name, path = body.name, (*body.path, "name")
         if name in ("target", "world", "floor", "robots", "obstacles", "walls") or re.fullmatch(

@@ -50,7 +50,7 @@ def check_opponents(scenario: Scenario) -> Iterator[Finding]:
     names = [group.name for group in scenario.opponents]
     for index, group in enumerate(scenario.opponents):
         path: Path = ("opponents", index)
-        if scenario.target is None:
+        if scenario.target is None and not scenario.teams:
             yield Finding(path, "found opponents without a target that they want to reach")
         if scenario.axes > IN_SPACE:
             yield Finding(path, f"found in {scenario.axes} axes; opponents move in 2 or 3")

@@ -43,6 +43,13 @@ from escort_mj.scenario.checks.robots import (
 )
 from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_lidar, check_sight
 from escort_mj.scenario.checks.space import check_body, check_clearance, check_dimensions
+from escort_mj.scenario.checks.teams import (
+    check_circles,
+    check_members,
+    check_of_team,
+    check_one_team,
+    check_team_targets,
+)
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
@@ -111,13 +118,13 @@ def trace_size(scenario: Scenario) -> float:
     informed = scenario.knowledge is not None or communication is not None
     lidar, driven = scenario.sensing.lidar, any(kind.driven for kind in kinds_of(scenario))
     rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
-    opponents = sum(group.count for group in scenario.opponents)
-    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents)
+    opponents, teams = sum(group.count for group in scenario.opponents), len(scenario.teams)
+    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents, teams)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 
 
-AROUND = ("obstacles", "walls", "clutter", "environment", "opponents")
+AROUND = ("obstacles", "walls", "clutter", "environment", "opponents", "teams")
 CLUTTERED = ("axes", "seed", "duration", "target", "robots")  # what clutter is drawn by, beside those
 Check = Callable[[Scenario], Iterator[Finding]]
 
@@ -134,7 +141,8 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_environment, ("axes", "environment")),
     (check_body, ("axes", "physics", "target")),
     (check_policy, ("target",)),
-    (check_opponents, ("axes", "physics", "target", "opponents")),
+    (check_opponents, ("axes", "physics", "target", "opponents", "teams")),
+    (check_team_targets, ("axes", "duration", "physics", "teams")),
 )
 ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
@@ -149,9 +157,13 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_video, ("duration", "video")),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
     (check_one_way, ("mission",)),
-    (check_target, ("target", "mission", "expect")),
+    (check_target, ("target", "mission", "expect", "teams")),
+    (check_members, ("teams", "axes", "robots")),
+    (check_one_team, ("teams", "target", "knowledge", "communication", "sensing", "mission", *AROUND)),
+    (check_circles, ("teams", "axes", "duration", "robots", "mission")),
+    (check_of_team, ("teams", "mission", "expect")),
     (check_goals, ("axes", "seed", "target", "robots", "mission", *AROUND)),
-    (check_formation, ("axes", "target", "robots", "mission")),
+    (check_formation, ("axes", "target", "robots", "mission", "teams")),
     (check_radii, ("axes", "duration", "target", "robots", "mission")),
     (check_doors, ("axes", "duration", "target", "robots", "walls")),
     (check_motors, ("axes", "robots")),
@@ -161,7 +173,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
     (check_sight, ("mission", "robots", "sensing")),
     (check_lidar, ("axes", "mission", "physics", "robots", "sensing")),
-    (check_known, ("knowledge", "communication", "mission", "target", "robots")),
+    (check_known, ("knowledge", "communication", "mission", "target", "teams", "robots")),
     (check_target_sight, ("knowledge", "robots", "physics", "axes")),
     (check_auctions, ("mission", "communication")),
     (check_communication, ("communication", "robots", "physics", "axes")),

@@ -12,6 +12,7 @@ from escort_mj.scenario.geometry.clutter import drawn
 from escort_mj.scenario.geometry.obstacle_body import NO_VERTICES, Body
 from escort_mj.scenario.geometry.opponents import opponent_bodies
 from escort_mj.scenario.geometry.shapes import bounding_radius, quaternion
+from escort_mj.scenario.geometry.teams import team_targets
 from escort_mj.scenario.geometry.trajectory import trajectory
 from escort_mj.scenario.geometry.walls import parts
 from escort_mj.scenario.schema.obstacle_tables import SPHERE_RADIUS, Drive, Motion, Obstacle
@@ -24,7 +25,7 @@ SIZES = {"box": 3, "ellipsoid": 3, "cylinder": 2, "capsule": 2}
 
 
 def obstacles_of(scenario: Scenario) -> tuple[Body, ...]:
-    """Every obstacle, wall and opponent of a scenario, in the order in which traces number them.
+    """Every obstacle, wall, opponent and team's target of a scenario, as traces number them.
 
     Raises:
         ScenarioError: If clutter is asked for and there is no room for it.
@@ -41,7 +42,7 @@ def fixed_obstacles(scenario: Scenario) -> tuple[Body, ...]:
 def _resolved(scenario: Scenario) -> tuple[Body, ...]:
     placed = fixed_obstacles(scenario)
     placed = (*placed, *drawn(scenario, placed))
-    return (*placed, *opponent_bodies(scenario, placed))
+    return (*placed, *opponent_bodies(scenario, placed), *team_targets(scenario))
 
 
 def _obstacles(scenario: Scenario) -> Iterator[Body]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from escort_mj.errors import Fault, ScenarioError
 from escort_mj.robots.kind import MOST_MOTORS, RobotKind
 from escort_mj.scenario.geometry.obstacle_body import Body, clear_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.teams import team_center
 from escort_mj.scenario.geometry.trajectory import target_trajectory
 from escort_mj.scenario.schema.environment import tilted
 from escort_mj.scenario.schema.robots import Actuators
@@ -133,15 +134,28 @@ def team(scenario: Scenario) -> Placement:
         if override.position is not None:
             position[robot] = override.position
     if robots.positions is None:
-        placement = robots.placement or RandomPlacement(within=2.0 * scenario.mission.radius)
         random = np.random.Generator(np.random.Philox(scenario.seed))
-        draw_places(scenario, placement, random, position, radius, "robot")
+        for placement, members in _placements(scenario, count):
+            draw_places(scenario, placement, random, position, radius, "robot", members)
     kinds = kinds_of(scenario)
     gains = _gains(scenario.seed, kinds, actuators, scenario.axes)
     velocity = np.zeros((count, scenario.axes))
     if robots.velocities is not None:
         velocity[:] = robots.velocities
     return Placement(position, velocity, mass, radius, force_limit, kinds, tuple(actuators), gains)
+
+
+def _placements(scenario: Scenario, count: int) -> Iterator[tuple[RandomPlacement, NDArray[np.bool_]]]:
+    """Yield where robots are placed at random, those of each team around its targets, shape (n,) each."""
+    given = scenario.robots.placement
+    if not scenario.teams:
+        within = 2.0 * scenario.mission.radius
+        yield given or RandomPlacement(within=within), np.ones(count, dtype=bool)
+    for one in scenario.teams:
+        near = given or RandomPlacement(within=2.0 * (one.radius or scenario.mission.radius))
+        center = near.center or tuple(map(float, team_center(one, scenario.axes)))
+        members = np.isin(np.arange(count), np.array(one.robots) - 1)
+        yield near.model_copy(update={"center": center}), members
 
 
 def draw_places(
@@ -151,6 +165,7 @@ def draw_places(
     position: Array,
     radius: Array,
     what: str,
+    which: NDArray[np.bool_] | bool = True,
 ) -> None:
     """Draw the rows that are NaN, clear of one another and of everything else but robots.
 
@@ -161,6 +176,7 @@ def draw_places(
         position: Shape (n, p) [m]; changed in place.
         radius: Of what is to stand there, shape (n,) [m].
         what: Name of what is to stand there, for messages: `robot` or `goal`.
+        which: Rows that are drawn at all, shape (n,).
 
     Raises:
         ScenarioError: If there is no room for them.
@@ -168,21 +184,22 @@ def draw_places(
     target = target_trajectory(scenario).position(0.0)
     center = target if placement.center is None else np.array(placement.center)
     target_radius = [scenario.target.radius] if scenario.target is not None else []
-    free = np.isnan(position).any(axis=1)
+    unknown = np.isnan(position).any(axis=1)
+    free = unknown & which
     obstacles = obstacles_of(scenario)
     spheres = [body for body in obstacles if body.is_sphere]
     taken = np.concatenate(
         [
             target[np.newaxis][: len(target_radius)],
             np.array([body.position for body in spheres]).reshape(-1, scenario.axes),
-            position[~free],
+            position[~unknown],
         ]
     )
     taken_radius = np.concatenate(
         [
             target_radius,
             [body.bounding_radius for body in spheres],
-            radius[~free],
+            radius[~unknown],
         ]
     )
     others = [body for body in obstacles if not body.is_sphere]

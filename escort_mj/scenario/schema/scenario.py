@@ -33,6 +33,7 @@ from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import Robots
 from escort_mj.scenario.schema.sensing import Sensing
+from escort_mj.scenario.schema.teams import MOST_TEAMS, Team
 
 if TYPE_CHECKING:
     from typing import Self
@@ -92,6 +93,8 @@ class Phase(Parameters):
     """End of the phase [s]; null: the end of the run."""
     when: Condition | None = None
     """Condition for the phase; null: time alone decides."""
+    team: str | None = None
+    """Name of the team that the phase rules, in scenarios with `teams`; null: all robots."""
 
 
 class Mission(Parameters):
@@ -218,6 +221,9 @@ class Scenario(Parameters, metaclass=_Checked):
     """Random obstacles; null: none."""
     opponents: Annotated[tuple[Opponents, ...], Field(max_length=20)] = ()
     """Bodies that want to reach the target, and that robots can intercept (docs/pursuit.md)."""
+    teams: Annotated[tuple[Team, ...], Field(max_length=MOST_TEAMS)] = ()
+    """Teams of robots with targets of their own, in place of `target` (docs/teams.md); empty: all robots are
+    one team."""
     environment: Environment = Environment()
     """Floor, slope and medium."""
     mission: Mission = Mission()

@@ -176,8 +176,9 @@ def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None, see
     lidar = setup.sensing.lidar
     rays = len(lidar.rays) if lidar is not None and lidar.recorded else 0
     sizes |= channel_sizes(
-        setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents)
-    )
+        setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents),
+        len(setup.teams),
+    )  # fmt: skip
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule_of(scenario), sizes)
 
 
@@ -289,6 +290,9 @@ def _stages(scenario: Scenario, setup: Setup, robots: Placement, bodies: Sequenc
     corners = [corner for body in bodies for corner in body.corners(scenario.axes)]
     moments = np.linspace(0.0, scenario.duration, PATH_SAMPLES)
     corners += [mover.path.position(moments) for mover in setup.movers if mover.obstacle >= 0]
+    for one in setup.teams:
+        ways = [mover.path.position(moments) for mover in setup.movers if mover.obstacle in one.targets]
+        corners += [np.mean(ways, axis=0) + side * (one.radius + robots.radius.max()) for side in (-1.0, 1.0)]
     every = np.vstack([centers - around, centers + around, sent - largest, sent + largest, *corners])
     low, high = every.min(axis=0), every.max(axis=0)
     height = robots.height if scenario.axes == 2 else 0.0

@@ -1,0 +1,105 @@
+"""Teams with targets of their own: which robot is in which, and how far from its target it stays."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from escort_mj.native.fields import Array, Fields, Recorded, Value
+from escort_mj.native.kernels import inlined
+from escort_mj.native.lanes import Lanes, everywhere, greatest, load, pick, set_row
+
+if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+
+class Team(NamedTuple):
+    """Robots that escort targets together.
+
+    Attributes:
+        name: As the scenario has it.
+        robots: Its members at the start, from 0.
+        targets: Which obstacles its targets are, from 0.
+        radius: Distance to keep from the middle of its targets [m].
+        demand: From when on how many robots it needs, in order of time [s].
+    """
+
+    name: str
+    robots: tuple[int, ...]
+    targets: tuple[int, ...]
+    radius: float
+    demand: tuple[tuple[float, int], ...] = ()
+
+
+class TeamParameters(Fields):
+    """Teams with targets of their own; none where all robots are one team."""
+
+    apart: Annotated[
+        bool,
+        Value("1", "whether robots have targets and teammates each by itself: of its team, or as it knows"),
+    ]
+    team_radius: Annotated[Array, "teams", Value("m", "distance to keep from the middle of its targets")]
+    team_start: Annotated[Array, "members", Value("1", "team of each robot at the start, from 1")]
+    target_team: Annotated[Array, "targets", Value("1", "team of each target, from 1")]
+    target_obstacle: Annotated[Array, "targets", Value("1", "which obstacle it is, from 0")]
+    demand_team: Annotated[Array, "demands", Value("1", "team, from 1; those of a team in order of time")]
+    demand_after: Annotated[Array, "demands", Value("s", "from when on")]
+    demand_robots: Annotated[Array, "demands", Value("1", "how many robots it needs")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        numbered = [*enumerate(setup.teams, 1)]
+        demands = [(number, *demand) for number, team in numbered for demand in team.demand]
+        targets = [(number, target) for number, team in numbered for target in team.targets]
+        return {
+            "apart": setup.apart,
+            "team_radius": [team.radius for team in setup.teams],
+            "team_start": [*setup.members + 1] if setup.teams else [],
+            "target_team": [number for number, _ in targets],
+            "target_obstacle": [target for _, target in targets],
+            "demand_team": [number for number, _, _ in demands],
+            "demand_after": [after for _, after, _ in demands],
+            "demand_robots": [robots for _, _, robots in demands],
+        }
+
+
+class TeamSignals(Fields):
+    """Who is in which team, and where its targets are; recorded where there are teams."""
+
+    member_of: Annotated[Array, "members", Recorded("1", "team of the robot, from 1", "int8")]
+    team_center: Annotated[Array, "teams", "p", Recorded("m", "middle of the targets of each team")]
+    team_velocity: Annotated[Array, "teams", "p", Recorded("m/s", "velocity of this middle")]
+
+
+class TeamState(Fields):
+    """What changes where robots move from one team to another."""
+
+    own_radius: Annotated[Array, "members", Value("m", "distance that a robot keeps from its team's targets")]
+    missed: Annotated[Array, "members", Value("1", "1 for lost robots whose teams have closed ranks")]
+    team_left: Annotated[Array, "teams", Value("1", "members that are not lost")]
+    team_changed: Annotated[Array, "teams", Value("1", "1 where members came, went or were lost")]
+
+
+@inlined
+def of_teams(i: int, table: Array, state: State, rows: Array) -> None:
+    """Read the rows of a table of teams that robots i to i + 7 are in, into p rows of lanes."""
+    p = state.q.shape[1]
+    first = float(p) * greatest(load(state.member_of, i) - 1.0, 0.0)
+    for k in range(p):
+        set_row(rows, k, pick(table, first + float(k)))
+
+
+@inlined
+def radius_rows(i: int, plan: Plan, state: State) -> Lanes:
+    """Return the distances that robots i to i + 7 keep from their targets [m]."""
+    if plan.team_radius.shape[0] > 0:
+        own: Lanes = load(state.own_radius, i)
+        return own
+    return everywhere(plan.radius)
+
+
+@inlined
+def radius_of(robot: int, plan: Plan, state: State) -> float:
+    """Return the distance that a robot keeps from its target [m]."""
+    return state.own_radius[robot] if plan.team_radius.shape[0] > 0 else plan.radius

@@ -1,0 +1,217 @@
+"""Robots in teams: where the targets of each team are, and who changes over to which team.
+
+A team demands a number of robots, which may depend on time. One that has too few, because of a loss or a new
+demand, gets the robot nearest to its targets of those that other teams can spare: a team spares robots
+beyond its own demand, and keeps one at least. Earlier teams come first.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.behaviors.vertices import turned
+from escort_mj.control.failure import placed
+from escort_mj.native.kernels import inlined
+from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.reform import reform
+
+if TYPE_CHECKING:
+    from escort_mj.control.failure import Team as Formed
+    from escort_mj.control.setup import Setup
+    from escort_mj.memory.layout import Plan, State
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@on_demand
+def form_teams(plan: Plan, state: State) -> None:
+    """Finds where the targets of teams are, and moves robots from one team to another.
+
+    Args:
+        plan: Gives teams and demands.
+        state: Gives time, obstacles and measured positions; who is in which team is written, and so are
+            `vertices` and `rotation` of teams that changed.
+    """
+    n, teams = state.q.shape[0], plan.team_radius.shape[0]
+    _find_targets(plan, state)
+    for t in range(teams):
+        state.team_left[t] = state.team_changed[t] = 0.0
+    for i in range(n):
+        if state.evaluated[0] == 0.0:
+            state.member_of[i] = plan.team_start[i]
+        t = int(state.member_of[i]) - 1
+        if state.lost[i] == 0.0:
+            state.team_left[t] += 1.0
+        elif state.missed[i] == 0.0:
+            state.missed[i] = state.team_changed[t] = 1.0
+    for t in range(teams):
+        while state.team_left[t] < _demand(t, plan, state):
+            i = _spare(t, plan, state)
+            if i < 0:
+                break
+            other = int(state.member_of[i]) - 1
+            state.team_left[other] -= 1.0
+            state.team_left[t] += 1.0
+            state.team_changed[other] = state.team_changed[t] = 1.0
+            state.member_of[i] = t + 1.0
+    for i in range(n):
+        state.own_radius[i] = plan.team_radius[int(state.member_of[i]) - 1]
+        state.team_news[i] = 1.0
+    if plan.figures.shape[0] > 0:
+        for t in range(teams):
+            if state.team_changed[t] != 0.0 and state.team_left[t] > 0.0:
+                _close_ranks(t, plan, state)
+
+
+@inlined
+def _find_targets(plan: Plan, state: State) -> None:
+    """Write middle and mean velocity of each team's targets."""
+    p, targets = state.q.shape[1], plan.target_team.shape[0]
+    for t in range(plan.team_radius.shape[0]):
+        number = 0.0
+        for k in range(p):
+            state.team_center[t, k] = state.team_velocity[t, k] = 0.0
+        for target in range(targets):
+            if plan.target_team[target] == t + 1.0:
+                number += 1.0
+                j = int(plan.target_obstacle[target])
+                for k in range(p):
+                    state.team_center[t, k] += state.obstacle_position[j, k]
+                    state.team_velocity[t, k] += state.obstacle_velocity[j, k]
+        for k in range(p):
+            state.team_center[t, k] /= number
+            state.team_velocity[t, k] /= number
+
+
+@inlined
+def _demand(t: int, plan: Plan, state: State) -> float:
+    """Return how many robots a team needs now."""
+    time, found = state.time[0] + 0.5 * plan.timestep, 0.0
+    for d in range(plan.demand_team.shape[0]):
+        if plan.demand_team[d] == t + 1.0 and plan.demand_after[d] <= time:
+            found = plan.demand_robots[d]
+    return found
+
+
+@inlined
+def _spare(t: int, plan: Plan, state: State) -> int:
+    """Return the robot nearest to a team's targets that another team can spare; -1 where there is none."""
+    n, p = state.q.shape
+    nearest, least = -1, math.inf
+    for i in range(n):
+        other = int(state.member_of[i]) - 1
+        if other == t or state.lost[i] != 0.0:
+            continue
+        if state.team_left[other] <= max(_demand(other, plan, state), 1.0):
+            continue
+        square = 0.0
+        for k in range(p):
+            square += (state.q_measured[i, k] - state.team_center[t, k]) ** 2
+        if square < least:
+            nearest, least = i, square
+    return nearest
+
+
+@inlined
+def _close_ranks(t: int, plan: Plan, state: State) -> None:
+    """Give the members of a team that are left places in their even figure."""
+    (n, p), left, one, first = state.q.shape, int(state.team_left[t]), -1, 0
+    for i in range(n):
+        member = state.member_of[i] == t + 1.0 and state.lost[i] == 0.0
+        state.mate_unknown[i] = 0.0 if member else 1.0
+        if member and one < 0:
+            one = i
+    for count in range(left + 1, n):
+        first += count
+    reform(
+        state.q_measured, state.team_center[t], state.mate_unknown, left, plan.figures, first, plan.turns,
+        state.rotation[one], state.mate_position, state.scratch,
+    )  # fmt: skip
+    for i in range(n):
+        if state.mate_unknown[i] == 0.0:
+            for a in range(p):
+                state.vertices[i, a] = state.mate_position[i, a]
+                for b in range(p):
+                    state.rotation[i, a, b] = 1.0 if a == b else 0.0
+
+
+# The same in plain NumPy.
+
+
+class Teams:
+    """Who is in which team, step by step.
+
+    Attributes:
+        members: Team of each robot, from 0, shape (n,).
+        center: Middle of each team's targets, shape (teams, p) [m].
+        velocity: How fast it moves, likewise [m/s].
+        rotation: Of the even figure of each robot's team, shape (n, p, p).
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        self.members = setup.members
+        self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
+        self._missed = np.zeros(setup.count, dtype=bool)
+
+    def form(self, t: float, q: Array, formed: Formed, setup: Setup) -> Formed:
+        """Move robots from one team to another; return the team with the vertices that they then have.
+
+        Args:
+            t: Time [s].
+            q: Measured positions, shape (n, p) [m].
+            formed: Who is lost, and has which vertex.
+            setup: Gives the teams, and where their targets are.
+        """
+        place, speed = setup.obstacle_position, setup.obstacle_velocities()
+        self.center = np.array([place[[*team.targets]].mean(axis=0) for team in setup.teams])
+        self.velocity = np.array([speed[[*team.targets]].mean(axis=0) for team in setup.teams])
+        lost, moment = formed.lost, t + 0.5 * setup.timestep
+        changed = {*self.members[lost & ~self._missed].tolist()}
+        self._missed = lost
+        needed = [
+            ([0] + [robots for after, robots in team.demand if after <= moment])[-1] for team in setup.teams
+        ]
+        left = [int((~lost & (self.members == number)).sum()) for number in range(len(setup.teams))]
+        self.members = self.members.copy()
+        for number, demand in enumerate(needed):
+            while left[number] < demand:
+                can = np.array([left[k] > max(needed[k], 1) for k in range(len(left))])
+                spare = can[self.members] & (self.members != number) & ~lost
+                if not spare.any():
+                    break
+                away = np.where(spare, np.linalg.norm(q - self.center[number], axis=1), np.inf)
+                robot = int(away.argmin())
+                other = int(self.members[robot])
+                left[other], left[number] = left[other] - 1, left[number] + 1
+                changed |= {other, number}
+                self.members[robot] = number
+        if setup.reforming is None:
+            return formed
+        vertices = formed.vertices.copy()
+        for number in sorted(changed):
+            here = (self.members == number) & ~lost
+            if here.any():
+                offset = q[here] - self.center[number]
+                turns = np.concatenate([self.rotation[here][:1], setup.reforming.turns])
+                points = setup.reforming.figures[len(q) - left[number] - 1]
+                away = np.linalg.norm(offset, axis=1, keepdims=True)
+                vertices[here], self.rotation[here] = placed(points, offset / away, turns), np.eye(setup.axes)
+        return replace(formed, vertices=vertices)
+
+    def turn(self, q: Array, formed: Formed) -> None:
+        """Let the figure of each team turn to fit its members; arguments as of `form`."""
+        for i in np.flatnonzero(~formed.lost).tolist():
+            here = (self.members == self.members[i]) & ~formed.lost
+            center = self.center[self.members[i]]
+            self.rotation[i] = turned(self.rotation[i], q[here], center, formed.vertices[here])
+
+    def mates(self, q: Array) -> Array:
+        """Return where each robot knows its teammates to be, NaN for other robots, shape (n, n, p) [m]."""
+        same = self.members[:, None] == self.members
+        return np.where(same[..., None], q, np.nan)

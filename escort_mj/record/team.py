@@ -1,0 +1,46 @@
+"""One team of a mission with several: the trace as if its members were all robots, and its targets one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from escort_mj.record.recording import sealed
+
+if TYPE_CHECKING:
+    from escort_mj.record.recording import Recorded, Recording
+
+
+def team_names(trace: Recorded) -> list[str]:
+    """Return the names of the teams; none where all robots are one team."""
+    return [*map(str, trace["team"].values)] if "team" in trace else []
+
+
+def of_team(trace: Recorded, name: str) -> Recording:
+    """Return a trace as one team has it: robots of other teams count as lost.
+
+    The middle of its targets is the target, with the radius of the largest of them. The formation has no
+    neighbors where members come or go.
+
+    Args:
+        trace: The whole trace.
+        name: Of the team.
+    """
+    trace, place = sealed(trace), team_names(trace).index(name)
+    member = trace["member_of"].values == place + 1
+    pairs = trace["neighbors"].values - 1
+    kept = (member == member[:1]).all() & member[:1].all(axis=0)[pairs].all(axis=1)
+    part = trace.isel(edge=kept).assign(
+        lost=(("time", "robot"), np.maximum(trace["lost"].values, ~member)),
+        target_position=(("time", "axis"), trace["team_center"].values[:, place]),
+        target_velocity=(("time", "axis"), trace["team_velocity"].values[:, place]),
+    )
+    sizes = {
+        "mission_radius": float(trace["team_radius"].values[place]),
+        "target_radius": float(
+            trace["obstacle_radius"].values[trace["obstacle_team"].values == place + 1].max()
+        ),
+    }
+    return replace(part, attrs={**trace.attrs, **sizes})

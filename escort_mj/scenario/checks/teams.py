@@ -1,0 +1,178 @@
+"""Checks of `teams`: every robot is in one, their targets move, and nothing else needs one team only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface
+from escort_mj.control.outer_loops import Nsb
+from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.scenario.checks.motion import check_defined, check_order
+from escort_mj.scenario.checks.obstacles import check_drive
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
+from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.geometry.trajectory import trajectory
+from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.teams import Team
+
+IN_SPACE = 3  # axes
+MOMENTS = 201  # at which targets are looked at
+
+
+def check_team_targets(scenario: Scenario) -> Iterator[Finding]:
+    """Teams have names of their own, and their targets have paths that the mission's axes have."""
+    names = [team.name for team in scenario.teams]
+    for index, team in enumerate(scenario.teams):
+        table: Path = ("teams", index)
+        if scenario.axes > IN_SPACE:
+            yield Finding(table, f"found in {scenario.axes} axes; teams have their targets in 2 or 3")
+        if team.name in names[:index]:
+            yield Finding((*table, "name"), f"found the name {team.name} twice; name the others")
+        for place, target in enumerate(team.targets):
+            path: Path = (*table, "targets", place)
+            if target.position is not None and target.waypoints is not None:
+                yield Finding(path, "found both position and waypoints; give one of them")
+            vectors = [((*path, "position"), target.position or ())] if target.position is not None else []
+            for k, waypoint in enumerate(target.waypoints or ()):
+                vectors.append(((*path, "waypoints", k, "position"), waypoint.position))
+            for where, vector in vectors:
+                if len(vector) != scenario.axes:
+                    words = f"found {len(vector)} numbers; expected {scenario.axes}, as axes says"
+                    yield Finding(where, words)
+            yield from check_order((*path, "waypoints"), target.waypoints or ())
+            yield from check_defined(scenario, (*path, "position"), target.position or ())
+            yield from check_drive(scenario, target.body, (*path, "body"))
+        for place, demand in enumerate(team.demand):
+            path = (*table, "demand", place, "after")
+            if place and demand.after <= team.demand[place - 1].after:
+                before = team.demand[place - 1].after
+                words = f"found {demand.after:g} s after {before:g} s; demands are in order of time"
+                yield Finding(path, words)
+            if demand.after >= scenario.duration:
+                words = f"found {demand.after:g} s; the run ends at {scenario.duration:g} s"
+                yield Finding(path, words, late=f"it begins at {demand.after:g} s")
+
+
+def check_members(scenario: Scenario) -> Iterator[Finding]:
+    """Each robot is in one team at the start, and teams never need more robots than there are."""
+    if not scenario.teams:
+        return
+    count, found = robot_count(scenario), dict[int, str]()
+    for index, team in enumerate(scenario.teams):
+        for place, robot in enumerate(team.robots):
+            path: Path = ("teams", index, "robots", place)
+            if robot > count:
+                words = f"found robot {robot}; allowed are 1 to {count}"
+                yield Finding(path, words, related=(("robots", "count"),))
+            elif robot in found:
+                yield Finding(path, f"found robot {robot} again; it is in team {found[robot]}")
+            found.setdefault(robot, team.name)
+    if missing := sorted({*range(1, count + 1)} - {*found}):
+        others = f" and {len(missing) - 1} others" if len(missing) > 1 else ""
+        words = f"found robot {missing[0]}{others} in no team; expected each robot from 1 to {count} in one"
+        yield Finding(("teams",), words, related=(("robots", "count"),))
+    begins = sorted({demand.after for team in scenario.teams for demand in team.demand})
+    for moment in begins:
+        needed = [_needed(team, moment) for team in scenario.teams]
+        if sum(needed) > count:
+            words = (
+                f"found demands of {sum(needed)} robots at {moment:g} s; expected at most {count}, all robots"
+            )
+            yield Finding(("teams",), words, related=(("robots", "count"),))
+            return
+
+
+def _needed(team: Team, moment: float) -> int:
+    """Return how many robots a team has at least at a time: one, where it demands no more."""
+    return max([1, *[demand.robots for demand in team.demand if demand.after <= moment][-1:]])
+
+
+def check_one_team(scenario: Scenario) -> Iterator[Finding]:
+    """Nothing of the mission needs all robots to be one team, with one target."""
+    if not scenario.teams:
+        return
+    teams: tuple[Path, ...] = (("teams",),)
+    if scenario.target is not None:
+        words = "found a target beside teams, each of which has its own; expected target: null"
+        yield Finding(("target",), words, related=teams)
+    for key in ("knowledge", "communication", "opponents", "clutter"):
+        if getattr(scenario, key):
+            yield Finding((key,), f"found {key} with teams; expected one or the other", related=teams)
+    for name in ("target_position", "target_velocity"):
+        if getattr(scenario.sensing, name) != type(scenario.sensing)().target_position:
+            words = "found errors; robots of teams know where their targets are: expected none"
+            yield Finding(("sensing", name), words, related=teams)
+    if not isinstance(scenario.mission.outer, Nsb):
+        words = f"found {scenario.mission.outer.loop} with teams; expected nsb"
+        yield Finding(("mission", "outer"), words, related=teams)
+    for path, behavior in behaviors_of(scenario):
+        words = ""
+        if isinstance(behavior, Chords):
+            words = "keeps one formation of all robots; with teams expected vertices, repulsion or spacing"
+        elif isinstance(behavior, Formation) and behavior.follows:
+            words = "follows one target; with teams, give position"
+        elif isinstance(behavior, Surface) and (behavior.changes or behavior.least is not None):
+            words = "has a radius of its own; with teams, each team has its radius"
+        if words:
+            yield Finding(path, words, related=teams)
+    for index, phase in enumerate(scenario.mission.supervisor):
+        if phase.when is not None and phase.when.quantity == "target_obstacle_distance":
+            words = "found target_obstacle_distance; targets of teams are obstacles themselves"
+            yield Finding(("mission", "supervisor", index, "when", "quantity"), words, related=teams)
+
+
+def check_circles(scenario: Scenario) -> Iterator[Finding]:
+    """The circle of each team has its targets inside, as far as avoidance wants robots to stay off them."""
+    avoids = [each for _, each in behaviors_of(scenario) if isinstance(each, AvoidObstacles)]
+    times = np.linspace(0.0, scenario.duration, MOMENTS)
+    body = scenario.robots.largest_radius
+    for index, team in enumerate(scenario.teams):
+        radius = team.radius or scenario.mission.radius
+        ways = np.array([trajectory(target, scenario.axes).position(times) for target in team.targets])
+        apart = np.linalg.norm(ways - ways.mean(axis=0), axis=2)
+        off = [
+            max(
+                [
+                    t.radius + body,
+                    *(a.safe_distance + (t.radius + body) * (a.measure == "surface") for a in avoids),
+                ]
+            )
+            for t in team.targets
+        ]
+        least = apart + np.array(off)[:, None]
+        which, when = np.unravel_index(int(least.argmax()), least.shape)
+        if radius < (needed := least[which, when]):
+            away, name = apart[which, when], team.targets[which].name
+            yield Finding(
+                ("teams", index, "radius"),
+                f"found {radius:g} m; expected at least {needed:.4g} m: {name} is {away:.3g} m from the "
+                f"middle at {times[when]:.3g} s, and robots stay {off[which]:.4g} m off its center",
+                related=(("teams", index), ("mission", "radius")),
+            )
+
+
+def check_of_team(scenario: Scenario) -> Iterator[Finding]:
+    """Phases and expectations name teams that exist, and what is of one team only names its team."""
+    names = [team.name for team in scenario.teams]
+    for index, phase in enumerate(scenario.mission.supervisor):
+        if phase.team is not None and phase.team not in names:
+            yield Finding(("mission", "supervisor", index, "team"), _unknown(phase.team, names))
+    for index, expectation in enumerate(scenario.expect):
+        path: Path = ("expect", index)
+        team = getattr(expectation, "team", None)
+        if team is not None and team not in names:
+            yield Finding((*path, "team"), _unknown(team, names))
+        elif team is not None and not expectation.of_one_team:
+            words = f"found the team {team}; {expectation.subject} is of all robots: expected no team"
+            yield Finding((*path, "team"), words)
+        elif names and team is None and expectation.of_one_team:
+            words = f"found {expectation.subject} without a team; give team: {listed(names)}"
+            yield Finding(path, words, related=(("teams",),))
+
+
+def _unknown(team: str, names: list[str]) -> str:
+    """Say that there is no team of a name."""
+    allowed = f"allowed are {listed(names)}" if names else "this scenario has no teams"
+    return f"found {shown(team)}; {allowed}{did_you_mean(team, names)}"

@@ -1,0 +1,50 @@
+"""Tables of teams: robots that escort targets of their own."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, NonNegativeFloat, PositiveInt
+
+from escort_mj.components.parameters import Parameters, Radius
+from escort_mj.scenario.schema.obstacle_tables import Drive, Motion, Name
+from escort_mj.scenario.schema.robots import MAX_ROBOTS
+
+MOST_TEAMS = 20
+MOST_TARGETS = 20
+
+
+class TeamTarget(Motion):
+    """A target of a team. It is driven along its path, and counts among the obstacles."""
+
+    name: Name
+    """Name in figures and verdicts."""
+    radius: Radius = 0.3
+    """Radius of the body [m]."""
+    body: Drive = Drive()
+    """Mass and drive of the body."""
+
+
+class Demand(Parameters):
+    """How many robots a team needs from some time on."""
+
+    after: NonNegativeFloat = 0.0
+    """From when on [s]."""
+    robots: PositiveInt
+    """Number of robots that it needs."""
+
+
+class Team(Parameters):
+    """Robots that escort the same targets."""
+
+    name: Name
+    """Name in figures and verdicts."""
+    robots: Annotated[tuple[PositiveInt, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
+    """Its members at the start: numbers of robots, from 1."""
+    targets: Annotated[tuple[TeamTarget, ...], Field(min_length=1, max_length=MOST_TARGETS)]
+    """Its targets; robots stay around the middle of them."""
+    radius: Radius | None = None
+    """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
+    demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
+    """Numbers of robots that it needs, in order of time. A team with too few robots gets the nearest ones
+    that other teams can spare."""

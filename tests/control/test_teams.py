@@ -1,0 +1,129 @@
+"""Teams: the NumPy form beside the kernel, and who changes over, by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from escort_mj import Scenario
+from escort_mj.control.failure import Team as Formed
+from escort_mj.control.reference import ReferenceController
+from escort_mj.control.setup import Setup
+from escort_mj.control.teams import Teams
+from escort_mj.scenario.setup import controller_setup
+from tests.control.twins import TOLERANCE, Kernel, assert_same
+
+STEP, STEPS = 0.05, 120
+AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.3}
+
+PHASES = [
+    {"team": "two", "behaviors": [AVOID, "surface", "repulsion"]},
+    {"team": "one", "after": 1.5, "behaviors": ["surface"],
+     "when": {"quantity": "robot_distance", "below": 4.0, "scope": "team"}},
+]  # fmt: skip
+
+
+def mission(axes: int, behaviors: list[object], **more: object) -> Setup:
+    """Nine robots in three teams, one with two targets; demands, and a loss where told."""
+    rest = [0.0] * (axes - 1)
+    targets = [
+        {"name": name, "position": [f"{x} + {v}*t", *rest], "radius": 0.3}
+        for name, x, v in (("a", 0, 0.3), ("b", 12, 0), ("c", 13.5, 0), ("d", -12, -0.2))
+    ]
+    teams = [
+        {"name": "one", "robots": [2, 4, 6], "radius": 3, "targets": targets[:1],
+         "demand": [{"after": 2.0, "robots": 4}, {"after": 4.0, "robots": 2}]},
+        {"name": "two", "robots": [1, 3, 5, 9], "radius": 4, "targets": targets[1:3],
+         "demand": [{"robots": 3}]},
+        {"name": "three", "robots": [7, 8], "radius": 2, "targets": targets[3:],
+         "demand": [{"after": 4.0, "robots": 3}]},
+    ]  # fmt: skip
+    return controller_setup(
+        Scenario(
+            axes=axes, physics={"timestep": STEP}, recording={"rate": 20}, seed=axes, target=None,
+            teams=teams, robots={"count": 9, "radius": 0.2, **more},
+            obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
+            mission={"max_speed": 1.5, "behaviors": behaviors, "supervisor": PHASES},
+        )
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("failures", [[], [{"robot": 4, "at": 1.0}, {"robot": 9, "at": 5.0}]])
+@pytest.mark.parametrize("spread", ["vertices", "repulsion", "spacing", {"behavior": "orbit"}, "connect"])
+@pytest.mark.parametrize("axes", [2, 3])
+def test_kernel_and_twin_agree(axes: int, spread: object, failures: list[object]) -> None:
+    stack = [AVOID, {"behavior": "connect", "distance": 3.0} if spread == "connect" else spread, "surface"]
+    setup = mission(axes, stack, failures=failures)
+    random = np.random.default_rng(3)
+    start = setup.obstacle_position[1:]
+    q = start[[1, 0, 1, 0, 1, 0, 3, 3, 2]] + random.normal(scale=2.0, size=(9, axes))
+    kernel, twin = Kernel(setup), ReferenceController(setup, stride=1)
+    twin.reset(q)
+    seen: set[object] = set()
+    for step in range(STEPS):
+        t = step * STEP
+        speed = np.array([mover.path.velocity(t) for mover in setup.movers])
+        place = np.array([mover.path.position(t) for mover in setup.movers])
+        kernel.state.mover_position[:], kernel.state.mover_velocity[:] = place, speed
+        twin.setup = replace(
+            twin.setup, obstacle_position=np.vstack([setup.obstacle_position[:1], place]),
+            obstacle_velocity=np.vstack([np.zeros((1, axes)), speed]),
+        )  # fmt: skip
+        twin._supervisor.setup = twin._holder.setup = twin.setup
+        v = random.normal(scale=0.1, size=q.shape)
+        state, signals = kernel.evaluate(t, q, v), twin.evaluate(t, q, v)
+        assert_same(state, signals, TOLERANCE)
+        assert twin._teams is not None
+        assert np.array_equal(state.member_of, twin._teams.members + 1)
+        assert np.abs(state.team_center - twin._teams.center).max() < TOLERANCE
+        assert ((signals.phase != 1.0) | (state.member_of == 2.0)).all()
+        assert ((signals.phase != 2.0) | (state.member_of == 1.0)).all()
+        seen |= {tuple(map(int, state.member_of)), *signals.phase}
+        q = q + STEP * signals.v_d
+    assert len(seen) >= 6 and seen >= {0.0, 1.0, 2.0}
+
+
+def standing(**demand: list[dict[str, float]]) -> tuple[Teams, Formed, Setup]:
+    """Six robots on a line: 1 to 3 around a target at 0, and 4 to 6 around one at 10 m."""
+    teams = [
+        {"name": name, "robots": robots, "radius": 3, "demand": demand.get(name, []),
+         "targets": [{"name": f"of_{name}", "position": [x, 0]}]}
+        for name, robots, x in (("left", [1, 2, 3], 0), ("right", [4, 5, 6], 10))
+    ]  # fmt: skip
+    behaviors = [{"behavior": "avoid_obstacles", "safe_distance": 0.3}, "vertices", "surface"]
+    setup = controller_setup(Scenario(
+        target=None, teams=teams, robots={"positions": [[x, 0] for x in (-3, 2, 3, 6.5, 7, 13)]},
+        mission={"behaviors": behaviors},
+    ))  # fmt: skip
+    return Teams(setup), Formed.whole(setup), setup
+
+
+PLACES = np.array([[x, 0.0] for x in (-3, 2, 3, 6.5, 7, 13)])
+
+
+def test_the_nearest_robot_that_can_be_spared_changes_over() -> None:
+    teams, formed, setup = standing(left=[{"after": 1.0, "robots": 5}])
+    teams.form(0.9, PLACES, formed, setup)
+    assert teams.members.tolist() == [0, 0, 0, 1, 1, 1]
+    teams.form(1.0, PLACES, formed, setup)
+    assert teams.members.tolist() == [0, 0, 0, 0, 0, 1]  # one robot always stays
+
+
+def test_a_team_keeps_what_it_needs_and_a_loss_is_made_good() -> None:
+    teams, formed, setup = standing(left=[{"robots": 3}], right=[{"robots": 2}])
+    lost = replace(formed, lost=np.array([True, False, False, False, False, False]))
+    teams.form(0.0, PLACES, lost, setup)
+    assert teams.members.tolist() == [0, 0, 0, 0, 1, 1]
+    lost = replace(formed, lost=np.array([True, True, False, False, False, False]))
+    teams.form(1.0, PLACES, lost, setup)
+    assert teams.members.tolist() == [0, 0, 0, 0, 1, 1]
+
+
+def test_a_changed_team_forms_again_evenly() -> None:
+    teams, formed, setup = standing(left=[{"robots": 4}])
+    formed = teams.form(0.0, PLACES, formed, setup)
+    turned = np.einsum("iab,ib->ia", teams.rotation, formed.vertices)
+    for number, count in ((0, 4), (1, 2)):
+        points = turned[teams.members == number]
+        angles = np.sort(np.arctan2(points[:, 1], points[:, 0]))
+        assert len(points) == count and np.allclose(np.diff(angles), 2.0 * np.pi / count)

@@ -1,0 +1,94 @@
+"""Wrong tables `teams`, and what does not go with teams: one fault each, with its place."""
+
+import pytest
+
+from escort_mj.errors import ScenarioError
+from escort_mj.scenario import dump_scenario, parse_scenario
+
+ONE = "{name: one, robots: [1, 2, 3], targets: [{name: a}]}"
+TWO = "{name: two, robots: [4, 5], targets: [{name: b, position: [20, 0]}]}"
+BOTH = f"target: null\nteams: [{ONE}, {TWO}]\n"
+
+
+def with_two(table: str) -> str:
+    """The first team with another one in place of the second."""
+    return f"target: null\nteams: [{ONE}, {table}]\n"
+
+
+def behaving(behavior: str) -> str:
+    return BOTH + f"mission: {{behaviors: [{behavior}]}}"
+
+
+B = "targets: [{name: b, position: [20, 0]}]"
+WRONG = [
+    (with_two(f"{{name: 'a b', robots: [4, 5], {B}}}"), "teams[1].name", "letters, digits"),
+    (with_two(f"{{name: one, robots: [4, 5], {B}}}"), "teams[1].name", "found the name one twice"),
+    (with_two(f"{{name: two, robots: [], {B}}}"), "teams[1].robots", "at least 1"),
+    (with_two(f"{{name: two, robots: [4, 0], {B}}}"), "teams[1].robots[1]", "more than 0"),
+    (with_two(f"{{name: two, robots: [4, 5, 6], {B}}}"), "teams[1].robots[2]", "allowed are 1 to 5"),
+    (with_two(f"{{name: two, robots: [4, 5, 3], {B}}}"), "teams[1].robots[2]", "it is in team one"),
+    (with_two(f"{{name: two, robots: [4], {B}}}"), "teams", "found robot 5 in no team"),
+    (with_two("{name: two, robots: [4, 5], targets: []}"), "teams[1].targets", "at least 1"),
+    (with_two("{name: two, robots: [4, 5], targets: [{}]}"), "teams[1].targets[0].name", "missing"),
+    (with_two("{name: two, robots: [4, 5], targets: [{name: a, position: [20, 0]}]}"),
+     "teams[1].targets[0].name", "found a again"),
+    (with_two("{name: two, robots: [4, 5], targets: [{name: b, position: [20]}]}"),
+     "teams[1].targets[0].position", "expected 2, as axes says"),
+    (with_two("{name: two, robots: [4, 5], targets: [{name: b, position: [20/t, 0]}]}"),
+     "teams[1].targets[0].position[0]", "has no finite"),
+    (with_two("{name: two, robots: [4, 5], targets: [{name: b, position: [20, 0], radius: 0}]}"),
+     "teams[1].targets[0].radius", "at least"),
+    (with_two("{name: two, robots: [4, 5], targets: [{name: b, position: [20, 0], body: {gain: 1000}}]}"),
+     "teams[1].targets[0].body.gain", "at most 500"),
+    (with_two(f"{{name: two, robots: [4, 5], radius: 2, {B}}}"),
+     "teams[1].radius", "expected at least 2.5 m"),
+    (with_two("{name: two, robots: [4, 5], targets: [{name: b, position: [20, 0]}, "
+              "{name: c, position: [20, t]}]}"), "teams[1].radius", "b is 15 m from the middle at 30 s"),
+    (with_two(f"{{name: two, robots: [4, 5], demand: [{{robots: 0}}], {B}}}"),
+     "teams[1].demand[0].robots", "more than 0"),
+    (with_two(f"{{name: two, robots: [4, 5], demand: [{{robots: 5}}], {B}}}"),
+     "teams", "found demands of 6 robots at 0 s"),
+    (with_two(f"{{name: two, robots: [4, 5], demand: [{{after: 40, robots: 1}}], {B}}}"),
+     "teams[1].demand[0].after", "the run ends at 30 s"),
+    (with_two(f"{{name: two, robots: [4, 5], demand: [{{after: 4, robots: 1}}, {{robots: 2}}], {B}}}"),
+     "teams[1].demand[1].after", "in order of time"),
+    (with_two(f"{{name: two, robot: [4, 5], robots: [4, 5], {B}}}"),
+     "teams[1].robot", 'did you mean "robots"?'),
+    (f"teams: [{ONE}, {TWO}]\ntarget: {{position: [0, 9]}}", "target", "expected target: null"),
+    (f"axes: 4\nrobots: {{count: 5}}\ntarget: null\nteams: [{ONE.replace('3]', '3, 4, 5]')}]", "teams[0]",
+     "in 2 or 3"),
+    (BOTH + "knowledge: {}", "knowledge", "with teams"),
+    (BOTH + "communication: {}", "communication", "with teams"),
+    (BOTH + "opponents: [{positions: [[0, 9]]}]", "opponents", "with teams"),
+    (BOTH + "clutter: {count: 1, low: [8, 8], high: [12, 12]}", "clutter", "with teams"),
+    (BOTH + "sensing: {target_position: {noise: 0.1}}", "sensing.target_position", "expected none"),
+    (BOTH + "mission: {outer: set_based}", "mission.outer", "found set_based with teams; expected nsb"),
+    (behaving("chords"), "mission.behaviors[0]", "one formation of all robots"),
+    (behaving("{behavior: surface, radius: 4}"), "mission.behaviors[0]", "each team has its radius"),
+    (behaving("{behavior: surface, fit: true}"), "mission.behaviors[0]", "each team has its radius"),
+    (BOTH + "mission: {supervisor: [{team: tow, behaviors: [surface]}]}", "mission.supervisor[0].team",
+     'did you mean "two"?'),
+    ("mission: {supervisor: [{team: two, behaviors: [surface]}]}", "mission.supervisor[0].team", "no teams"),
+    (BOTH + "mission: {supervisor: [{when: {quantity: target_obstacle_distance, below: 1}, behaviors: "
+            "[surface]}]}", "mission.supervisor[0].when.quantity", "are obstacles themselves"),
+    (BOTH + "expect: [{metric: radius_error_max, at_most: 1, team: three}]", "expect[0].team",
+     "allowed are one or two"),
+    (BOTH + "expect: [{metric: radius_error_max, at_most: 1}]", "expect[0]", "give team: one or two"),
+    (BOTH + "expect: [{settled: 1, by: 2}]", "expect[0]", "give team: one or two"),
+    (BOTH + "expect: [{metric: energy, at_most: 1, team: one}]", "expect[0].team", "is of all robots"),
+    ("expect: [{settled: 1, by: 2, team: one}]", "expect[0].team", "no teams"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "path", "words"), WRONG)
+def test_each_fault_is_one_message_with_its_place(text: str, path: str, words: str) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        parse_scenario(text)
+    (fault,) = caught.value.faults
+    assert (fault.key, words in fault.message) == (path, True), (fault.key, fault.message)
+
+
+def test_a_right_one_reads_back_the_same() -> None:
+    expected = "expect: [{settled: 1, by: 2, team: two}]\nmission: {radius: 4, behaviors: [surface]}\n"
+    scenario = parse_scenario(BOTH + expected)
+    assert parse_scenario(dump_scenario(scenario)) == scenario
