@@ -30,6 +30,10 @@ MISSIONS: dict[str, tuple[str, list[str]]] = {
     "mixed": ("robots/mixed", SHORT),
     "shapes that push": ("worlds/pushed", SHORT),
     "loses a robot": ("one_of_six_fails", ["expect=[]", "duration=6", "robots.failures[0].at=3"]),
+    "teams": (
+        "pursuit/handover",
+        [*SHORT, "robots.failures[0].at=1", "teams[1].demand[1].after=0.5", "teams[0].demand[1].after=1"],
+    ),
     "truth": ("truth", SHORT),
 }
 
