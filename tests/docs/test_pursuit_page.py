@@ -61,6 +61,12 @@ def test_teams_that_close_in_are_valid(seen: str) -> None:
     assert scenario.robots.count == 8 and (scenario.knowledge is None) == (escape.SEEN[seen] is None)
 
 
+def test_the_search_for_attacks_is_valid() -> None:
+    study = load_study(scenarios_folder() / "studies" / "falsify_intruders.yaml")
+    (cell,) = Design(study, scenarios_folder()).cells
+    assert cell.settings["opponents"][1]["name"] == "second" and study.study.falsify is not None
+
+
 def test_the_study_of_escapes_is_valid() -> None:
     study = scenarios_folder() / "studies" / "price_of_escape.yaml"
     assert len(Design(load_study(study), scenarios_folder()).cells) == 36
