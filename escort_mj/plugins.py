@@ -2,8 +2,10 @@
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.views import ACROSS, ALONG, NOTHING, BehaviorView, LawView
+from escort_mj.estimators import Estimator, EstimatorView
 from escort_mj.expectations.expectation import Judgment
 from escort_mj.expectations.expectation import Windowed as Expectation
+from escort_mj.knowledge.sight import BEARING, POSITION, RANGE, VELOCITY
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.policies import ACTS, RESTS, Policy, PolicyView
@@ -13,10 +15,16 @@ __all__ = [
     "ACROSS",
     "ACTS",
     "ALONG",
+    "BEARING",
     "NOTHING",
+    "POSITION",
+    "RANGE",
     "RESTS",
+    "VELOCITY",
     "Behavior",
     "BehaviorView",
+    "Estimator",
+    "EstimatorView",
     "Expectation",
     "Judgment",
     "Law",

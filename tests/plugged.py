@@ -84,6 +84,65 @@ class Layer(Behavior):
         return robots.q_measured[i, -1] - robots.target_position_measured[-1]
 '''
 
+ESTIMATOR = '''
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from escort_mj.plugins import Estimator, EstimatorView
+
+
+class AlphaBeta(Estimator):
+    """Correct position and velocity by fixed shares of the error (alpha-beta filter)."""
+
+    needs: ClassVar[tuple[tuple[str, ...], ...]] = (("position",),)
+    has_covariance: ClassVar[bool] = False
+
+    estimator: Literal["alpha_beta"] = "alpha_beta"
+    alpha: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1
+    """Share of the error by which a look corrects the position [1]."""
+    beta: Annotated[float, Field(gt=0.0, le=1.0)] = 0.005
+    """Share of the error, per time between two looks, by which it corrects the velocity [1]."""
+
+    def update(self, view: EstimatorView, robot: int) -> None:
+        """Correct the belief by what is seen, or take over what is heard and newer."""
+        heard, p = int(view.message[0]), view.q_measured.shape[1]
+        if heard >= 0:
+            if view.sent_fix[heard] > view.belief_fix[robot]:
+                view.belief[robot] = view.sent_belief[heard]
+                view.belief_time[robot] = view.sent_belief_time[heard]
+                view.belief_fix[robot] = view.sent_fix[heard]
+            return
+        place, speed = view.belief[robot, :p], view.belief[robot, p:]
+        elapsed = view.time[0] - view.belief_time[robot]
+        place += elapsed * speed
+        error = view.seen_position[robot] - place
+        place += self.alpha * error
+        if elapsed > 0.0:
+            speed += self.beta / elapsed * error
+        view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
+'''
+
+ESTIMATOR_KERNEL = """
+    def update_kernel(self, view, robot):
+        heard, p = int(view.message[0]), view.q_measured.shape[1]
+        if heard >= 0:
+            if view.sent_fix[heard] > view.belief_fix[robot]:
+                for k in range(2 * p):
+                    view.belief[robot, k] = view.sent_belief[heard, k]
+                view.belief_time[robot] = view.sent_belief_time[heard]
+                view.belief_fix[robot] = view.sent_fix[heard]
+            return
+        elapsed = view.time[0] - view.belief_time[robot]
+        for k in range(p):
+            place = view.belief[robot, k] + elapsed * view.belief[robot, p + k]
+            error = view.seen_position[robot, k] - place
+            view.belief[robot, k] = place + self.alpha * error
+            if elapsed > 0.0:
+                view.belief[robot, p + k] += self.beta / elapsed * error
+        view.belief_time[robot] = view.belief_fix[robot] = view.time[0]
+"""
+
 METRIC = '''
 import numpy as np
 

@@ -65,6 +65,8 @@ class Component(Parameters):
     """What the method is handed."""
     outputs: ClassVar[tuple[str, ...]]
     """What it writes there."""
+    scratch: ClassVar[tuple[str, ...]] = ()
+    """What it may write there too, and nobody reads."""
     answers: ClassVar[str | None] = None
     """What the method returns for one robot or body, its last argument: in words, empty for nothing; None
     where it is called for the whole team at once."""

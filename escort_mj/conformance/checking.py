@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.conformance.behaviors import check_behavior
+from escort_mj.conformance.estimators import check_estimator
 from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.missions import check_missions
@@ -18,6 +19,7 @@ from escort_mj.conformance.records import check_expectation, try_metric
 from escort_mj.conformance.stand import BrokenError, CheckResult
 from escort_mj.control.custom.place import place_of
 from escort_mj.errors import EscortError
+from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
@@ -31,6 +33,7 @@ CHECKS: dict[type[Any], tuple[Checks, ...]] = {
     Law: (check_parameters, check_law, check_missions),
     Behavior: (check_parameters, check_behavior, check_missions),
     Policy: (check_parameters, check_policy, check_missions),
+    Estimator: (check_parameters, check_estimator, check_missions),
     RobotKind: (check_parameters, check_kind, check_missions),
     Metric: (try_metric,),
     Expectation: (check_parameters, check_expectation),

@@ -7,7 +7,8 @@ from typing import Any
 
 from escort_mj.batch import fly_many
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.conformance.stand import CheckResult, trying
+from escort_mj.conformance.stand import CheckResult, seen_and_heard, trying
+from escort_mj.estimators import Estimator
 from escort_mj.laws.law import Law
 from escort_mj.mission import Flight
 from escort_mj.policies import Policy
@@ -67,6 +68,8 @@ def mission_with(member: type[Any], kind: type[Scenario], axes: int) -> Scenario
     elif issubclass(member, Policy):
         target = {"position": (0.0,) * axes, "policy": member.model_fields["policy"].default}
         table["target"] = target
+    elif issubclass(member, Estimator):
+        table |= seen_and_heard(member.model_fields["estimator"].default, member.needs[0])
     elif issubclass(member, RobotKind):
         table["robots"] = {"kind": member.model_fields["kind"].default, "force_limit": 100.0}
     return kind.model_validate(table)

@@ -25,7 +25,7 @@ DRAWS = 20
 
 
 def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[CheckResult]:
-    """Check a law, behavior or policy, call by call.
+    """Check a component, call by call.
 
     Args:
         member: What is called.
@@ -40,11 +40,10 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
         for draw in range(DRAWS):
             stand.fill(random)
             robot = None if member.answers is None else draw % stand.numbers
-            before = stand.inputs()
+            before, kept = stand.inputs(), stand.memory.copy()
             first = _written(stand, robot)
             touched |= stand.inputs() != before
             finite &= bool(np.isfinite(first).all())
-            kept = stand.memory.copy()
             stand.fill(np.random.default_rng(draw))  # something else in between leaves no trace
             stand.call(robot)
             stand.memory[:] = kept

@@ -1,15 +1,18 @@
-"""A stand on which laws and behaviors are called by hand: the controller's memory without a simulation."""
+"""A stand on which components are called by hand: the controller's memory without a simulation."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import Component
 from escort_mj.control.custom import native
+from escort_mj.estimators import Estimator
+from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
 from escort_mj.memory.layout import LAYOUT, State, state_size, unpack_plan, unpack_state
 from escort_mj.memory.packing import pack
@@ -23,6 +26,7 @@ Array = NDArray[np.float64]
 SEED = 4144
 ROUNDING = 1e-9  # relative difference of two ways to compute the same
 IN_SPACE = 3  # axes
+HEARING = 0.5  # share of the draws in which a robot hears a message
 SIZES = ((5, 2), (1, 2), (4, 3), (3, 5))  # robots and axes
 
 
@@ -82,6 +86,8 @@ class Stand:
             table["controller"] = own.model_dump()
         elif isinstance(own, Policy):
             table["target"] = {"policy": own.model_dump()}
+        elif isinstance(own, Estimator):
+            table |= seen_and_heard(own.model_dump(), MEASURES)
         else:
             table["mission"] = {"behaviors": (own.model_dump(),)}
         setup = controller_setup(kind.model_validate(table))
@@ -92,9 +98,11 @@ class Stand:
         native.forget(self._memory)
         self._number = native.ready(type(own), axes)
         plan = unpack_plan(self._plan, axes)
-        place = 0 if isinstance(own, Law) else int(plan.level_place[0])
+        place = int(plan.level_place[0]) if isinstance(own, Behavior) else 0
         if isinstance(own, Policy):
             place = int(plan.mover_place[0])
+        if isinstance(own, Estimator):
+            place, self.sight_variance = plan.estimator_place, plan.sight_variance
         self._block = plan.parameters.ctypes.data + DOUBLE * place
 
     @property
@@ -128,6 +136,23 @@ class Stand:
         state.model_bias[:] = random.standard_normal(state.model_bias.shape)
         for values in (state.q, state.v, state.mover_position, state.mover_velocity, state.mover_memory):
             values[:] = random.standard_normal(values.shape)
+        if isinstance(self.own, Estimator):
+            self._inform(random)
+
+    def _inform(self, random: np.random.Generator) -> None:
+        """Draw what robots believe, see and hear: one of the messages, or none."""
+        state, rows = self.state, len(self.state.sent_belief)
+        for name in ("belief", "sent_belief", "seen_position", "seen_velocity", "seen_bearing"):
+            getattr(state, name)[:] = random.standard_normal(getattr(state, name).shape)
+        state.seen_range[:] = random.uniform(0.5, 5.0, state.seen_range.shape)
+        state.seen_bearing /= np.linalg.norm(state.seen_bearing, axis=1, keepdims=True)
+        for times in (state.belief_time, state.belief_fix, state.sent_belief_time, state.sent_fix):
+            times[:] = state.time[0] - random.uniform(0.0, 1.0, times.shape)
+        for rows_of in (state.belief_covariance, state.sent_covariance):
+            for row in rows_of:
+                root = random.standard_normal((state.belief.shape[1],) * 2)
+                row[:] = (root @ root.T + 0.1 * np.eye(len(root))).ravel()
+        state.message[0] = random.integers(-1, rows) if random.random() < HEARING else -1.0
 
     def call(self, robot: int | None = None) -> int:
         """Call the law, or the behavior for one robot.
@@ -138,7 +163,7 @@ class Stand:
         Raises:
             BrokenError: If it raised an error.
         """
-        for name in type(self.own).outputs:
+        for name in () if isinstance(self.own, Estimator) else type(self.own).outputs:
             getattr(self.state, name)[...] = 0.0
         native.forget(self._memory)
         returned = native.invoke(self._number, self._block, self._plan, self._memory, robot)
@@ -167,9 +192,20 @@ class Stand:
 
     def inputs(self) -> bytes:
         """The bits of all that is not to be written."""
-        names = set(LAYOUT.fields[type(self.own).view]) - set(type(self.own).outputs)
+        own = type(self.own)
+        names = set(LAYOUT.fields[own.view]) - {*own.outputs, *own.scratch}
         kept = [getattr(self.state, name) for name in sorted(names) if name in LAYOUT.fields[State]]
         return b"".join(np.asarray(each).tobytes() for each in kept) + self.plan.tobytes()
+
+
+def seen_and_heard(estimator: Any, measures: Sequence[str]) -> dict[str, Any]:
+    """Tables of a scenario in which robots measure something with errors, and some messages are lost."""
+    noise = dict.fromkeys(measures, 0.05)
+    sight = {"robots": (1,), "measures": tuple(measures), "noise": noise}
+    return {
+        "knowledge": {"estimator": estimator, "target": sight, "initial": {"position": 0.5}},
+        "communication": {"rate": 50.0, "delay": 0.04, "loss": 0.2},
+    }
 
 
 def stands(member: type[Component], kind: type[Scenario]) -> Iterator[Stand]:

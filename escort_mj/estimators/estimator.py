@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
+
+from pydantic import model_validator
 
 from escort_mj.components.component import Component
 from escort_mj.knowledge.sight import MEASURES
@@ -35,7 +38,7 @@ class EstimatorView(NamedTuple):
     belief_covariance: Annotated[Array, "informed", "believed*believed"]  # written: of these, row by row
     belief_time: Annotated[Array, "informed"]  # written: at which they hold [s]
     belief_fix: Annotated[Array, "informed"]  # written: time of the newest measurement in it [s]
-    belief_work: Annotated[Array, 3, "believed*believed"]  # written: scratch
+    belief_work: Annotated[Array, 3, "believed*believed"]  # scratch
 
 
 class Estimator(Component):
@@ -48,13 +51,8 @@ class Estimator(Component):
 
     method: ClassVar[str] = "update"
     view: ClassVar[type] = EstimatorView
-    outputs: ClassVar[tuple[str, ...]] = (
-        "belief",
-        "belief_covariance",
-        "belief_time",
-        "belief_fix",
-        "belief_work",
-    )
+    outputs: ClassVar[tuple[str, ...]] = ("belief", "belief_covariance", "belief_time", "belief_fix")
+    scratch: ClassVar[tuple[str, ...]] = ("belief_work",)
     answers: ClassVar[str | None] = ""
     gives: ClassVar[str] = "robot {} a belief"
     predicts: ClassVar[bool] = True
@@ -65,6 +63,13 @@ class Estimator(Component):
     """Whether it says how sure it is."""
 
     estimator: str
+
+    @model_validator(mode="after")
+    def _has_a_belief(self) -> Self:
+        if self.orders not in (2, 3) or not 0.0 <= self.density < math.inf:
+            words = f"found orders = {self.orders!r} and density = {self.density!r}"
+            raise ValueError(f"{words}; expected 2 or 3 orders and a density of at least 0")
+        return self
 
     @property
     def orders(self) -> int:

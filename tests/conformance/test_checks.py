@@ -5,6 +5,7 @@ import math
 import pytest
 
 from escort_mj.conformance.behaviors import check_behavior
+from escort_mj.conformance.estimators import check_estimator
 from escort_mj.conformance.kinds import check_kind
 from escort_mj.conformance.laws import check_law
 from escort_mj.conformance.parameters import check_parameters
@@ -14,7 +15,7 @@ from escort_mj.errors import PluginError
 from escort_mj.scenario.reader.catalog import assemble, scenario_type, scenario_type_with
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
 from escort_mj.scenario.schema.scenario import Scenario
-from tests.plugged import BEHAVIOR, EXPECTATION, KERNEL, KIND, LAW, METRIC
+from tests.plugged import BEHAVIOR, ESTIMATOR, ESTIMATOR_KERNEL, EXPECTATION, KERNEL, KIND, LAW, METRIC
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")  # of NumPy, where plugins are wrong
 
@@ -112,6 +113,34 @@ class TestBehaviors:
     def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
         assert change[0] in BEHAVIOR
         assert check in only_wrong(tmp_path, BEHAVIOR.replace(*change), check_behavior)
+
+
+class TestEstimators:
+    def test_a_right_one(self, compiled, tmp_path):
+        assert not only_wrong(tmp_path, ESTIMATOR + ESTIMATOR_KERNEL, check_estimator)
+
+    @pytest.mark.parametrize(
+        ("change", "check"),
+        [
+            (("view.belief[robot] =", "view.belief[0] ="), "keeps to its robot"),
+            (("self.alpha * error", "-self.alpha * error"), "finds the target"),
+            (("view.belief_fix[robot] = view.time[0]", "view.belief_fix[robot] = view.time[0] + 1"), "times"),
+            (("elapsed = ", "view.belief_covariance[robot, 1] += 1.0; elapsed = "), "covariance"),
+            (("elapsed = ", "view.belief_covariance[robot] *= -1.0; elapsed = "), "covariance"),
+            (("elapsed * speed", "elapsed * np.log(speed)"), "finite"),
+            (("elapsed = ", "view.seen_position[robot] += 1.0; elapsed = "), "runs"),
+            (("            return\n", "            return 1\n"), "runs"),
+        ],
+    )
+    def test_a_wrong_one_is_found_by_its_check(self, compiled, tmp_path, change, check):
+        assert change[0] in ESTIMATOR
+        assert check in only_wrong(
+            tmp_path, "import numpy as np\n" + ESTIMATOR.replace(*change), check_estimator
+        )
+
+    def test_forms_that_differ(self, compiled, tmp_path):
+        text = ESTIMATOR + ESTIMATOR_KERNEL.replace("self.beta", "0.9 * self.beta")
+        assert only_wrong(tmp_path, text, check_estimator) == ["forms agree"]
 
 
 class TestRecords:

@@ -6,6 +6,9 @@ from typing import Any
 import pytest
 
 from escort_mj.conformance import records
+from escort_mj.conformance.estimators import check_estimator
+from escort_mj.conformance.stand import other_form
+from escort_mj.estimators import CovarianceIntersection, Estimator, Predict
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Metric
@@ -18,6 +21,12 @@ from escort_mj.scenario.schema.scenario import Scenario
 def test_every_metric_is_what_a_plugins_has_to_be(compiled: None, metric: Metric) -> None:
     check_metric(metric, "it")
     assert not [row for row in records.try_metric(metric, Scenario) if not row.held]
+
+
+@pytest.mark.parametrize("kind", [CovarianceIntersection, Predict], ids=lambda kind: kind.__name__)
+def test_every_estimator_is_what_a_plugins_has_to_be(compiled: None, kind: type[Estimator]) -> None:
+    plain = other_form(kind)
+    assert plain is not None and not [row for row in check_estimator(plain, Scenario) if not row.held]
 
 
 EXAMPLES: tuple[dict[str, Any], ...] = (

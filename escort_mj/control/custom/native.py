@@ -172,7 +172,7 @@ def _views(model: type[Component], layout: Layout, own: int, plan: int, state: i
     parameters = model.unpacked(layout.read(layout.plan, own, own)._asdict())
     view = layout_with(model.view).read(model.view, plan, state)
     for name, value in view._asdict().items():
-        if isinstance(value, np.ndarray) and name not in model.outputs:
+        if isinstance(value, np.ndarray) and name not in model.outputs + model.scratch:
             value.flags.writeable = False
     seen[own] = parameters, view
     return parameters, view

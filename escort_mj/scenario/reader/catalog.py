@@ -18,6 +18,7 @@ from escort_mj.behaviors import BEHAVIORS
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.wish import MAX_LEVELS
 from escort_mj.errors import PluginError
+from escort_mj.estimators import ESTIMATORS, Estimator
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.expectations.metric import MetricExpectation
@@ -31,6 +32,7 @@ from escort_mj.scenario.findings import Finding
 from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, source_of
 from escort_mj.scenario.schema.expectations import expectation_of
 from escort_mj.scenario.schema.fields import one_of_kinds
+from escort_mj.scenario.schema.knowledge import Knowledge
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
 from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario, Target
@@ -47,6 +49,7 @@ class Catalog:
         laws: Of the inner loop.
         behaviors: Of the outer loop.
         policies: Of targets and opponents.
+        estimators: Of what robots know.
         kinds: Of robots.
         demands: Kinds of expectations.
         metrics: What sums up a run.
@@ -56,6 +59,7 @@ class Catalog:
     laws: Members = LAWS
     behaviors: Members = BEHAVIORS
     policies: Members = POLICIES
+    estimators: Members = ESTIMATORS
     kinds: Members = KINDS
     demands: Members = EXPECTATIONS
     metrics: tuple[Metric, ...] = METRICS
@@ -108,6 +112,7 @@ def assemble(plugins: Sequence[Plugin]) -> Catalog:
         merged("law", Law, LAWS, _default_of("law")),
         merged("behavior", Behavior, BEHAVIORS, _default_of("behavior")),
         merged("policy", Policy, POLICIES, _default_of("policy")),
+        merged("estimator", Estimator, ESTIMATORS, _default_of("estimator")),
         merged("kind", RobotKind, KINDS, _default_of("kind")),
         merged("expectation", Expectation, EXPECTATIONS, lambda model: str(model.kind)),
         merged("metric", Metric, METRICS, lambda metric: str(metric.name)),
@@ -132,6 +137,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     phases = Annotated[tuple[phase, ...], Field(max_length=32)]  # type: ignore[valid-type]
     mission = _with(Mission, behaviors=behaviors, supervisor=phases)
     target = _with(Target, policy=one_of_kinds(catalog.policies, "policy") | None)
+    knowledge = _with(Knowledge, estimator=one_of_kinds(catalog.estimators, "estimator", "predict"))
     robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
     robots = _with(Robots, kind=robot, overrides=tuple[override, ...])  # type: ignore[valid-type]
@@ -144,6 +150,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         expect=expect,
         robots=robots,
         target=target | None,
+        knowledge=knowledge | None,
         controller=one_of_kinds(catalog.laws, "law", "apd_smc"),
         mission=mission,
     )

@@ -1,4 +1,4 @@
-"""What a plugin's law or behavior must look like, before anything runs: each fault in one sentence."""
+"""What a plugin's components must look like, before anything runs: each fault in one sentence."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ import re
 from collections.abc import Callable
 from typing import Any, Literal, get_args, get_origin
 
+from pydantic import ValidationError
 from pydantic_core import PydanticUndefined
 
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.components.component import COMPILED, Component
 from escort_mj.errors import PluginError
+from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
+from escort_mj.knowledge.sight import MEASURES
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import Metric
 from escort_mj.policies import Policy
@@ -24,6 +27,7 @@ COMPONENTS: dict[type, tuple[str, list[str]]] = {
     Law: ("law", ["self", "robots"]),
     Behavior: ("behavior", ["self", "robots", "i"]),
     Policy: ("policy", ["self", "view", "body"]),
+    Estimator: ("estimator", ["self", "view", "robot"]),
 }
 """Key of the name, and what the method is called with."""
 
@@ -54,6 +58,22 @@ def check_shape(model: type[Any], source: str) -> None:
         _check_expectation(model, place)
     else:
         check_defaults(model, place)
+    if issubclass(model, Estimator):
+        _check_estimator(model, place)
+
+
+def _check_estimator(model: type[Estimator], place: str) -> None:
+    """It needs what robots can measure, and its belief has a size that it can have."""
+    sets: Any = model.needs
+    known = sets if isinstance(sets, tuple) else ()
+    if not known or not all(isinstance(each, tuple) and {*each} <= {*MEASURES} for each in known):
+        raise PluginError(
+            f'{place}: found needs = {sets!r}; expected sets of {listed(MEASURES)}, as in (("position",),)'
+        )
+    try:
+        model.model_validate({})
+    except ValidationError as error:
+        raise PluginError(f"{place}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
 
 
 def check_metric(metric: Metric, source: str) -> None:

@@ -24,15 +24,16 @@ from typing import Any
 from pydantic import ValidationError
 
 from escort_mj.behaviors.behavior import Behavior
-from escort_mj.components.component import Component
+from escort_mj.components.component import COMPILED, Component
 from escort_mj.errors import PluginError
+from escort_mj.estimators import Estimator
 from escort_mj.expectations.expectation import Expectation
 from escort_mj.laws.law import Law
 from escort_mj.metrics.metric import metrics_of
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
-from escort_mj.scenario.reader.plugin_shape import check_metric, check_shape
+from escort_mj.scenario.reader.plugin_shape import COMPONENTS, check_metric, check_shape
 from escort_mj.scenario.schema.plugin_source import PluginSource
 
 GROUP = "escort_mj.plugins"
@@ -74,10 +75,14 @@ class Plugin:
         ]
 
 
-BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, RobotKind, Expectation)
+BASES: tuple[type[Any], ...] = (Law, Behavior, Policy, Estimator, RobotKind, Expectation)
 """What members of a plugin derive from, beside functions that are metrics."""
 
-METHODS = ("force", "force_kernel", "wish", "wish_kernel", "velocity", "velocity_kernel", "judge", "shape")
+METHODS = (
+    *(name for base in COMPONENTS for name in (base.method, base.method + COMPILED)),
+    "judge",
+    "shape",
+)
 """What is written inside of their classes."""
 
 _loaded: dict[tuple[str, str], Plugin] = {}  # by file or package, and digest
@@ -303,7 +308,7 @@ def _members(module: ModuleType, name: str, home: str) -> tuple[Any, ...]:
     metrics = metrics_of(module, home)
     found = list(_classes(module, home))
     if not found and not metrics:
-        names = "Law, Behavior, Policy, RobotKind or Expectation of escort_mj.plugins, and none is a @metric"
+        names = f"{listed([base.__name__ for base in BASES])} of escort_mj.plugins, and none is a @metric"
         strays = [
             key
             for key, value in vars(module).items()
