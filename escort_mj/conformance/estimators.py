@@ -78,14 +78,14 @@ def _finds(member: type[Estimator], kind: type[Scenario], needed: tuple[str, ...
         random, axes = np.random.default_rng(SEED), stand.state.q.shape[1]
         stand.fill(random)
         stand.sight_variance[:] = [SURE if name in needed else NOT_MEASURED for name in MEASURES]
-        target, state = random.standard_normal(axes), stand.state
+        target, state = random.standard_normal((axes,)), stand.state
         size, first = state.belief.shape[1], np.ones(axes)
         state.belief[0], state.belief_covariance[0] = 0.0, np.eye(size).ravel()
         state.belief[0, :axes] = target + first
         state.belief_time[0] = state.belief_fix[0] = state.time[0]
         for _ in range(LOOKS):
             state.time[0] += STEP
-            _look(stand, target, 5.0 * random.standard_normal(axes))
+            _look(stand, target, 5.0 * random.standard_normal((axes,)))
             stand.call(0)
         error = np.linalg.norm(state.belief[0, :axes] - target) / np.linalg.norm(first)
         left = max(left, float(error) if np.isfinite(error) else np.inf)

@@ -23,7 +23,7 @@ from escort_mj.robots import RobotKind
 from escort_mj.scenario.findings import did_you_mean, listed
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}\Z")
-COMPONENTS: dict[type, tuple[str, list[str]]] = {
+COMPONENTS: dict[type[Component], tuple[str, list[str]]] = {
     Law: ("law", ["self", "robots"]),
     Behavior: ("behavior", ["self", "robots", "i"]),
     Policy: ("policy", ["self", "view", "body"]),
