@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 MEMORY = 8  # numbers that a policy keeps for each body
 TARGET = -1.0  # in the place of an obstacle
 NO_POLICY = -1.0
+COMMANDED = -2.0  # in the place of a policy: what the body wants is written from outside, between steps
 
 
 class MoverParameters(Fields):

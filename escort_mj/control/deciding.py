@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
-from escort_mj.components.movers import NO_POLICY
+from escort_mj.components.movers import COMMANDED, NO_POLICY
 from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.nsb import block_at
 from escort_mj.control.opponents import COMES, turn_back
@@ -15,7 +15,8 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable, view_addresses
 from escort_mj.native.on_demand import on_demand
 from escort_mj.policies import POLICIES, Policy
-from escort_mj.policies.policy import RESTS, policy_view
+from escort_mj.policies.learned import packed_networks
+from escort_mj.policies.policy import ACTS, RESTS, policy_view
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
@@ -26,19 +27,25 @@ class PolicyParameters(Fields):
     """Which bodies have a policy."""
 
     willed: Annotated[bool, Value("1", "whether some body has a policy")]
-    mover_policy: Annotated[Array, "movers", Value("1", "place in POLICIES; -1 for none")]
+    mover_policy: Annotated[Array, "movers", Value("1", "place in POLICIES; -1 for none, -2 outside")]
     mover_place: Annotated[Array, "movers", Value("1", "where its block in `parameters` begins")]
     mover_speed: Annotated[Array, "movers", Value("m/s", "of its policy; 0 without one")]
+    networks: Annotated[Array, "networks", Value("1", "of learned policies, see `packed_networks`")]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
+        opponents = {each.obstacle for each in setup.opponents} if setup.opponents_outside else set()
         kinds = [
-            NO_POLICY if mover.policy is None else number_of(mover.policy, POLICIES) for mover in setup.movers
-        ]
+            COMMANDED if mover.obstacle in opponents
+            else NO_POLICY if mover.policy is None
+            else number_of(mover.policy, POLICIES)
+            for mover in setup.movers
+        ]  # fmt: skip
         return {
             "mover_policy": kinds,
             "mover_speed": [0.0 if mover.policy is None else mover.policy.speed for mover in setup.movers],
+            "networks": packed_networks(mover.policy for mover in setup.movers)[0],
             "willed": any(kind != NO_POLICY for kind in kinds),
         }
 
@@ -56,6 +63,8 @@ def decide(plan: Plan, state: State) -> None:
         if opponent >= 0 and state.opponent_status[opponent] != COMES:
             state.mover_acts[b] = RESTS
             turn_back(b, plan, state)
+        elif plan.mover_policy[b] == COMMANDED:
+            state.mover_acts[b] = ACTS
         elif plan.mover_policy[b] != NO_POLICY:
             state.mover_acts[b] = _ask(int(plan.mover_policy[b]), b, plan, state)
 

@@ -142,6 +142,7 @@ class Setup:
             moment, shape (n + 1, m, p) [m]; None where all see `obstacle_position`.
         outside: What is written from outside, between steps, instead of computed: the reference velocities of
             the outer loop, or the forces of both loops; None for nothing.
+        opponents_outside: Whether the velocities that opponents want are written from outside, too.
         driven: Whether some robot has a drive of its own.
         mass: Nominal masses, shape (n,) [kg].
         target_radius: [m]; None without a target.
@@ -185,6 +186,7 @@ class Setup:
     expected_distances: tuple[float, ...] = ()
     obstacle_points: Array | None = None
     outside: Literal["velocity", "force"] | None = None
+    opponents_outside: bool = False
     driven: bool = False
     mass: Array | float = 1.0
     target_radius: float | None = None

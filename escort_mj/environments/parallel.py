@@ -1,7 +1,8 @@
-"""A scenario as a PettingZoo parallel environment: an agent for each robot."""
+"""A scenario as a PettingZoo parallel environment: an agent for each robot, each opponent, or both."""
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import Any
 
 import numpy as np
@@ -14,19 +15,22 @@ except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
 from escort_mj.environments.picture import SIZE, Camera, known_mode
+from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
-from escort_mj.environments.simulation import Simulation
+from escort_mj.environments.simulation import Side, Simulation
+from escort_mj.policies.learned import LARGEST
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
 
 
 class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
-    """Agents robot_1, robot_2 ...; see `Simulation` for commands, observations and rewards.
+    """Agents robot_1, robot_2 ..., opponent_1 ...; `Simulation` and `Rivals` say what they command and see.
 
-    All agents are there until the end: the scenario's duration truncates, a mission that diverged or became
-    unstable terminates.
+    All robots are there until the end: the scenario's duration truncates, a mission that diverged or became
+    unstable terminates. An opponent terminates when it is intercepted or has reached the target; until it
+    comes, its commands have no effect.
 
     Attributes:
         simulation: The mission.
@@ -41,18 +45,26 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         reward: Reward | None = None,
         render_mode: str | None = None,
         size: tuple[int, int] = SIZE,
+        side: Side = "robots",
+        rival_reward: RivalReward | None = None,
     ) -> None:
-        """Prepare a scenario; arguments as of `EscortEnv`."""
-        self.simulation = Simulation(scenario, command, reward)
-        self.possible_agents = [f"robot_{i + 1}" for i in range(self.simulation.count)]
+        """Prepare a scenario; arguments as of `EscortEnv` and `Simulation`."""
+        self.simulation = simulation = Simulation(scenario, command, reward, side, rival_reward)
+        robots = [f"robot_{i + 1}" for i in range(simulation.count if side != "opponents" else 0)]
+        rivals = simulation.rivals
+        self._opponents = [f"opponent_{o + 1}" for o in range(rivals.count if rivals else 0)]
+        self.possible_agents = [*robots, *self._opponents]
         self.agents: list[str] = []
         self.render_mode = known_mode(render_mode)
-        self._camera = Camera(self.simulation, size)
-        self._seeds = Seeds(self.simulation.scenario.seed)
-        most, axes = self.simulation.limits, self.simulation.axes
-        agents = self.possible_agents
-        self.observation_spaces = {agent: spaces.Box(-most, most, dtype=np.float32) for agent in agents}
-        self.action_spaces = {agent: spaces.Box(-1.0, 1.0, (axes,), np.float32) for agent in agents}
+        self._camera = Camera(simulation, size)
+        self._seeds = Seeds(simulation.scenario.seed)
+        most = simulation.limits
+        self.observation_spaces = {agent: spaces.Box(-most, most, dtype=np.float32) for agent in robots}
+        if rivals:
+            seen = spaces.Box(-LARGEST, LARGEST, (rivals.width,), np.float32)
+            self.observation_spaces |= {agent: deepcopy(seen) for agent in self._opponents}
+        act = spaces.Box(-1.0, 1.0, (simulation.axes,), np.float32)
+        self.action_spaces = {agent: deepcopy(act) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """What an agent observes: the same object at every call."""
@@ -79,29 +91,37 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         dict[str, bool],
         dict[str, dict[str, Any]],
     ]:
-        """Advance to the next sample; a robot without an action rests."""
+        """Advance to the next sample; who is without an action rests."""
         if not self.agents:
             return {}, {}, {}, {}, {}
-        rest = np.zeros(self.simulation.axes)
-        rewards = self.simulation.step(np.array([actions.get(agent, rest) for agent in self.agents]))
-        outcome = self.simulation.outcome
+        simulation, rest = self.simulation, np.zeros(self.simulation.axes)
+        given = np.array([actions.get(agent, rest) for agent in self.possible_agents])
+        robots = len(given) - len(self._opponents)
+        earned = simulation.step(
+            given[:robots] if robots else None, given[robots:] if self._opponents else None
+        )
+        outcome = simulation.outcome
         broken = outcome not in (Outcome.RUNNING, Outcome.COMPLETED)
-        touching = self.simulation.touching
+        rewards, over = earned[:robots], np.full(robots, broken)
+        infos: list[dict[str, Any]] = [{"touching": bool(touch)} for touch in simulation.touching[:robots]]
+        if rivals := simulation.rivals:
+            rewards, over = np.append(rewards, rivals.rewards), np.append(over, rivals.over | broken)
+            infos += [{"comes": bool(comes)} for comes in rivals.comes]
+        each = dict(zip(self.possible_agents, zip(rewards, over, infos, strict=True), strict=True))
         agents = self.agents
         result = (
             self._observations(),
-            {agent: float(reward) for agent, reward in zip(agents, rewards, strict=True)},
-            dict.fromkeys(agents, broken),
+            {agent: float(each[agent][0]) for agent in agents},
+            {agent: bool(each[agent][1]) for agent in agents},
             dict.fromkeys(agents, outcome is Outcome.COMPLETED),
-            {agent: {"touching": bool(touch)} for agent, touch in zip(agents, touching, strict=True)},
+            {agent: each[agent][2] for agent in agents},
         )
-        if outcome is not Outcome.RUNNING:
-            self.agents = []
+        self.agents = [agent for agent in agents if outcome is Outcome.RUNNING and not each[agent][1]]
         return result
 
     def state(self) -> Seen:
-        """All that robots observe, one after the other, shape (n * width,)."""
-        return self.simulation.observe_within().ravel()
+        """All that all agents observe, one after the other, shape (sum of widths,)."""
+        return np.concatenate([seen.ravel() for seen in self._seen()])
 
     def render(self) -> Picture | None:
         """Return a picture of the mission as it is now, shape (height, width, 3); None without a mode."""
@@ -111,5 +131,12 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         """End what draws."""
         self._camera.close()
 
+    def _seen(self) -> list[Seen]:
+        """What each of all possible agents observes."""
+        rivals = self.simulation.rivals
+        robots = self.simulation.observe_within() if len(self._opponents) < len(self.possible_agents) else ()
+        return [*robots, *(rivals.observed.copy() if rivals else ())]
+
     def _observations(self) -> dict[str, Seen]:
-        return dict(zip(self.agents, self.simulation.observe_within(), strict=True))
+        seen = dict(zip(self.possible_agents, self._seen(), strict=True))
+        return {agent: seen[agent] for agent in self.agents}

@@ -38,6 +38,8 @@ class Reward:
         clearance: Of the lack of distance to anything, as a share of `avoid_obstacles`' safe distance.
         touch: Of having touched anything since the last command. A mission has thousands of commands: with
             less than this it pays to run into obstacles rather than to go around them.
+        breach: Of each opponent that has reached the target since the last command, for every robot.
+        capture: Of each opponent that the robot has intercepted since then.
     """
 
     radius: float = 1.0
@@ -45,6 +47,8 @@ class Reward:
     command: float = 0.01
     clearance: float = 1.0
     touch: float = 100.0
+    breach: float = 100.0
+    capture: float = 10.0
 
 
 class Senses:
@@ -79,7 +83,8 @@ class Senses:
         self.count, self._command, self._sizes = count, command, world.sizes
         self.robots, self.axes = world.sizes["robot"], world.sizes["axis"]
         self._mates = min(self.robots - 1, TEAMMATES)
-        self.width = (4 + self._mates) * self.axes
+        self._opposed = bool(world.setup.opponents)
+        self.width = (4 + self._mates + 2 * self._opposed) * self.axes
         self._radius = world.setup.radius
         self._speed = world.setup.max_speed if np.isfinite(world.setup.max_speed) else SPEED
         n, sizes = self.robots, self._sizes
@@ -91,8 +96,10 @@ class Senses:
         self._spacing = reward.spacing
         self.scale = np.full((count, n, 1), self._speed)
         self.commanded: Array = np.zeros((count, n, self.axes))
-        found = np.zeros((count, 1 + n * (2 + self.width)))
-        self.sound, self.rewards, self.clearance, observed = np.split(found, [1, 1 + n, 1 + 2 * n], axis=1)
+        found = np.zeros((count, 2 + n * (3 + self.width)))
+        ends = [1, 2, 2 + n, 2 + 2 * n, 2 + 3 * n]
+        self.sound, _, self.rewards, _, self.clearance, observed = np.split(found, ends, axis=1)
+        self._found = found
         self.observed = observed.reshape(count, n, self.width)
         self._perceive = perception_of(self.axes)
         arrays = self._settings, self.commanded, found
@@ -127,6 +134,7 @@ class Senses:
         wishes = {"even": even, "spacing": self._spacing} if even < np.inf else {"even": 1.0, "spacing": 0.0}
         for name, value in (wishes | {"bound": SUSPICIOUS * bound}).items():
             self._settings[mission, SETTINGS.index(name)] = value
+        self._found[mission] = 0.0
         settings, commanded, found = self._rows[mission]
         self._given[mission] = (*plant.addresses, settings, commanded, found)
 
@@ -151,7 +159,7 @@ class Senses:
             bound: Distance to the target at which a mission ends [m]; teammates are at most twice as far.
         """
         lengths, speeds = 2.0 * bound / self._radius, FASTEST
-        parts = [lengths, speeds, speeds, *[lengths] * (1 + self._mates)]
+        parts = [lengths, speeds, speeds, *[lengths] * (1 + self._mates), *[lengths, speeds] * self._opposed]
         return np.repeat(np.array(parts, dtype=np.float32), self.axes)
 
     def bounded(self, limits: Seen) -> Seen:

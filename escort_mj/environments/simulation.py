@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.api.runs import Run
+from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
 from escort_mj.mission import bound_of, completed, conclude, examine, take_back
@@ -22,6 +24,7 @@ from escort_mj.world.model.build import build
 from escort_mj.world.plant import Mark, Plant
 
 Array = NDArray[np.float64]
+Side = Literal["robots", "opponents", "both"]
 
 
 def due(schedule: Schedule, taken: int) -> int:
@@ -63,6 +66,8 @@ class Simulation:
         width: How many numbers a robot observes.
         reward: Weights of what is asked.
         limits: The largest size of each number in `observe_within`, shape (width,); the same for every seed.
+        side: Who is commanded: `robots`, `opponents` or `both`; the others do as the scenario says.
+        rivals: The side of the opponents; None where they are not commanded.
     """
 
     def __init__(
@@ -70,6 +75,8 @@ class Simulation:
         scenario: Scenario | str,
         command: Command = "velocity",
         reward: Reward | None = None,
+        side: Side = "robots",
+        rival_reward: RivalReward | None = None,
     ) -> None:
         """Prepare a scenario; `reset` starts it.
 
@@ -77,19 +84,27 @@ class Simulation:
             scenario: A checked scenario, or what `load_scenario` takes.
             command: What is commanded.
             reward: Weights of what is asked; None for those of `Reward`.
+            side: Who is commanded.
+            rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
 
         Raises:
-            UsageError: If forces are to be commanded and there is no limit to scale them by.
+            UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents
+                and there are none.
         """
+        if side not in (sides := get_args(Side)):
+            raise UsageError(f"side is {side!r}; expected {', '.join(sides)}")
+        self.side, self._rival_reward = side, rival_reward if rival_reward is not None else RivalReward()
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self.command, self.reward = command, reward if reward is not None else Reward()
         self._begin()
         self.limits: Seen = self._senses.limits(self._bound)
 
     def _begin(self) -> None:
-        self.world = build(self.scenario, self.command)
+        outside = None if self.side == "opponents" else self.command
+        self.world = build(self.scenario, outside, opponents_outside=self.side != "robots")
         self.plant = Plant(self.world)
         self._senses = Senses(self.plant, 1, self.command, self.reward)
+        self.rivals = None if self.side == "robots" else Rivals(self.plant, self._rival_reward)
         self.count, self.axes, self.width = self._senses.robots, self._senses.axes, self._senses.width
         self.scale: Array = self._senses.scale[0]
         self.outcome, self.message = Outcome.RUNNING, ""
@@ -113,11 +128,13 @@ class Simulation:
         self._begin()
         self._advance(np.zeros((self.count, self.axes)) if command is None else command)
 
-    def step(self, command: Array) -> Array:
+    def step(self, command: Array | None = None, of_rivals: Array | None = None) -> Array:
         """Hold a command until the next one is due.
 
         Args:
-            command: Share of the largest velocity or force, shape (n, p); beyond [-1, 1] it is cut off.
+            command: Share of the largest velocity or force, shape (n, p); beyond [-1, 1] it is cut off. Not
+                used where the robots are not commanded.
+            of_rivals: Share of the speed of each opponent's policy, shape (o, p); None for rest.
 
         Returns:
             Reward of each robot, shape (n,).
@@ -127,7 +144,9 @@ class Simulation:
         """
         if not self._samples or self.outcome is not Outcome.RUNNING:
             raise UsageError("the mission is not under way: call reset")
-        self._advance(command)
+        if self.rivals is not None:
+            self.rivals.command(np.zeros(self.axes) if of_rivals is None else of_rivals)
+        self._advance(np.zeros(self.axes) if command is None else command)
         return self._senses.rewards[0].copy()
 
     def _advance(self, command: Array) -> None:
@@ -135,8 +154,9 @@ class Simulation:
             began = time.perf_counter() - waited()
             commanded = self._senses.commanded[0]
             np.clip(command, -1.0, 1.0, out=commanded, dtype=float)
-            given = self.plant.state.v_d if self.command == "velocity" else self.plant.state.tau
-            given[:] = commanded * self.scale
+            if self.side != "opponents":
+                given = self.plant.state.v_d if self.command == "velocity" else self.plant.state.tau
+                given[:] = commanded * self.scale
             rows = np.empty((due(self.world.schedule, self._taken), self.world.record_size))
             mark = self.plant.mark()
             with native_loop(self.world):
@@ -149,6 +169,8 @@ class Simulation:
             self._samples.append(rows[:kept])
             self._taken += len(rows)
             self._senses.perceive(0, rows)
+            if self.rivals is not None:
+                self.rivals.perceive()
             self._wall += time.perf_counter() - waited() - began
             if outcome is not Outcome.COMPLETED:
                 self.outcome, self.message = outcome, message
@@ -170,8 +192,9 @@ class Simulation:
 
         In this order, each of p numbers: the target's position relative to the robot and its velocity, the
         robot's own velocity, the way to the nearest obstacle's surface, and the nearest teammates' positions
-        relative to the robot, by distance. Lengths in mission radii, velocities in largest velocities; 0
-        where there is nothing.
+        relative to the robot, by distance; in a mission with opponents also the way to the nearest one that
+        comes, and its velocity. Lengths in mission radii, velocities in largest velocities; 0 where there is
+        nothing.
         """
         return self._senses.observed[0].copy()
 

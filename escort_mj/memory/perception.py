@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
+from escort_mj.control.opponents import COMES, REACHED
 from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
 from escort_mj.native import artifacts
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, vector_at
@@ -19,11 +20,12 @@ from escort_mj.native.on_demand import CLASSES, callback, piece_of
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
 
-WEIGHTS = ("radius", "spacing", "command", "clearance", "touch")
+WEIGHTS = ("radius", "spacing", "command", "clearance", "touch", "breach", "capture")
 SETTINGS = (*WEIGHTS, "even", "safe", "speed", "bound", "begin", "end")
 """Numbers that a mission is perceived with: weights of rewards; even spacing [m], safe distance [m], largest
 speed [m/s], distance to the target that is suspicious [m]; where in a record stands what must be finite."""
-W_RADIUS, W_SPACING, W_COMMAND, W_CLEARANCE, W_TOUCH, EVEN, SAFE, SPEED, BOUND, BEGIN, END = range(11)
+W_RADIUS, W_SPACING, W_COMMAND, W_CLEARANCE, W_TOUCH, W_BREACH, W_CAPTURE = range(7)
+EVEN, SAFE, SPEED, BOUND, BEGIN, END = range(7, 13)
 TEAMMATES = 4  # that a robot observes, the nearest ones
 BROKEN = -1e6  # reward where a state is no longer a number
 NEAREST = 1e-9  # m at least to an obstacle's center
@@ -39,13 +41,17 @@ def perceive(plan: Plan, state: State, memory: int, settings: int, commanded: in
         memory: Address of the state.
         settings: Address of the numbers that `SETTINGS` names.
         commanded: Address of the last command, shape (n, p), as shares.
-        found: Address of what is written: 1 if nothing is suspicious; a reward of each robot; its least
-            clearance since the last command, at most what stands there [m]; what it observes, (n, width).
+        found: Address of what is written: 1 if nothing is suspicious; how many opponents have reached the
+            target; of each robot a reward, how many it has intercepted, and its least clearance since the
+            last command, at most what stands there [m]; what it observes, shape (n, width).
     """
     n, p = state.q.shape
     wish, shares = vector_at(settings, END + 1), matrix_at(commanded, n, p)
-    rewards, clearance = vector_at(found + DOUBLE, n), vector_at(found + DOUBLE * (1 + n), n)
-    near = True
+    rewards, captures = vector_at(found + DOUBLE * 2, n), vector_at(found + DOUBLE * (2 + n), n)
+    clearance, whole = vector_at(found + DOUBLE * (2 + 2 * n), n), vector_at(found, 2)
+    near, reached = True, 0.0
+    for o in range(state.opponent_status.shape[0]):
+        reached += 1.0 if state.opponent_status[o] == REACHED else 0.0
     for i in range(n):
         square, effort = 0.0, 0.0
         for k in range(p):
@@ -62,10 +68,15 @@ def perceive(plan: Plan, state: State, memory: int, settings: int, commanded: in
         lack = 1.0 - clearance[i] / wish[SAFE]
         reward -= wish[W_CLEARANCE] * (0.0 if lack < 0.0 else 1.0 if lack > 1.0 else lack)
         reward -= wish[W_TOUCH] if clearance[i] <= 0.0 else 0.0
+        caught = 0.0
+        for o in range(state.interceptor.shape[0]):
+            caught += 1.0 if state.interceptor[o] == i + 1.0 else 0.0
+        reward += wish[W_CAPTURE] * (caught - captures[i]) - wish[W_BREACH] * (reached - whole[1])
+        captures[i] = caught
         rewards[i] = reward if abs(reward) < math.inf else BROKEN
-        observe(i, plan, state, wish[SPEED], found + DOUBLE * (1 + 2 * n))
-    sound = vector_at(found, 1)
-    sound[0] = 1.0 if near and is_sound(plan, memory, int(wish[BEGIN]), int(wish[END])) else 0.0
+        observe(i, plan, state, wish[SPEED], found + DOUBLE * (2 + 3 * n))
+    whole[1] = reached
+    whole[0] = 1.0 if near and is_sound(plan, memory, int(wish[BEGIN]), int(wish[END])) else 0.0
 
 
 @merged
@@ -95,8 +106,9 @@ def observe(i: int, plan: Plan, state: State, speed: float, found: int) -> None:
         found: Address of what robots observe, shape (n, width).
     """
     n, p = state.q.shape
-    mates = min(n - 1, TEAMMATES)
-    rows = matrix_at(found + DOUBLE * i * (4 + mates) * p, 4 + mates, p)
+    mates, opponents = min(n - 1, TEAMMATES), state.opponent_status.shape[0]
+    count = 4 + mates + (2 if opponents > 0 else 0)
+    rows = matrix_at(found + DOUBLE * i * count * p, count, p)
     for k in range(p):
         rows[0, k] = (state.target_position_measured[k] - state.q_measured[i, k]) / plan.radius
         rows[1, k] = state.target_velocity_measured[k] / speed
@@ -128,6 +140,19 @@ def observe(i: int, plan: Plan, state: State, speed: float, found: int) -> None:
             there = state.q_measured[nearest, k] if nearest >= 0 else math.nan
             rows[4 + mate, k] = (there - state.q_measured[i, k]) / plan.radius
         reached, last = square_of_nearest, nearest
+    if opponents > 0:
+        rows[count - 2 :] = 0.0
+    least = math.inf
+    for o in range(opponents):
+        square, j = 0.0, int(plan.opponent_obstacle[o])
+        for k in range(p):
+            square += (state.obstacle_position[j, k] - state.q_measured[i, k]) ** 2
+        if state.opponent_status[o] == COMES and square < least:
+            least = square
+            for k in range(p):
+                way = state.obstacle_position[j, k] - state.q_measured[i, k]
+                rows[count - 2, k] = way / plan.radius
+                rows[count - 1, k] = state.obstacle_velocity[j, k] / speed
 
 
 @merged

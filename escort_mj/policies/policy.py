@@ -20,6 +20,7 @@ class PolicyView(NamedTuple):
 
     timestep: float  # [s]
     seed: int  # of the mission's random streams
+    radius: float  # of the mission [m]
     time: Annotated[Array, 1]  # [s]
     q: Annotated[Array, "n", "p"]  # position of the robots [m]
     v: Annotated[Array, "n", "p"]  # their velocity [m/s]
@@ -29,6 +30,7 @@ class PolicyView(NamedTuple):
     obstacle_position: Annotated[Array, "m", "p"]  # centers [m]
     obstacle_velocity: Annotated[Array, "m", "p"]  # [m/s]
     obstacle_radius: Annotated[Array, "m"]  # 0 for those that are not spheres [m]
+    networks: Annotated[Array, "networks"]  # of learned policies
     mover_position: Annotated[Array, "movers", "p"]  # of the bodies with a drive, its own among them [m]
     mover_velocity: Annotated[Array, "movers", "p"]  # [m/s]
     mover_start: Annotated[Array, "movers", "p"]  # where they begin [m]

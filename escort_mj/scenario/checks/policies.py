@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from escort_mj.behaviors import Behavior
 from escort_mj.numerics.program import Op
+from escort_mj.policies.learned import Learned, inputs
+from escort_mj.policies.policy import Policy
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.schema.expressions import Expression
@@ -17,6 +19,12 @@ IN_SPACE = 3  # axes
 def check_policy(scenario: Scenario) -> Iterator[Finding]:
     """A target with a policy begins at one place, and wants something else than to reach the target."""
     target = scenario.target
+    owners: list[tuple[Path, Policy | None]] = [
+        (("opponents", k), group.policy) for k, group in enumerate(scenario.opponents)
+    ]
+    for path, policy in [(("target",), target and target.policy), *owners]:
+        if isinstance(policy, Learned) and (words := _unfit(policy, scenario.axes)):
+            yield Finding((*path, "policy", "network"), words)
     if target is None or target.policy is None:
         return
     found = target.policy.policy
@@ -34,6 +42,16 @@ def check_policy(scenario: Scenario) -> Iterator[Finding]:
             ("target", "position", axis),
             f"found an expression in t beside the policy {found}; expected a number",
         )
+
+
+def _unfit(policy: Learned, axes: int) -> str:
+    """Return why a network does not fit a mission; empty if it does."""
+    if not policy.network:
+        return "found none; give the name of a .npz file with one"
+    given, answered = len(policy.network[0].weights[0]), len(policy.network[-1].weights)
+    if (given, answered) == (inputs(axes), axes):
+        return ""
+    return f"found {given} inputs and {answered} outputs; expected {inputs(axes)} and {axes} in {axes} axes"
 
 
 def _moving(target: Target) -> list[int]:

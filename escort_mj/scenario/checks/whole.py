@@ -140,7 +140,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_walls, ("axes", "walls")),
     (check_environment, ("axes", "environment")),
     (check_body, ("axes", "physics", "target")),
-    (check_policy, ("target",)),
+    (check_policy, ("axes", "target", "opponents")),
     (check_opponents, ("axes", "physics", "target", "opponents", "teams")),
     (check_team_targets, ("axes", "duration", "physics", "teams")),
 )

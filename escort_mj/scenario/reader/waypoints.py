@@ -1,4 +1,7 @@
-"""Waypoints from a table: comma-separated values, a line for each, as planners and loggers write them."""
+"""What scenarios name files for: waypoints, as planners and loggers write them, and networks.
+
+Waypoints are comma-separated values, a line for each.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from escort_mj.scenario.findings import Finding, Path, shortened
+from escort_mj.scenario.reader.networks import read_network
 
 SUFFIX = ".csv"
 MOST = 10_000  # waypoints of a table
@@ -16,27 +20,42 @@ TIMES = ("t", "time")
 
 
 def read_tables(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any], list[Finding]]:
-    """Return plain data with the waypoints of each table in place of its file's name.
+    """Return plain data with waypoints and networks in place of the names of their files.
 
     Args:
         data: What a scenario says; it is not changed.
         folder: Where files are looked for.
 
     Returns:
-        The data, and what is wrong with tables: those are left as their names.
+        The data, and what is wrong with files: those are left as their names.
     """
     found: list[Finding] = []
-    for path, motion in _motions(data):
-        name = motion.get("waypoints")
+    places = [((*path, "waypoints"), table, _read) for path, table in _motions(data)]
+    places += [((*path, "network"), table, read_network) for path, table in _policies(data)]
+    for path, table, read in places:
+        name = table.get(str(path[-1]))
         if not isinstance(name, str):
             continue
         try:
-            rows = _read(_within(folder, name))
+            rows = read(_within(folder, name))
         except ValueError as error:
-            found.append(Finding((*path, "waypoints"), f"{shortened(name)}{error}"))
+            found.append(Finding(path, f"{shortened(name)}{error}"))
         else:
-            data = with_value(data, (*path, "waypoints"), rows)
+            data = with_value(data, path, rows)
     return data, found
+
+
+def _policies(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """Every policy of a target or an opponent, and its place."""
+    owners: list[tuple[Path, Any]] = [(("target",), data.get("target"))]
+    groups = data.get("opponents")
+    owners += [
+        (("opponents", k), group)
+        for k, group in enumerate(groups if isinstance(groups, list | tuple) else ())
+    ]
+    for path, owner in owners:
+        if isinstance(owner, dict) and isinstance(owner.get("policy"), dict):
+            yield (*path, "policy"), owner["policy"]
 
 
 def _motions(data: dict[str, Any]) -> Iterator[tuple[Path, dict[str, Any]]]:

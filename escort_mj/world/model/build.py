@@ -121,7 +121,10 @@ class Draft(NamedTuple):
 
 
 def build(
-    scenario: Scenario, outside: Literal["velocity", "force"] | None = None, seen: Seen | None = None
+    scenario: Scenario,
+    outside: Literal["velocity", "force"] | None = None,
+    seen: Seen | None = None,
+    opponents_outside: bool = False,
 ) -> World:
     """Build and compile the world of a scenario.
 
@@ -129,8 +132,9 @@ def build(
         scenario: A checked scenario.
         outside: What is written from outside instead of computed, see `Setup`.
         seen: What was seen of real robots; None for a simulation.
+        opponents_outside: Whether what opponents want is written from outside, too.
     """
-    draft = _draft(scenario, outside, seen)
+    draft = _draft(scenario, outside, seen, opponents_outside)
     tree = new_root("arena", "mission")
     _set_physics(tree, scenario)
     _add_bodies(tree, draft)
@@ -152,12 +156,18 @@ def build(
     )
 
 
-def _draft(scenario: Scenario, outside: Literal["velocity", "force"] | None, seen: Seen | None) -> Draft:
+def _draft(
+    scenario: Scenario,
+    outside: Literal["velocity", "force"] | None,
+    seen: Seen | None,
+    opponents_outside: bool,
+) -> Draft:
     """Work out all that a scenario says; arguments as of `build`."""
     robots = team(scenario)
     if seen is not None:
         robots = robots._replace(position=seen.position)
-    setup = replace(controller_setup(scenario, robots, seen and seen.target), outside=outside)
+    setup = controller_setup(scenario, robots, seen and seen.target)
+    setup = replace(setup, outside=outside, opponents_outside=opponents_outside)
     if seen is not None:  # what was logged has been measured, and pushed, by reality
         setup = replace(setup, sensing=Sensors(), disturbance=None, trigger=None, sight=None, radio=None)
     obstacles = obstacles_of(scenario)

@@ -1,0 +1,207 @@
+"""Learned: what a small network of a file makes of the robots and the target, found by training."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from itertools import chain, pairwise
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from escort_mj.components.component import Component
+from escort_mj.components.parameters import Parameters
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.policies.policy import ACTS, Policy, PolicyView
+
+ROBOTS = 4  # that a body sees, the nearest ones
+LARGEST = 10.0  # size of a number that a network is given
+WIDEST, MOST_LAYERS = 64, 4
+UNTIL, WISH = 0, 1  # what is kept
+EARLY = 1e-9  # s
+
+Numbers = Annotated[tuple[float, ...], Field(min_length=1, max_length=WIDEST)]
+
+
+class Layer(Parameters):
+    """One layer of a network: tanh(weights x + bias), of the last one without tanh."""
+
+    weights: Annotated[tuple[Numbers, ...], Field(min_length=1, max_length=WIDEST)]
+    """A row for each output."""
+    bias: Numbers
+    """A number for each output."""
+
+    @model_validator(mode="after")
+    def _shaped(self) -> Layer:
+        rows = {len(row) for row in self.weights}
+        if len(rows) > 1 or len(self.bias) != len(self.weights):
+            raise ValueError(
+                f"found {len(self.weights)} rows of {sorted(rows)} weights and {len(self.bias)} biases; "
+                "expected rows of one length, and a bias for each"
+            )
+        return self
+
+
+def _or_file(schema: dict[str, Any]) -> None:
+    """Let editors accept the name of a file, which the reader replaces by its layers."""
+    listed = {key: schema.pop(key) for key in ("type", "items", "maxItems") if key in schema}
+    schema["anyOf"] = [listed, {"type": "string", "pattern": r"\.npz$"}]
+
+
+class Learned(Policy):
+    """The velocity that a network answers, as a share of the speed.
+
+    It is given, in shares of the mission's radius and of the speed, the way to the target, the target's
+    velocity, its own, and the ways to the four nearest robots with their velocities; 0 where there is no such
+    robot, and at most 10.
+    """
+
+    python_only: ClassVar[frozenset[str]] = Component.python_only | {"network"}
+    policy: Literal["learned"] = "learned"
+    network: Annotated[tuple[Layer, ...], Field(max_length=MOST_LAYERS, json_schema_extra=_or_file)] = ()
+    """Layers; or the name of a .npz file beside the scenario, with weights_1, bias_1, weights_2 and so on."""
+    interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.02
+    """Time between two answers [s]."""
+
+    @model_validator(mode="after")
+    def _chained(self) -> Learned:
+        for number, (one, other) in enumerate(pairwise(self.network), 2):
+            if len(other.weights[0]) != len(one.weights):
+                raise ValueError(
+                    f"layer {number} of the network: found rows of {len(other.weights[0])} weights; expected "
+                    f"{len(one.weights)}, a weight for each number of the layer before"
+                )
+        return self
+
+    @classmethod
+    def numbers(cls) -> dict[str, type]:
+        """Return what kernels read: also where the network lies among those of the mission."""
+        return super().numbers() | {"place": int}
+
+    def packed(self, setup: Any = None) -> dict[str, float]:
+        """Return its parameters as numbers."""
+        places = packed_networks(mover.policy for mover in setup.movers)[1] if setup is not None else {}
+        return {"speed": self.speed, "interval": self.interval, "place": float(places.get(self, 0))}
+
+    def velocity(self, view: PolicyView, body: int) -> int:
+        """Write the velocity that the network answers."""
+        kept, p = view.mover_memory[body], view.q.shape[1]
+        if view.time[0] >= kept[UNTIL] - EARLY:
+            kept[UNTIL] = view.time[0] + self.interval
+            values = perceived(view, body, self.speed)
+            for number, layer in enumerate(self.network, 1):
+                values = np.array(layer.weights) @ values + np.array(layer.bias)
+                values = np.tanh(values) if number < len(self.network) else values
+            kept[WISH : WISH + p] = within_speed(values[:p] if self.network else np.zeros(p))
+        view.mover_wish[body] = self.speed * kept[WISH : WISH + p]
+        return ACTS
+
+    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+        """Write the same, compiled."""
+        kept, p = view.mover_memory[body], view.q.shape[1]
+        if view.time[0] >= kept[UNTIL] - EARLY:
+            kept[UNTIL] = view.time[0] + self.interval
+            values, answers = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
+            perceive(view, body, self.speed, values)
+            place = self.place
+            layers = int(view.networks[place])
+            place += 1
+            if layers == 0:
+                values[:p] = 0.0
+            for number in range(layers):
+                rows, columns = int(view.networks[place]), int(view.networks[place + 1])
+                place += 2
+                for row in range(rows):
+                    answer = view.networks[place + rows * columns + row]
+                    for column in range(columns):
+                        answer += view.networks[place + row * columns + column] * values[column]
+                    answers[row] = math.tanh(answer) if number < layers - 1 else answer
+                place += rows * (columns + 1)
+                for row in range(rows):
+                    values[row] = answers[row]
+            square = 0.0
+            for k in range(p):
+                square += values[k] * values[k]
+            for k in range(p):
+                kept[WISH + k] = values[k] / max(math.sqrt(square), 1.0)
+        for k in range(p):
+            view.mover_wish[body, k] = self.speed * kept[WISH + k]
+        return ACTS
+
+
+def inputs(axes: int) -> int:
+    """Return how many numbers a network is given."""
+    return (3 + 2 * ROBOTS) * axes
+
+
+def within_speed(share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return shares of the speed, shape (..., p), cut off at the length 1."""
+    return np.asarray(share / np.maximum(np.linalg.norm(share, axis=-1, keepdims=True), 1.0))
+
+
+def packed_networks(policies: Iterable[Policy | None]) -> tuple[list[float], dict[Learned, int]]:
+    """Return the networks of policies as kernels read them, and where each begins.
+
+    A network is the number of its layers and, of each, its rows, its columns, its weights and its biases.
+    """
+    found: list[float] = []
+    places: dict[Learned, int] = {}
+    for policy in policies:
+        if isinstance(policy, Learned) and policy not in places:
+            places[policy] = len(found)
+            found.append(len(policy.network))
+            for layer in policy.network:
+                found += [len(layer.weights), len(layer.weights[0]), *chain(*layer.weights), *layer.bias]
+    return found, places
+
+
+def perceived(view: PolicyView, body: int, speed: float) -> NDArray[np.float64]:
+    """Return what a body perceives, shape (inputs,).
+
+    Args:
+        view: Of the mission.
+        body: Which of the bodies with a drive, from 0.
+        speed: That velocities are shares of [m/s].
+    """
+    p, here = view.q.shape[1], view.mover_position[body]
+    found = np.zeros((3 + 2 * ROBOTS, p))
+    found[0] = (view.target_position - here) / view.radius
+    found[1], found[2] = view.target_velocity / speed, view.mover_velocity[body] / speed
+    ways = view.q - here
+    nearest = np.argsort(np.sum(ways**2, axis=1), kind="stable")[:ROBOTS]
+    found[3 : 3 + 2 * len(nearest) : 2] = ways[nearest] / view.radius
+    found[4 : 4 + 2 * len(nearest) : 2] = view.v[nearest] / speed
+    return np.clip(found.ravel(), -LARGEST, LARGEST)
+
+
+@inlined
+def perceive(view: PolicyView, body: int, speed: float, found: Array) -> None:
+    """Write what `perceived` returns, compiled."""
+    n, p = view.q.shape
+    for k in range((3 + 2 * ROBOTS) * p):
+        found[k] = 0.0
+    for k in range(p):
+        found[k] = (view.target_position[k] - view.mover_position[body, k]) / view.radius
+        found[p + k] = view.target_velocity[k] / speed
+        found[2 * p + k] = view.mover_velocity[body, k] / speed
+    reached, last = -1.0, -1  # the robot that was found before, and its distance squared
+    for place in range(min(n, ROBOTS)):
+        nearest, least = -1, math.inf
+        for i in range(n):
+            square = 0.0
+            for k in range(p):
+                square += (view.q[i, k] - view.mover_position[body, k]) ** 2
+            if (square > reached or (square == reached and i > last)) and square < least:
+                nearest, least = i, square
+        if nearest < 0:
+            break
+        for k in range(p):
+            way = view.q[nearest, k] - view.mover_position[body, k]
+            found[(3 + 2 * place) * p + k] = way / view.radius
+            found[(4 + 2 * place) * p + k] = view.v[nearest, k] / speed
+        reached, last = least, nearest
+    for k in range((3 + 2 * ROBOTS) * p):
+        found[k] = min(max(found[k], -LARGEST), LARGEST)
