@@ -78,7 +78,7 @@ class Rivals:
         Args:
             commands: Shares of the speed of each one's policy, shape (o, p), cut off at the length 1.
         """
-        self._commanded[:] = within_speed(np.clip(commands, -1.0, 1.0, dtype=float))
+        self._commanded[:] = within_speed(np.asarray(commands, dtype=float))
         self._state.mover_wish[self._bodies] = self._speed[:, None] * self._commanded
 
     def perceive(self) -> None:
@@ -89,6 +89,7 @@ class Rivals:
         distance = np.linalg.norm(view.target_position - view.mover_position[self._bodies], axis=1)
         nearer = np.nan_to_num((self._distance - distance) / view.radius)
         effort = np.mean(self._commanded**2, axis=1)
+        on_the_way = np.where(self.comes, reward.approach * nearer - reward.command * effort, 0.0)
         ends = reward.reach * (status == REACHED) - reward.capture * (status == INTERCEPTED)
-        self.rewards = np.where(self.comes, reward.approach * nearer - reward.command * effort + ends, 0.0)
+        self.rewards = on_the_way + np.where(self.over, 0.0, ends)
         self._distance, self.comes, self.over = distance, status == COMES, status > COMES

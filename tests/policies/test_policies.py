@@ -1,6 +1,7 @@
 """Policies: both forms alike, closed forms, and what a body with a policy does in MuJoCo."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.burst import Burst
 from escort_mj.policies.directions import directions, freest
 from escort_mj.policies.flee import Flee
+from escort_mj.policies.learned import Learned, inputs
 from escort_mj.policies.policy import policy_view
 from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import Kernel
@@ -24,9 +26,16 @@ STEPS = 60
 SHORT = {"wait": 0.05, "dash": 0.04, "interval": 0.03, "reach": 1.0}
 
 
-def quick(kind: type[Policy]) -> Policy:
+def quick(kind: type[Policy], axes: int) -> Policy:
     """A policy that changes its mind within a few steps."""
-    return kind(speed=1.5, **{key: value for key, value in SHORT.items() if key in kind.model_fields})
+    given: dict[str, object] = {key: value for key, value in SHORT.items() if key in kind.model_fields}
+    if kind is Learned:
+        dice, widths = np.random.default_rng(axes), (inputs(axes), 9, 7, axes)
+        given["network"] = [
+            {"weights": dice.normal(size=(rows, columns)).tolist(), "bias": dice.normal(size=rows).tolist()}
+            for columns, rows in pairwise(widths)
+        ]
+    return kind.model_validate({"speed": 1.5} | given)
 
 
 @pytest.mark.parametrize("axes", [2, 3])
@@ -38,7 +47,7 @@ def test_both_forms_want_the_same(kind: type[Policy], axes: int) -> None:
         obstacles=[{"motion": {"position": [9.0] + [0.0] * (axes - 1)}, "radius": 0.3}],
     )  # fmt: skip
     setup = controller_setup(scenario)
-    policy, (obstacle, target) = quick(kind), setup.movers
+    policy, (obstacle, target) = quick(kind, axes), setup.movers
     kernel = Kernel(replace(setup, movers=(Mover(*obstacle[:5], policy), target)))
     state, memory = kernel.state, np.zeros((2, 8))
     policy_seen = policy_view(kernel.packed.ctypes.data, kernel.memory.ctypes.data, axes)
