@@ -100,6 +100,11 @@ def robot_color(index: int, count: int) -> Color:
     return red, green, blue
 
 
+def team_color(index: int) -> Color:
+    """The color of a team, by its index, counted from 0; after the last color comes the first."""
+    return NAMED[TEAMS[index % len(TEAMS)]]
+
+
 def robot_colors(count: int) -> list[Color]:
     """The colors of a whole team, in the order of its arrays."""
     return [robot_color(index, count) for index in range(count)]

@@ -63,7 +63,7 @@ class StageView:
         """
         self._scene, self._model, self._data = server.scene, model, mujoco.MjData(model)
         self._solids = solids_of(model)
-        self._colors = np.array(palette.robot_colors(replay.count))
+        self._colors = np.array(replay.colors(0))
         self._behaviors = np.array(
             [palette.BEHAVIORS.get(str(name), palette.OBSTACLE) for name in part["behavior"].values]
         ).reshape(-1, 3)

@@ -23,20 +23,24 @@ MOST_LINKED = 200  # robots of a formation that is found again
 def links(trace: Recorded) -> list[tuple[int, NDArray[np.int64]]]:
     """The formation's neighbors: from which sample on, and pairs of robots from 0, shape (edges, 2).
 
-    A loss ends a formation. The next is what those that are left stand in before another loss, or the end.
+    A loss ends a formation, and so does a robot that changes over to another team. The next is what those
+    that are left stand in before the next such event, or the end.
     """
     gone = lost(trace)
     count = gone.sum(axis=1)
-    first = [0, *(np.flatnonzero(np.diff(count)) + 1).tolist()]
+    team = trace["member_of"].values if "member_of" in trace else np.zeros(gone.shape, dtype=np.int8)
+    changed = (gone[1:] != gone[:-1]) | (team[1:] != team[:-1])
+    first = [0, *(np.flatnonzero(changed.any(axis=1)) + 1).tolist()]
     formations = []
     for start, end in zip(first, [*first[1:], len(gone)], strict=True):
-        if not count[start] or not len(trace["neighbors"].values):
+        if (not count[start] and (team[start] == team[0]).all()) or not len(trace["neighbors"].values):
             pairs = trace["neighbors"].values.astype(np.int64) - 1
         elif len(gone[start]) - count[start] > MOST_LINKED:
             pairs = np.zeros((0, 2), dtype=np.int64)
         else:
-            left = np.flatnonzero(~gone[start])
-            pairs = left[nearest_edges(trace["q"].values[end - 1, left])[0]]
+            together = [np.flatnonzero(~gone[start] & (team[start] == one)) for one in np.unique(team[start])]
+            q = trace["q"].values[end - 1]
+            pairs = np.concatenate([left[nearest_edges(q[left])[0]] for left in together if len(left) > 1])
         formations.append((start, pairs))
     return formations
 

@@ -19,12 +19,13 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.palette import MOST_DISTINCT, MOST_LINES
+from escort_mj.report.figures import teams
 from escort_mj.report.figures.curves import BOUND
 from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
 from escort_mj.report.figures.look import NARROW
 from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
 from escort_mj.report.figures.opponents import draw_opponents, opponent_keys, opponents
-from escort_mj.report.figures.style import WIDTH, Key, name_robots, narrow
+from escort_mj.report.figures.style import WIDTH, Key, narrow
 from escort_mj.report.video.replay import outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
 
@@ -74,7 +75,7 @@ def plan_view(figure: Figure, trace: Recorded) -> None:
     moments = _moments(trace)
     _plan(axes, trace, moments, links(trace))
     _words(axes, trace, moments)
-    name_robots(figure, [axes], trace.sizes["robot"], _keys(trace), one_by_one=True)
+    teams.name_all(figure, [axes], trace, _keys(trace))
 
 
 def pairs_height(trace: Recorded, width: float) -> float:
@@ -98,7 +99,7 @@ def pairs_view(figure: Figure, trace: Recorded) -> None:
         _plan(axes, trace.isel(axis=pair), [trace.sizes["time"] - 1], formations)
     for axes in grid[len(pairs) :]:
         axes.set_axis_off()
-    name_robots(figure, grid, trace.sizes["robot"], _keys(trace), one_by_one=True)
+    teams.name_all(figure, grid, trace, _keys(trace))
 
 
 def _pairs(trace: Recorded) -> list[list[int]]:
@@ -134,6 +135,7 @@ def _plan(axes: Axes, trace: Recorded, moments: list[int], formations: Formation
         axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
     _goals(axes, trace)
     draw_opponents(axes, trace, rows)
+    teams.draw_teams(axes, trace, rows, moments)
     _ways(axes, trace, rows)
     _ends(axes, trace)
 
@@ -142,16 +144,17 @@ def _goals(axes: Axes, trace: Recorded) -> None:
     """A square at each robot's last goal."""
     if "goal" not in trace or trace.sizes["robot"] > MOST_LINES:
         return
-    for goal, color in zip(trace["goal"].values[-1], palette.robot_colors(trace.sizes["robot"]), strict=True):
+    for goal, color in zip(trace["goal"].values[-1], teams.colors_at(trace, -1), strict=True):
         axes.plot(*goal[:, None], "s", color=color, markersize=8, markerfacecolor="none", zorder=3.5)
 
 
 def _obstacles(trace: Recorded) -> list[tuple[Array, float, float, Array]]:
-    """Way, radius, safe distance and outline of all obstacles but opponents, see `_obstacle`."""
+    """Way, radius, safe distance and outline of plain obstacles, see `_obstacle`."""
     ways, safe = trace["obstacle_position"].values, safe_radius(trace).max(axis=0, initial=0.0)
     radii, around = trace["obstacle_radius"].values, outlines(trace)
-    count = trace.sizes["obstacle"] - len(opponents(trace))
-    return [(ways[:, j], float(radii[j]), float(safe[j]), around[j]) for j in range(count)]
+    others = {*opponents(trace).tolist(), *teams.team_targets(trace)}
+    plain = [j for j in range(trace.sizes["obstacle"]) if j not in others]
+    return [(ways[:, j], float(radii[j]), float(safe[j]), around[j]) for j in plain]
 
 
 def _obstacle(axes: Axes, way: Array, radius: float, clear: float, points: Array) -> None:
@@ -199,7 +202,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
 
     q, target = trace["q"].values, trace["target_position"].values
     rows, count = _rows(len(q)), q.shape[1]
-    colors = palette.robot_colors(count)
+    colors = teams.colors_at(trace, 0)
     for index, color in enumerate(colors if count <= MOST_LINES else ()):
         x, y, _ = np.clip(q[rows, index][~lost(trace)[rows, index]], -RANGE, RANGE).T
         axes.plot(x, y, floor, color=color, linewidth=0.5, alpha=0.25, zorder=1)
@@ -223,12 +226,13 @@ def space_view(figure: Figure, trace: Recorded) -> None:
         axes.plot(*target[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
     _goals(axes, trace)
     draw_opponents(axes, trace, rows)
+    teams.draw_teams(axes, trace, rows, moments)
     _ways(axes, trace, rows)
     _ends(axes, trace)
     for artist in (*axes.lines, *axes.collections):
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
         artist.set_in_layout(False)
-    name_robots(figure, [axes], count, _keys(trace), one_by_one=True)
+    teams.name_all(figure, [axes], trace, _keys(trace))
 
 
 def _step(span: float) -> float:
@@ -247,9 +251,9 @@ def _rows(samples: int) -> NDArray[np.int64]:
 
 def _moments(trace: Recorded) -> list[int]:
     """Samples at which to draw the formation: fewer where the circles would lie on each other."""
-    target = trace["target_position"].values
+    target, radius = teams.way_of_escort(trace)
     traveled = float(np.linalg.norm(np.diff(target, axis=0), axis=1).sum())
-    count = int(np.clip(1 + traveled // (0.8 * float(trace.attrs["mission_radius"])), 1, MOMENTS))
+    count = int(np.clip(1 + traveled // (0.8 * radius), 1, MOMENTS))
     return np.linspace(0, len(target) - 1, count + 1).astype(int)[1:].tolist()
 
 
@@ -268,11 +272,11 @@ def _formations(axes: Axes, trace: Recorded, moments: list[int], formations: For
         if crowd:
             dots: dict[str, Any] = {"s": 4.0, "linewidths": 0, "zorder": 3.6}
             here = ~gone[moment]
-            dots["c"] = np.array(palette.robot_colors(q.shape[1]))[here]
+            dots["c"] = np.array(teams.colors_at(trace, moment))[here]
             axes.scatter(*q[moment, here].T, **dots)
         if crowd or moment == moments[-1] or q.shape[1] > MOST_DISTINCT:
             continue
-        for index, color in enumerate(palette.robot_colors(q.shape[1])):
+        for index, color in enumerate(teams.colors_at(trace, moment)):
             if gone[moment, index]:
                 continue
             axes.plot(*q[moment, index][:, None], "o", color=color, markersize=3.0, zorder=3.6)
@@ -285,9 +289,9 @@ def _ways(axes: Axes, trace: Recorded, rows: NDArray[np.int64]) -> None:
         return
     low, high = bounds(trace)
     width = _width(q.shape[1])
-    for index, color in enumerate(palette.robot_colors(q.shape[1])):
-        kept = rows[~gone[rows, index]]
-        axes.plot(*q[kept, index].T, color=color, linewidth=width, zorder=3.5)
+    for index in range(q.shape[1]):
+        for color, kept in teams.colored(trace, index, rows[~gone[rows, index]]):
+            axes.plot(*q[kept, index].T, color=color, linewidth=width, zorder=3.5)
         drift = q[rows[gone[rows, index]], index]
         if len(drift):
             outside = ((drift < low) | (drift > high)).any(axis=1)
@@ -301,14 +305,14 @@ def _ends(axes: Axes, trace: Recorded) -> None:
     q, target = np.clip(trace["q"].values, -RANGE, RANGE), trace["target_position"].values
     size = 6.5 if q.shape[1] <= MOST_DISTINCT else 3.5
     known = (~lost(trace)).sum(axis=0)
-    colors = palette.robot_colors(q.shape[1]) if q.shape[1] <= MOST_LINES else ()
-    for path, color, scale in [
-        *[(target, palette.TARGET, 1.1)] * escorts(trace),
-        *((q[: known[i] or 1, i], color, 1.0) for i, color in enumerate(colors)),
+    colors = [teams.colors_at(trace, moment) if q.shape[1] <= MOST_LINES else () for moment in (0, -1)]
+    for path, first, color, scale in [
+        *[(target, palette.TARGET, palette.TARGET, 1.1)] * escorts(trace),
+        *((q[: known[i] or 1, i], *both, 1.0) for i, both in enumerate(zip(*colors, strict=True))),
     ]:
         start, end = path[0][:, None], path[-1][:, None]
         axes.plot(
-            *start, "o", color="white", markeredgecolor=color, markersize=0.75 * size * scale, zorder=3.8
+            *start, "o", color="white", markeredgecolor=first, markersize=0.75 * size * scale, zorder=3.8
         )
         shape = "o" if len(path) == len(q) else "x"
         (mark,) = axes.plot(*end, shape, color=color, markersize=size * scale, zorder=4.0, clip_on=False)
@@ -348,7 +352,7 @@ def _keys(trace: Recorded) -> list[Key]:
         keys.append(("goal", Line2D([], [], **square, color="#555555")))  # type: ignore[arg-type]
     keys += known_keys(trace) + lost_keys(trace)
     keys += opponent_keys(trace)
-    if trace.sizes["obstacle"] > len(opponents(trace)):
+    if _obstacles(trace):
         keys.append(("obstacle", Line2D([], [], **dot, color=palette.OBSTACLE, markersize=7)))
         if float(trace.attrs["safe_distance"]) > 0:
             rim = Line2D([], [], color=palette.CONTACT, linestyle=BOUND)

@@ -88,7 +88,7 @@ def replay_data(run: StoredRun, speed: float) -> dict[str, Any]:
         "rims": _rims(replay),
         "flags": packed(_raised(flags, rows), "<u1"),
         "count": replay.count,
-        "colors": palette.robot_colors(replay.count),
+        "colors": replay.colors(0),
         "lost_color": LOST,
         "contact_color": palette.CONTACT,
         "target_color": palette.TARGET,

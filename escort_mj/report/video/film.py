@@ -113,6 +113,10 @@ class Film:
         """Draw one of the frames at `times`, shape (height, width, 3)."""
         replay, marks = self._replay, self._marks
         moment = self._posed(float(self.times[index]))
+        colors = replay.colors(moment.sample)
+        self._overlay.paint(colors)
+        for number, color in enumerate(colors if replay.members.size else (), 1):
+            self._model.geom(f"robot_{number}_body").rgba[:3] = color
         for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), self._replays):
             self._model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
         avoiding = replay.lately(replay.avoiding, moment, self._glow)

@@ -52,7 +52,11 @@ class Overlay:
         self.captions = captions
         self._size = size
         self._unit = max(size[1] / 720.0, 0.45)
-        self._inks = [_ink(color) for color in palette.robot_colors(count)]
+        self.paint(palette.robot_colors(count))
+
+    def paint(self, colors: Sequence[palette.Color]) -> None:
+        """Take other colors for robots from now on."""
+        self._inks = [_ink(color) for color in colors]
 
     def write(
         self,

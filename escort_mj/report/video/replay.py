@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj import palette
 from escort_mj.errors import RenderError
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.episodes import touched
@@ -90,6 +91,9 @@ class Replay:
             radio.
         returns: Distances along the rays of lidars, shape (T, n, rays) [m]; no rays where not recorded.
         rays: Unit vectors along them, shape (rays, 3).
+        members: Team of each robot, from 1, shape (T, n); (T, 0) where all are one team.
+        team_centers: Middle of the targets of each team, shape (T, teams, 3) [m].
+        team_radius: Distance that each keeps from there, shape (teams,) [m].
         planar: Whether the mission has two axes.
         axes: Names of the axes that are seen.
         suffix: What names of its bodies end with, in the model.
@@ -119,6 +123,9 @@ class Replay:
     heard: NDArray[np.int16]
     returns: Array
     rays: Array
+    members: NDArray[np.int8]
+    team_centers: Array
+    team_radius: Array
     planar: bool
     axes: tuple[str, ...]
     suffix: str = ""
@@ -128,6 +135,12 @@ class Replay:
     def count(self) -> int:
         """Number of robots."""
         return self.robots.shape[1]
+
+    def colors(self, sample: int) -> list[palette.Color]:
+        """Return the color of each robot at a sample: its own, or that of its team."""
+        if not self.members.size:
+            return palette.robot_colors(self.count)
+        return [palette.team_color(int(number) - 1) for number in self.members[sample]]
 
     @property
     def escorts(self) -> bool:
@@ -237,7 +250,7 @@ def replay_of(trace: Recorded) -> Replay:
 
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
-    informed = "target_estimate" in trace
+    informed, teams = "target_estimate" in trace, "member_of" in trace
     rays = trace["lidar_ray"].values if "lidar_ray" in trace else np.zeros((0, 3))
     if not escorts(trace):
         places = np.concatenate([robots[0], *goals[[0, -1]]])
@@ -268,6 +281,9 @@ def replay_of(trace: Recorded) -> Replay:
         else np.zeros((*robots.shape[:2], 0), np.int16),
         returns=trace["lidar_range"].values if "lidar_range" in trace else robots[:, :, :0],
         rays=np.pad(rays, ((0, 0), (0, robots.shape[2] - rays.shape[1]))),
+        members=trace["member_of"].values if teams else np.zeros((len(robots), 0), np.int8),
+        team_centers=in_space("team_center") if teams else robots[:, :0],
+        team_radius=trace["team_radius"].values if teams else np.zeros(0),
         planar=planar,
         axes=tuple(trace["axis"].values[:3]),
     )

@@ -47,7 +47,7 @@ class Scenery:
         self.trail = 8.0 * speed
         self.ground = 0.0 if replay.planar else _ground(replay)
         self._pixel = max(width / 1280.0, 0.5)
-        self._colors = palette.robot_colors(replay.count)
+        self._colors = replay.colors(0)
         self._pieces = max(6, min(TRAIL_PIECES, MOST_TRAIL_PIECES // replay.count))
         self._crowd = replay.count > palette.MOST_LINES
         self._near = NEAR * widest_spacing(replay.count, 2 if replay.planar else 3, replay.radius)
@@ -62,7 +62,7 @@ class Scenery:
             avoiding: Robots to show as avoiding something, shape (n,).
             touching: Robots to show as touching something, shape (n,).
         """
-        pen = Pen(scene)
+        pen, self._colors = Pen(scene), self.replay.colors(moment.sample)
         if not self.replay.planar:
             self._grid(pen)
         self._shadows(pen, moment)
@@ -140,16 +140,19 @@ class Scenery:
         """The circle or sphere that the robots are to keep around the target, and their goals."""
         if not self._crowd:
             self._goals(pen, moment)
-        if not self.replay.escorts:
-            return
-        center, radius = self._down(moment.target, _LINKS), self.replay.radius
-        width = 2.0 * self._pixel
-        if self.replay.planar:
-            pen.path(circle(center, radius, 96, _X, _Y), palette.LIMIT, width, 0.8, dashed=True)
-            return
-        pen.ball(center, radius, (0.55, 0.65, 0.80), 0.10)
-        for across, up in ((_X, _Y), (_Y, _Z), (_X, _Z)):
-            pen.path(circle(center, radius, 96, across, up), palette.LIMIT, width / 2, 0.45, dashed=True)
+        replay, width = self.replay, 2.0 * self._pixel
+        circles = [(moment.target, replay.radius, palette.LIMIT)] if replay.escorts else []
+        centers = replay.team_centers[moment.sample]
+        for number, (place, size) in enumerate(zip(centers, replay.team_radius, strict=True)):
+            circles.append((place, float(size), palette.team_color(number)))
+        for place, radius, color in circles:
+            center = self._down(place, _LINKS)
+            if replay.planar:
+                pen.path(circle(center, radius, 96, _X, _Y), color, width, 0.8, dashed=True)
+                continue
+            pen.ball(center, radius, (0.55, 0.65, 0.80), 0.10)
+            for across, up in ((_X, _Y), (_Y, _Z), (_X, _Z)):
+                pen.path(circle(center, radius, 96, across, up), color, width / 2, 0.45, dashed=True)
 
     def _goals(self, pen: Pen, moment: Moment) -> None:
         """A ring or a faint ball where each robot goes."""

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj import palette
 from escort_mj.control.setup import FunctionOfTime, Setup
 from escort_mj.memory.layout import state_size
 from escort_mj.memory.packing import pack
@@ -215,7 +216,9 @@ def _add_bodies(tree: Element, draft: Draft) -> None:
     if scenario.axes == 2:
         set_floor(tree, scenario.environment)
     add_assets(tree, models_of(draft.robots))
-    add_robots(tree, draft.robots, gravity_of(scenario), stages, radius)
+    setup = draft.setup
+    teams = [palette.team_color(int(number)) for number in setup.members] if setup.teams else []
+    add_robots(tree, draft.robots, gravity_of(scenario), stages, radius, teams or palette.robot_colors(count))
     add_obstacles(tree, draft.obstacles, stages, count, radius)
     add_target(tree, scenario, draft.setup.target.position(0.0), stages, count)
 

@@ -31,7 +31,12 @@ COORDINATES = {"freejoint": FREE_COORDINATES, "free": FREE_COORDINATES, "ball": 
 
 
 def add_robots(
-    tree: Element, robots: Placement, gravity: Sequence[float], stages: list[Stage], radius: float
+    tree: Element,
+    robots: Placement,
+    gravity: Sequence[float],
+    stages: list[Stage],
+    radius: float,
+    colors: Sequence[palette.Color],
 ) -> None:
     """The bodies of each robot, one for each stage, and its motors.
 
@@ -41,11 +46,12 @@ def add_robots(
         gravity: World frame, shape (3,) [m/s^2].
         stages: Where the axes of the mission are.
         radius: Distance to keep from the target [m].
+        colors: Of each robot.
     """
     count, world = len(robots.mass), section(tree, "worldbody")
     for i, (steps, position) in enumerate(zip(robot_steps(count), robots.position, strict=True)):
         for stage in stages:
-            _add_body(tree, robots, i, stage, stage.place(position, steps), gravity)
+            _add_body(tree, robots, i, stage, stage.place(position, steps), gravity, colors[i])
             if stage.is_abacus:
                 _add_rail(world, f"robot_{i + 1}_rail", stage, steps, radius)
 
@@ -89,13 +95,19 @@ def add_start(tree: Element, model: mujoco.MjModel, robots: Placement, gravity: 
 
 
 def _add_body(
-    tree: Element, robots: Placement, i: int, stage: Stage, place: Array, gravity: Sequence[float]
+    tree: Element,
+    robots: Placement,
+    i: int,
+    stage: Stage,
+    place: Array,
+    gravity: Sequence[float],
+    color: palette.Color,
 ) -> None:
     """One body of a robot with its motors; every body has all of the robot's mass."""
     kind, radius = robots.kind[i], float(robots.radius[i])
     name = f"robot_{i + 1}{stage.suffix}"
     if isinstance(kind, ModeledKind):
-        hull = [*palette.robot_color(i, len(robots.mass)), HULL_OPACITY]
+        hull = [*color, HULL_OPACITY]
         own = kind.robot(float(robots.mass[i]), radius)
         add_model(tree, own, name, place, radius, hull, robots.actuators[i].lag, robots.gains[i])
         return
@@ -103,7 +115,6 @@ def _add_body(
     body = copied(child_named(part_of(kind), "body", "robot"), name, skip=unused)
     section(tree, "worldbody").append(body)
     set_attributes(body, pos=[*place[:2], radius] if kind.rolls else place)
-    color = palette.robot_color(i, len(robots.mass))
     set_attributes(child_named(body, "geom", f"{name}_body"), size=radius, rgba=[*color, kind.opacity])
     for painted in kind.painted:
         set_attributes(child_named(body, "geom", f"{name}_{painted}"), rgba=[*color, 1.0])

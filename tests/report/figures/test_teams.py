@@ -1,0 +1,60 @@
+"""Pictures of teams: robots have the color of the team that they are in at the moment."""
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from escort_mj import Run, Scenario, palette, run
+from escort_mj.report.figures.losses import links
+from escort_mj.report.figures.paths import plan_view
+from escort_mj.report.video.replay import replay_of
+
+ONE, TWO = palette.team_color(0), palette.team_color(1)
+
+
+@pytest.fixture(scope="module")
+def flown() -> Run:
+    """Robot 3 changes over after half of the run."""
+    teams = [
+        {"name": name, "robots": robots, "radius": 2.0, "demand": [{"after": after, "robots": count}],
+         "targets": [{"name": f"of_{name}", "position": [x, 0]}]}
+        for name, robots, x, after, count in (("one", [1, 2, 3], 0, 0.0, 2), ("two", [4, 5], 8, 1.0, 3))
+    ]  # fmt: skip
+    places = [[-2, 0], [0, 2], [2.5, 0], [8, 2], [8, -2]]
+    behaviors = [{"behavior": "avoid_obstacles", "safe_distance": 0.3}, "vertices", "surface"]
+    return run(Scenario(
+        duration=2.0, target=None, teams=teams, robots={"positions": places},
+        mission={"behaviors": behaviors},
+    ))  # fmt: skip
+
+
+def test_ways_have_the_color_of_their_team(flown: Run) -> None:
+    figure = Figure()
+    plan_view(figure, flown.trace)
+    (axes,) = figure.axes
+    last = np.array([robot[-1] for robot in flown.trace["q"].values.swapaxes(0, 1)])
+    ways = {
+        (to_hex(line.get_color()), tuple(np.round(np.asarray(line.get_xydata())[-1], 9)))
+        for line in axes.lines
+        if line.get_linewidth() == 1.3
+    }
+    for robot, color in enumerate((ONE, ONE, TWO, TWO, TWO)):
+        assert (to_hex(color), tuple(np.round(last[robot], 9))) in ways
+    assert sum(color == to_hex(ONE) for color, _ in ways) == 3  # robot 3 has two parts
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["one", "two", "target", "start", "end"]
+
+
+def test_links_are_between_members(flown: Run) -> None:
+    before, after = links(flown.trace)
+    assert before[0] == 0 and {*map(tuple, before[1].tolist())} <= {(0, 1), (0, 2), (1, 2), (3, 4)}
+    assert {*map(tuple, after[1].tolist())} <= {(0, 1), (2, 3), (2, 4), (3, 4)}
+
+
+def test_the_video_paints_robots_as_they_change_over(flown: Run) -> None:
+    replay = replay_of(flown.trace)
+    assert replay.colors(0) == [ONE, ONE, ONE, TWO, TWO]
+    assert replay.colors(-1) == [ONE, ONE, TWO, TWO, TWO]
+    assert replay.team_radius.tolist() == [2.0, 2.0]
+    assert np.allclose(replay.team_centers[:, :, :2], flown.trace["team_center"].values)
