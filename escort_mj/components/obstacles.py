@@ -19,6 +19,9 @@ class ObstacleParameters(Fields):
     obstacle_position: Annotated[Array, "m", "p", Value("m", "center of each at the start")]
     obstacle_radius: Annotated[Array, "m", Value("m", "of each; 0 for those that are no spheres")]
     seen_radius: Annotated[Array, "m", Value("m", "the same as robots see them; 0 for returns of a lidar")]
+    obstacle_extent: Annotated[
+        Array, "m", "p", Value("m", "half the upright box around the center of each; 0 for spheres")
+    ]
     shaped: Annotated[bool, Value("1", "whether some obstacle is no sphere")]
     nearest_within: Annotated[
         float, Value("m", "from here on the box around a shape will do for its nearest point")

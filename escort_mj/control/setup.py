@@ -147,6 +147,8 @@ class Setup:
         mass: Nominal masses, shape (n,) [kg].
         target_radius: [m]; None without a target.
         obstacle_velocity: For the twin: of the centers, shape (m, p) [m/s]; None where all rest.
+        extents: Half the upright boxes around the centers of obstacles, 0 for spheres, shape (m, p) [m]; None
+            where all are spheres.
         sight: Who sees the target, and how; None where all robots know what the team's sensors show.
         radio: How robots communicate; None where they know each other's positions.
         estimator: What robots with sight make of what they see and hear.
@@ -191,6 +193,7 @@ class Setup:
     mass: Array | float = 1.0
     target_radius: float | None = None
     obstacle_velocity: Array | None = None
+    extents: Array | None = None
     sight: Sight | None = None
     radio: Radio | None = None
     estimator: Estimator = Hold()
@@ -293,6 +296,11 @@ class Setup:
     def seen_radius(self) -> Array:
         """Radii of obstacles as robots see them, shape (m,) [m]; 0 for returns of a lidar."""
         return self.obstacle_radius * (self.sensing.lidar is None)
+
+    @property
+    def obstacle_extent(self) -> Array:
+        """Half the upright boxes around the centers of obstacles, 0 for spheres, shape (m, p) [m]."""
+        return np.zeros_like(self.obstacle_position) if self.extents is None else self.extents
 
     def obstacles_seen(self) -> Array:
         """What each robot, and last the target, sees of each obstacle, shape (n + 1, m, p) [m]."""

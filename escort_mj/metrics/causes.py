@@ -3,9 +3,11 @@
 A touch is looked at from its *alarm* on: the first sample since when, without a break, the robot has seen the
 body and their gap has been at most safe_distance + c^2 / a, but at most FORESIGHT before the touch. c is
 the speed at which they close, a what the motors can give beyond the disturbance, (force limit -
-|disturbance|) / mass. From there the rules fly the robot again, among the bodies as they moved: its velocity
-turns at the rate a into a constant one of at most max_speed. A flight is clear if it touches nothing until
-BEYOND the touch.
+|disturbance|) / mass, or what they gave where they gave all most of the time. A body that moves by itself
+gives the alarm only since its way, straight on, has led into half the safe distance of where the robot was at
+the time. From there the rules fly the robot again, among the bodies as they moved: its velocity turns at the
+rate a into a constant one of at most max_speed. A flight is clear if it touches nothing until BEYOND the
+touch, and neither the body if that had gone straight on.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PUSHED, STARTED, DISTURBED, MISLED = "pushed", "started", "disturbed", "misled"
-OUTRUN, OVERTAKEN, BOXED_IN, UNEXPLAINED = "outrun", "overtaken", "boxed in", "unexplained"
+OUTRUN, BOXED_IN, UNEXPLAINED = "outrun", "boxed in", "unexplained"
 CAUSES = {
     PUSHED: "an earlier touch, whose cause is known, still moves one of the robots: it ended no longer ago "
     "than |v| / a, with the velocity that it left the robot with, and a tenth of a second, or the robot has "
@@ -38,9 +40,7 @@ CAUSES = {
     DISTURBED: "|disturbance| exceeded the force limit of the robot on an axis since the alarm",
     MISLED: "errors of measured positions, |q_measured - q|, of both robots where two meet, reached the safe "
     "distance since the alarm",
-    OUTRUN: "the body moves by itself, and no flight is clear of it",
-    OVERTAKEN: "the body moves by itself and came toward the robot faster than max_speed since the alarm; a "
-    "flight to the side would have been clear of it",
+    OUTRUN: "the body moves by itself, and no flight is clear of it, both as it moved and going straight on",
     BOXED_IN: "no flight is clear of all bodies",
 }
 """Causes in the order in which they are looked for, with their rules."""
@@ -48,6 +48,7 @@ FORESIGHT = 1.0  # s
 SETTLING = 0.1  # s
 DEAR = 20_000  # touches times bodies
 BEYOND = 0.5  # s
+FINEST = 50  # parts of a step between samples in which fast bodies are looked for
 SPEEDS = (1.0, 0.5, 0.0)  # of the flights that are tried, as shares of the largest
 
 
@@ -144,7 +145,7 @@ class _Scene:
 
     def _from_alarm(self, i: int, b: int, row: int) -> str:
         """Return the cause for a robot that met a body in a sample."""
-        alarm, end, speed = self._alarm(i, b, row)
+        alarm, end = self._alarm(i, b, row)
         rows = slice(alarm, row + 1)
         if (np.abs(self.trace["disturbance"].values[rows, i]) > self.trace["force_limit"].values[i]).any():
             return DISTURBED
@@ -160,32 +161,54 @@ class _Scene:
         flights = self._flights(i, alarm, end, np.vstack(spread), thrust)
         clear = np.ones(len(flights), dtype=bool)
         if alarm > 0 and self._moves(b):
-            if not self._clear(i, b, alarm, end, flights).any():
+            went = self.place[b][alarm : end + 1] - self.place[b][alarm]
+            straight = (
+                self._velocity(b, alarm) * (self.time[alarm : end + 1] - self.time[alarm])[:, np.newaxis]
+            )
+            clear &= self._clear(i, b, alarm, end, flights)
+            clear &= self._clear(i, b, alarm, end, flights + went - straight)
+            if not clear.any():
                 return OUTRUN
-            if speed > most:
-                return OVERTAKEN
         for body in self.place:
             clear &= self._clear(i, body, alarm, end, flights)
         if clear.any():
             return UNEXPLAINED
         return STARTED if alarm == 0 else BOXED_IN
 
-    def _alarm(self, i: int, b: int, row: int) -> tuple[int, int, float]:
-        """Return the sample of the alarm, until when flights are clear, and how fast the body came."""
+    def _alarm(self, i: int, b: int, row: int) -> tuple[int, int]:
+        """Return the sample of the alarm, and until when flights are clear."""
         first = int(np.searchsorted(self.time, self.time[row] - FORESIGHT))
         rows = slice(first, row + 1)
         normal, gap = self._apart(b, rows, self.q[rows, i])
         gap = gap - self.radius[i]
-        moved = np.diff(self.place[b], axis=0, prepend=self.place[b][:1])[rows]
-        moved /= np.diff(self.time, prepend=self.time[0] - 1.0)[rows][:, np.newaxis]
-        toward = (moved * normal).sum(axis=1)
-        closing = np.maximum(toward - (self.v[rows, i] * normal).sum(axis=1), 0.0)
+        moved = self._velocity(b, rows)
+        closing = np.maximum(((moved - self.v[rows, i]) * normal).sum(axis=1), 0.0)
         braking = closing**2 / max(self._thrust(i, first, row), 1e-9)  # with half of the motors
         sees = self.trace.attrs.get("sensing_robots" if b < self.robots else "sensing_obstacles", math.inf)
         quiet = np.flatnonzero((gap > self._safe(i, b) + braking) | (gap > float(sees)))
         alarm = min(first + int(quiet[-1]) + 1, row) if len(quiet) else first
+        if self._moves(b):
+            alarm = max(alarm, self._turned(i, b, first, row))
         end = int(np.searchsorted(self.time, self.time[row] + BEYOND))
-        return alarm, min(end, len(self.time) - 1), float(toward[alarm - first :].max())
+        return alarm, min(end, len(self.time) - 1)
+
+    def _velocity(self, b: int, rows: int | slice) -> Array:
+        """How fast a body came to where it is in some samples; 0 in the first [m/s]."""
+        step = np.diff(self.place[b], axis=0, prepend=self.place[b][:1])
+        return np.asarray((step / np.diff(self.time, prepend=self.time[0] - 1.0)[:, np.newaxis])[rows])
+
+    def _turned(self, i: int, b: int, first: int, row: int) -> int:
+        """Return the first sample since when a body's straight way has led to where a robot was."""
+        rows = slice(first, row + 1)
+        step = float(self.time[row] - self.time[row - 1])  # in the next one, it touches
+        time = np.append(self.time[rows], self.time[row] + step)[:, np.newaxis]
+        robot = np.vstack([self.q[rows, i], self.q[row, i] + self.v[row, i] * step])
+        place, moved = self.place[b][rows], self._velocity(b, rows)
+        for k in range(row - first, -1, -1):
+            way = robot[k:] - place[k] - moved[k] * (time[k:] - time[k])
+            if self._beyond(b, way)[1].min() - self.radius[i] > 0.5 * self._safe(i, b):
+                return min(first + k + 1, row)
+        return first
 
     def _flights(self, i: int, alarm: int, end: int, wanted: Array, thrust: float) -> Array:
         """Where a robot is that turns its velocity into each of some others, shape (flight, time, axis)."""
@@ -205,12 +228,20 @@ class _Scene:
         reach = np.linalg.norm(flights - self.q[alarm, i], axis=2).max()
         if body == i or np.linalg.norm(way, axis=1).min() > size + reach:
             return np.ones(len(flights), dtype=bool)
-        gap = self._apart(body, slice(alarm, end + 1), flights)[1] - self.radius[i]
-        return np.asarray((gap > 0.0).all(axis=1))
+        way = flights - self.place[body][alarm : end + 1]
+        step = np.diff(way, axis=1)
+        parts = min(math.ceil(np.linalg.norm(step, axis=2).max(initial=0.0) / (0.5 * size)), FINEST)
+        shares = np.arange(1, parts)[:, np.newaxis] / max(parts, 1)
+        between = way[:, :-1, np.newaxis] + shares * step[:, :, np.newaxis]
+        way = np.concatenate([way, between.reshape(len(way), -1, self.axes)], axis=1)
+        return np.asarray((self._beyond(body, way)[1] > self.radius[i]).all(axis=1))
 
     def _apart(self, body: int, rows: int | slice, points: Array) -> tuple[Array, Array]:
         """Unit vectors from a body's surface to points, and how far those are from it [m]."""
-        way = points - self.place[body][rows]
+        return self._beyond(body, points - self.place[body][rows])
+
+    def _beyond(self, body: int, way: Array) -> tuple[Array, Array]:
+        """Return the same for points that are given from the body's center."""
         if body not in self.outline:
             length = np.linalg.norm(way, axis=-1)
             return way / np.maximum(length, 1e-12)[..., np.newaxis], length - self.radius[body]
@@ -218,11 +249,21 @@ class _Scene:
         return directions(self.axes)[support.argmax(axis=-1)], support.max(axis=-1)
 
     def _thrust(self, i: int, first: int, last: int) -> float:
-        """Acceleration that a robot's motors can give beyond the disturbance of some samples [m/s^2]."""
-        push = float(np.abs(self.trace["disturbance"].values[first : last + 1, i]).max())
-        return max(float(self.trace["force_limit"].values[i]) - push, 0.0) / float(
-            self.trace["robot_mass"].values[i]
-        )
+        """Acceleration that a robot's motors can give in some samples [m/s^2].
+
+        That is what the force limit gives beyond the disturbance. Where the motors have given all they can
+        most of the time, and less came of it, it is that: a vessel has to turn first.
+        """
+        rows, limit = slice(first, last + 1), float(self.trace["force_limit"].values[i])
+        push = float(np.abs(self.trace["disturbance"].values[rows, i]).max())
+        can = max(limit - push, 0.0) / float(self.trace["robot_mass"].values[i])
+        force = np.clip(self.trace["tau"].values[rows, i], -limit, limit)[:-1]
+        full = np.abs(force).max(axis=1, initial=0.0) >= limit
+        if not len(full) or full.mean() <= 0.5:
+            return can
+        got = np.diff(self.v[rows, i], axis=0) / np.diff(self.time[rows])[:, np.newaxis]
+        along = (got * force).sum(axis=1) / np.linalg.norm(force, axis=1)
+        return min(can, max(float(along[full].mean()), 0.0))
 
     def _safe(self, i: int, b: int) -> float:
         """Distance that avoidance keeps between a robot and a body, surface to surface [m]."""

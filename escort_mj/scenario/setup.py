@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
@@ -21,7 +22,7 @@ from escort_mj.policies import Policy
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
-from escort_mj.scenario.geometry.shapes import hull, rotation_matrix
+from escort_mj.scenario.geometry.shapes import extent, hull, rotation_matrix
 from escort_mj.scenario.geometry.teams import team_center
 from escort_mj.scenario.geometry.trajectory import (
     Trajectory,
@@ -90,6 +91,7 @@ def controller_setup(
         teams=_teams(scenario, obstacles),
         driven=any(kind.driven for kind in robots.kind),
         shaped=any(not body.is_sphere for body in obstacles),
+        extents=_extents(scenario.axes, obstacles),
         shapes=_shapes(scenario, obstacles),
         expected_distances=tuple(x for one in scenario.expect for x in one.exact_distances()),
     )
@@ -107,6 +109,19 @@ def _knowledge(scenario: Scenario, count: int) -> dict[str, Any]:
         "estimator": knowledge.estimator,
         "start_deviation": tuple(getattr(knowledge.initial, name) for name in DERIVATIVES),
     }
+
+
+def _extents(axes: int, obstacles: Sequence[Body]) -> NDArray[np.float64] | None:
+    """Return half the upright boxes around the centers of obstacles, 0 for spheres [m]; None if all are."""
+    if all(body.is_sphere for body in obstacles):
+        return None
+    corners = [np.array(extent(body.solid)) - body.solid.center for body in obstacles]
+    return np.array(
+        [
+            0.0 * body.position if body.is_sphere else np.abs(both).max(axis=0)[:axes]
+            for body, both in zip(obstacles, corners, strict=True)
+        ]
+    )
 
 
 def _shapes(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Shape, ...]:

@@ -33,6 +33,7 @@ mission:
 CART = "obstacles: [{name: cart, shape: box, size: [0.5, 0.9], motion: {position: ['-5 + SPEED*t', 0]}}]\n"
 CORRIDOR = "walls: [{points: [[-6, 0], [1, 0]], corridor: 2}, {points: [[1, -1.5], [1, 1.5]]}]\n"
 ALONE = "robots: {positions: [[0, 0]]}\n" + STAYING.replace("GOALS", "[[0, 0]]")
+LEAPING = ALONE + CART.replace("0.9", "0.2").replace("-5 + SPEED*t", "-0.95 + 6*max(t - 1.5, 0)")
 PAIR = "robots: {positions: [[0, 0], [0.9, 0]]}\n" + STAYING.replace("GOALS", "[[0, 0], [0.9, 0]]")
 
 
@@ -51,7 +52,7 @@ def causes(text: str) -> list[str]:
         (AVOIDING + "sensing: {position: {bias: [-0.6, 0]}}\n", "misled"),
         (AVOIDING.replace("[[0, 0]]", "[[2, 0]], velocities: [[6, 0]]"), "started"),
         (ALONE + CART.replace("SPEED", "4").replace("0.9", "2"), "outrun"),
-        (ALONE + CART.replace("SPEED", "1.5").replace("0.9", "0.8"), "overtaken"),
+        (LEAPING, "outrun"),
         (ALONE + CART.replace("SPEED", "0.9") + "duration: 7\n" + CORRIDOR, "boxed in"),
     ],
 )
@@ -90,4 +91,4 @@ def test_without_touches_there_is_nothing_to_explain() -> None:
 
 
 def test_every_cause_says_its_rule() -> None:
-    assert list(CAUSES) == ["pushed", "started", "disturbed", "misled", "outrun", "overtaken", "boxed in"]
+    assert list(CAUSES) == ["pushed", "started", "disturbed", "misled", "outrun", "boxed in"]

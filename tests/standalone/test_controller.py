@@ -27,6 +27,20 @@ BLOCKED = {
     "mission": {"radius": 2.5, "max_speed": 2.0},
     "controller": {"law": "computed_torque"},
 }
+FAST = {
+    "robots": {"positions": [[4, 0.9], [1, 4], [-3, 2], [-3, -2]], "force_limit": 20},
+    "obstacles": [
+        {"shape": "box", "size": [0.5, 0.3], "orientation": 0.4, "motion": {"position": ["1.5 + 3*t", 1.2]}},
+        {"radius": 0.4, "motion": {"position": ["-1.5 - 4*t", 1.6]}},
+        {"position": [-3.3, 3.1], "radius": 0.5},
+        {"position": [-2.7, -2.9], "radius": 0.3},
+        {"position": [-2.8, -1.1], "radius": 0.3},
+    ],
+    "mission": {
+        "radius": 2.5, "max_speed": 1.0, "outer": "set_based",
+        "behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 0.8}, "vertices", "surface"],
+    },
+}  # fmt: skip
 FAILING = {
     "robots": {"count": 6, "failures": [{"robot": 2, "at": 1}, {"robot": 4, "at": 0.5, "kind": "stuck"}]}
 }
@@ -71,7 +85,7 @@ def test_on_a_plant_of_its_own_it_is_the_mission(keys: Any, seconds: float, comp
     assert steps * 0.002 == pytest.approx(found[-1]["time"] + 0.002)
 
 
-@pytest.mark.parametrize("keys", ["main", SPATIAL, SEEING, BLOCKED, FAILING])
+@pytest.mark.parametrize("keys", ["main", SPATIAL, SEEING, BLOCKED, FAST, FAILING])
 def test_both_backends_agree(keys: Any) -> None:
     native, numpy = (Controller(keys, backend=name, simulate=True) for name in ("native", "numpy"))
     random = np.random.default_rng(1)

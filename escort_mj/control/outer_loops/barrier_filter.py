@@ -66,7 +66,7 @@ class BarrierFilter(OuterLoop):
         memory, rules = stack_memory(), Rules(self.rate, UNLIMITED, 0.0, 0.0, 0.0, 0.0)
         rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
         shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
-        wanted = vector_at(memory + DOUBLE * MOST * (p + 2), p)
+        wanted, gaps = vector_at(memory + DOUBLE * MOST * (p + 2), p), vector_at(stack_memory(), MOST)
         for robot in range(i, min(i + WIDTH, state.q.shape[0])):
             if not runs_now(robot, phase, plan, state):
                 continue
@@ -79,7 +79,7 @@ class BarrierFilter(OuterLoop):
                     while True:
                         speed = length_of(v)
                         count = find_constraints(
-                            robot, speed, speed, avoid, rules, plan, state, rows, bounds, shared
+                            robot, speed, speed, avoid, rules, plan, state, rows, bounds, shared, gaps
                         )
                         for k in range(p):
                             v[k] = wanted[k]

@@ -15,11 +15,14 @@ from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, in_sigh
 from escort_mj.control.outer_loops.passing import (
     Rules,
     approach,
+    aside_of,
+    breadth,
+    breadth_of,
     horizon,
     lead_of,
     leave_path,
     left_path,
-    length_of,
+    widths,
 )
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
@@ -40,7 +43,7 @@ NEAR = 64  # teammates that may be near enough to demand something; of more, all
 @inlined
 def find_constraints(
     robot: int, speed: float, beside: float, avoid: Any, rules: Rules, plan: Plan, state: State,
-    rows: Array, bounds: Array, shared: Array,
+    rows: Array, bounds: Array, shared: Array, gaps: Array,
 ) -> int:  # fmt: skip
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
@@ -60,6 +63,8 @@ def find_constraints(
         bounds: Result: b, shape (MOST,) [m/s].
         shared: Result: 1 for teammates that follow the same target, `SHARED` for those with goals of their
             own, 0 for all else, shape (MOST,).
+        gaps: Result: how far the robot goes, at its speed limit, before each body could touch it if it went
+            to meet it, shape (MOST,) [m].
 
     Returns:
         Number of constraints; where there are more than MOST, those that could be violated most are kept.
@@ -76,22 +81,22 @@ def find_constraints(
         if avoid.teammate_distance > 0.0:
             mates = find_near(robot, look, to_surface, plan.robot_radius, state, near)
     everyone = mates == int(ALL)
-    fastest = fastest_mover(state)
+    fastest = fastest_obstacle(state)
     away = horizon(speed + fastest, rules)
-    nearer = 1.0 + rules.foresees * lead_of(fastest, plan.max_speed)
+    lead = rules.foresees * lead_of(fastest, plan.max_speed)
     last = m + (n if everyone else mates)
     for place in range(last + 1):
         other = place if place < m or everyone else m + n if place == last else m + int(near[place - m])
         if place < m:
             reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[place])
-            far, square = away + nearer * reach, 0.0
+            far, square = away + reach + lead * (reach + breadth_of(plan.obstacle_extent[place])), 0.0
             for k in range(p):
                 square += (state.q_measured[robot, k] - position[place, k]) ** 2
             if square > far * far:
                 continue
         count = _consider(
             robot, other, speed, beside, avoid, rules, position, direction, motion, plan, state, rows, bounds,
-            shared, spare, count,
+            shared, gaps, spare, count,
         )  # fmt: skip
     return count
 
@@ -103,24 +108,27 @@ def team_motion(robot: int, k: int, rules: Rules, plan: Plan, state: State) -> f
 
 
 @inlined
-def fastest_mover(state: State) -> float:
-    """Return the greatest speed of an obstacle that moves [m/s]."""
-    fastest = 0.0
-    for b in range(state.mover_velocity.shape[0]):
-        fastest = max(fastest, length_of(state.mover_velocity[b]))
-    return fastest
+def fastest_obstacle(state: State) -> float:
+    """Return the greatest speed of an obstacle [m/s]."""
+    most = 0.0
+    for j in range(state.obstacle_velocity.shape[0]):
+        square = 0.0
+        for k in range(state.obstacle_velocity.shape[1]):
+            square += state.obstacle_velocity[j, k] * state.obstacle_velocity[j, k]
+        most = max(most, square)
+    return math.sqrt(most)
 
 
 @inlined
 def _consider(
     robot: int, other: int, speed: float, beside: float, avoid: Any, rules: Rules, position: Array,
     direction: Array, motion: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
-    spare: Array, count: int,
+    gaps: Array, spare: Array, count: int,
 ) -> int:  # fmt: skip
     """Add the constraint of one body: obstacles first, then robots, last the target; return their number."""
     n, p = state.q.shape
     m, q = plan.obstacle_radius.shape[0], state.q_measured
-    share, along, mate = 1.0, 0.0, other - m
+    share, along, mate, straight = 1.0, 0.0, other - m, 0.0
     if mate == n:
         if rules.target_distance <= 0.0:
             return count
@@ -137,7 +145,10 @@ def _consider(
             plan.sensing_robots, plan.sensing_obstacles,
         ):  # fmt: skip
             return count
-    margin = apart - reach
+    margin, gap = apart - reach, apart - plan.robot_radius[robot]
+    gap -= (
+        rules.target_radius if mate == n else plan.seen_radius[other] if mate < 0 else plan.robot_radius[mate]
+    )
     if rules.cone != 0.0 and margin > 0.0:
         return count
     square = pursuit = 0.0
@@ -154,7 +165,10 @@ def _consider(
         along += direction[k] * motion[k]
         square += motion[k] * motion[k]
     outrun = share == 1.0 and rules.foresees != 0.0 and along > 0.0
-    lead = lead_of(math.sqrt(square), plan.max_speed) * reach if outrun else 0.0
+    lead, wide = lead_of(math.sqrt(square), plan.max_speed) if outrun else 0.0, 0.0
+    if lead > 0.0 and mate < 0:
+        wide = breadth(plan.obstacle_extent[other], motion)
+    lead *= reach + wide
     full = approach(margin - lead, rules)
     could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - share * full
     if could < 0.0:
@@ -163,21 +177,26 @@ def _consider(
     if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
         bound = max(bound, pursuit - full)
     if lead > 0.0:
-        bound = leave_path(apart, reach, state.v_measured[robot], motion, rules, direction)
+        if wide > 0.0:
+            apart = _from_point(robot, q, state.obstacle_position[other], direction)
+        bound = leave_path(apart, reach + wide, state.v_measured[robot], motion, rules, direction)
+        straight = min(along - approach(margin, rules), plan.max_speed * plan.max_speed / math.sqrt(square))
+        bound = min(bound, aside_of(straight, plan.max_speed))
+    if share == 1.0:
+        gap /= 1.0 + max(rules.foresees * along, 0.0) / plan.max_speed
     with_whom = 0.0 if share == 1.0 else 1.0 if rules.target_radius > 0.0 else SHARED
-    count = _keep(direction, bound, could, with_whom, rows, bounds, shared, spare, count)
-    if lead > 0.0 and bound > 0.0:  # meanwhile it does not go to meet the body
+    count = _keep(direction, bound, could, with_whom, gap, rows, bounds, shared, gaps, spare, count)
+    if lead > 0.0 and bound > 0.0:
         for k in range(p):
             motion[k] /= math.sqrt(square)
-        bound = min(along - approach(margin, rules), 0.0)
-        count = _keep(motion, bound, could, 0.0, rows, bounds, shared, spare, count)
+        count = _keep(motion, straight, could, 0.0, gap, rows, bounds, shared, gaps, spare, count)
     return count
 
 
 @inlined
 def _keep(
-    direction: Array, bound: float, could: float, with_whom: float, rows: Array, bounds: Array, shared: Array,
-    spare: Array, count: int,
+    direction: Array, bound: float, could: float, with_whom: float, gap: float, rows: Array, bounds: Array,
+    shared: Array, gaps: Array, spare: Array, count: int,
 ) -> int:  # fmt: skip
     """Add a constraint, in place of the one that could be violated least where there are MOST of them."""
     place = count
@@ -188,7 +207,7 @@ def _keep(
                 place = at
         if could <= spare[place]:
             return count
-    bounds[place], spare[place], shared[place] = bound, could, with_whom
+    bounds[place], spare[place], shared[place], gaps[place] = bound, could, with_whom, gap
     for k in range(direction.shape[0]):
         rows[place, k] = direction[k]
     return min(count + 1, MOST)
@@ -222,6 +241,7 @@ class Constraints(NamedTuple):
         closing: Speed relative to the body below which it is satisfied in any case, shape (k,) [m/s].
         motion: Speed of the body, shape (k,) [m/s].
         mates: Whether it is a teammate that has not failed, shape (k,).
+        gaps: How far the robot goes before each body could touch it, shape (k,) [m].
         followed: Whether the team follows a target.
     """
 
@@ -230,15 +250,16 @@ class Constraints(NamedTuple):
     closing: Array
     motion: Array
     mates: Mask
+    gaps: Array
     followed: bool
 
-    def within(self, speed: float, beside: float) -> tuple[Array, Array, Array]:
-        """Return the rows and bounds that count up to two speeds, and with whom each is shared."""
+    def within(self, speed: float, beside: float) -> tuple[Array, Array, Array, Array]:
+        """Return the rows and bounds that count up to two speeds, with whom each is shared, and the gaps."""
         could = np.where(self.mates, beside, speed + self.motion) - self.closing
         kept = np.flatnonzero(could >= 0.0)
         kept = kept[np.argsort(-could[kept], kind="stable")][:MOST]
         shared = np.where(self.mates, 1.0 if self.followed else SHARED, 0.0)
-        return self.rows[kept], self.bounds[kept], shared[kept]
+        return self.rows[kept], self.bounds[kept], shared[kept], self.gaps[kept]
 
 
 def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[Constraints]:
@@ -264,6 +285,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
         reach = (safe[i] + (setup.robot_radius[i] + radii) * (avoid.measure == "surface"))[wanted]
+        between = gaps[i, wanted]
         motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i])])
         velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], now.v])[wanted]
         if rules.target_distance > 0.0:
@@ -272,29 +294,37 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
             bodies = (setup.robot_radius[i] + rules.target_radius) * (avoid.measure == "surface")
             rows = np.vstack([rows, x / length if length > 0.0 else np.eye(len(x))[0]])
             reach = np.append(reach, bodies + rules.target_distance)
+            between = np.append(between, length - setup.robot_radius[i] - rules.target_radius)
             margin = np.append(margin, length - reach[-1])
             velocity, shares = np.vstack([velocity, now.c_dot[i]]), np.append(shares, 1.0)
             own = np.vstack([own, now.c_dot[i]])
         kept = ~((rules.cone != 0.0) & (margin > 0.0))
-        rows, margin, reach, velocity, shares = (
-            each[kept] for each in (rows, margin, reach, velocity, shares)
+        rows, margin, reach, velocity, shares, between = (
+            each[kept] for each in (rows, margin, reach, velocity, shares, between)
         )
         along = rules.foresees * np.sum(rows * velocity, axis=1)
         speed = rules.foresees * np.linalg.norm(velocity, axis=1)
         lead = [lead_of(float(each), setup.max_speed) for each in speed] * ((shares == 1.0) & (along > 0.0))
-        full = np.array([approach(float(each), rules) for each in margin - lead * reach])
+        size = np.vstack([setup.obstacle_extent, np.zeros((n + 1, q.shape[1]))])
+        kinds = np.append(np.flatnonzero(wanted), m + n)[: len(kept)][kept]
+        wide = np.array(
+            [widths(size[b], u) if s else 0.0 for b, u, s in zip(kinds, velocity, lead, strict=True)]
+        )
+        full = np.array([approach(float(each), rules) for each in margin - lead * (reach + wide)])
         pursuit = rules.foresees * np.sum(rows * own[kept], axis=1)
         bounds = along - shares * full
+        between = between / (1.0 + np.maximum(along, 0.0) * (shares == 1.0) / setup.max_speed)
         shared = (shares < 1.0) & (rules.foresees != 0.0)
         bounds = np.where(shared, np.maximum(bounds, pursuit - full), bounds)
         for j in np.flatnonzero(lead):
             x, straight = rows[j] * (margin[j] + reach[j]), along[j] - approach(float(margin[j]), rules)
-            rows[j], bounds[j] = left_path(x, reach[j], now.v[i], velocity[j], rules)
+            x = q[i] - setup.obstacle_position[kinds[j]] if wide[j] > 0.0 else x
+            rows[j], bounds[j] = left_path(x, reach[j] + wide[j], now.v[i], velocity[j], rules)
+            straight = min(straight, setup.max_speed**2 / speed[j])
+            bounds[j] = min(bounds[j], aside_of(straight, setup.max_speed))
             if bounds[j] > 0.0:
-                rows, bounds = (
-                    np.vstack([rows, velocity[j] / speed[j]]),
-                    np.append(bounds, min(straight, 0.0)),
-                )
-                full, speed, shares = (np.append(each, each[j]) for each in (full, speed, shares))
-        found.append(Constraints(rows, bounds, shares * full, speed, shares < 1.0, rules.target_radius > 0.0))
+                rows, bounds = np.vstack([rows, velocity[j] / speed[j]]), np.append(bounds, straight)
+                full, speed, shares, between = (np.append(x, x[j]) for x in (full, speed, shares, between))
+        followed = rules.target_radius > 0.0
+        found.append(Constraints(rows, bounds, shares * full, speed, shares < 1.0, between, followed))
     return found

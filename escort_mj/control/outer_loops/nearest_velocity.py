@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.outer_loops.nearby import turn, turned
 from escort_mj.control.outer_loops.passing import length_of
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 
@@ -17,6 +18,8 @@ MOST_STEPS = 60  # of the minimization; a handful is needed
 HALVINGS = 40
 CLOSE = 1e-13  # of the velocities involved: a step that changes nothing
 MOST_SOFTENINGS = 40  # of the search for the speed limit; three to ten are needed
+SLACK = 1e-2  # share of the change of velocity by which constraints are broken that no velocity satisfies
+LEAST_WEIGHT = 0.1  # of what is far, against what is a tenth as far and nearer
 AT_LIMIT = 1e-11  # share of the limit by which what is found may miss it
 
 
@@ -39,7 +42,7 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, stiffness: float, v
     Returns:
         Whether it had to move.
     """
-    p, only, number = v.shape[0], -1, 0
+    only, number = -1, 0
     for j in range(count):
         if speed_along(rows, j, v) < bounds[j]:
             only, number = j, number + 1
@@ -47,6 +50,14 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, stiffness: float, v
         return False
     if number == 1 and _yield_to(only, rows, bounds, count, stiffness, v):
         return True
+    _minimize(rows, bounds, count, stiffness, v)
+    return True
+
+
+@inlined
+def _minimize(rows: Array, bounds: Array, count: int, stiffness: float, v: Array) -> None:
+    """Move a velocity as `nearest_velocity` does, where rows may be of any length."""
+    p = v.shape[0]
     memory = stack_memory()
     nominal = vector_at(memory, p)
     gradient = vector_at(memory + DOUBLE * p, p)
@@ -77,7 +88,6 @@ def nearest_velocity(rows: Array, bounds: Array, count: int, stiffness: float, v
             share *= 0.5
         for k in range(p):
             v[k] = trial[k]
-    return True
 
 
 @inlined
@@ -96,14 +106,11 @@ def _yield_to(only: int, rows: Array, bounds: Array, count: int, stiffness: floa
 
 
 @inlined
-def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Array) -> None:
+def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Array) -> bool:
     """Bring a velocity that satisfies constraints within a speed limit without breaking them, if it can be.
 
     It goes straight toward the slowest velocity that satisfies them: all in between do, too. A body that
     comes nearer asks for speed away from it; slowing down along the same direction would take that away.
-    Where no velocity within the limit satisfies them, the sum of the squared violations is least among those
-    within it. That is what `nearest_velocity` makes of rest with the stiffness, a Lagrange multiplier, that
-    leads to the limit: 1 / |v| is nearly linear in 1 / stiffness (More, Sorensen 1983).
 
     Args:
         rows: Unit vectors r, shape (at least count, p).
@@ -111,23 +118,68 @@ def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Array) ->
         count: Number of constraints.
         most: The limit [m/s].
         v: Velocity, shape (p,) [m/s]; changed in place.
+
+    Returns:
+        Whether some velocity within the limit satisfies them; if not, v is as it was.
     """
     p = v.shape[0]
     if not length_of(v) > most:
-        return
+        return True
+    slowest = vector_at(stack_memory(), p)
+    for k in range(p):
+        slowest[k] = 0.0
+    nearest_velocity(rows, bounds, count, STIFFNESS, slowest)
+    return _slow_down(most, slowest, v)
+
+
+@inlined
+def contradict(rows: Array, bounds: Array, count: int, nominal: Array, v: Array) -> bool:
+    """Return whether no velocity satisfies all constraints, v being the one nearest to a nominal one."""
+    worst = square = 0.0
+    for k in range(v.shape[0]):
+        square += (v[k] - nominal[k]) ** 2
+    for j in range(count):
+        worst = max(worst, bounds[j] - speed_along(rows, j, v))
+    return worst > SLACK * math.sqrt(square)
+
+
+@inlined
+def break_least(
+    rows: Array, bounds: Array, gaps: Array, count: int, near: float, most: float, v: Array
+) -> None:
+    """Move a velocity to the one within a speed limit that breaks constraints least, near ones least of all.
+
+    The sum of the squared violations is least, each divided by the time in which the body could touch the
+    robot. That is what `nearest_velocity` makes of rest with the stiffness, a Lagrange multiplier, that leads
+    to the limit: 1 / |v| is nearly linear in 1 / stiffness (More, Sorensen 1983).
+
+    Args:
+        rows: Unit vectors r, shape (at least count, p); used up.
+        bounds: b [m/s]; used up.
+        gaps: How far the robot goes, at its speed limit, before each body could touch it [m].
+        count: Number of constraints.
+        near: Gap from which on all weigh the same [m].
+        most: The limit [m/s].
+        v: The nominal velocity, shape (p,) [m/s]; changed in place.
+    """
+    p = v.shape[0]
     slowest, soft, low, high = vector_at(stack_memory(), p), 1.0 / STIFFNESS, 1.0 / STIFFNESS, 0.0
     for j in range(count):
+        weight = LEAST_WEIGHT * min(max(near / max(gaps[j], 1e-300), 1.0), 1.0 / LEAST_WEIGHT)
+        bounds[j] *= weight
         high += (max(bounds[j], 0.0) / most) ** 2
+        for k in range(p):
+            rows[j, k] *= weight
+    _minimize(rows, bounds, count, STIFFNESS, v)
+    if not length_of(v) > most:
+        return
     before = inverse = 0.0
     for step in range(MOST_SOFTENINGS):
         for k in range(p):
             slowest[k] = 0.0
-        nearest_velocity(rows, bounds, count, 1.0 / soft, slowest)
+        _minimize(rows, bounds, count, 1.0 / soft, slowest)
         length = length_of(slowest)
-        if step == 0 and length <= most:
-            share = _share_within(length, most, slowest, v)
-            for k in range(p):
-                v[k] = slowest[k] + share * (v[k] - slowest[k])
+        if step == 0 and _slow_down(most, slowest, v):
             return
         if abs(length - most) <= AT_LIMIT * most:
             break
@@ -142,6 +194,18 @@ def keep_limit(rows: Array, bounds: Array, count: int, most: float, v: Array) ->
 
 
 @inlined
+def _slow_down(most: float, slowest: Array, v: Array) -> bool:
+    """Bring a velocity within a limit on the straight way to the slowest one, unless that is above it."""
+    length = length_of(slowest)
+    if length > most:
+        return False
+    share = _share_within(length, most, slowest, v)
+    for k in range(v.shape[0]):
+        v[k] = slowest[k] + share * (v[k] - slowest[k])
+    return True
+
+
+@inlined
 def _share_within(least: float, most: float, slowest: Array, v: Array) -> float:
     """Return how far the way from the slowest velocity to v can be gone within the limit, from 0 to 1."""
     along = square = 0.0
@@ -152,6 +216,28 @@ def _share_within(least: float, most: float, slowest: Array, v: Array) -> float:
     if room <= 0.0 or square == 0.0:
         return 0.0
     return (math.sqrt(along * along + square * room) - along) / square
+
+
+@inlined
+def step_aside(share: float, rows: Array, bounds: Array, count: int, speed: float, v: Array) -> None:
+    """Add a velocity across the constraint that is violated most, where what is wanted runs straight into it.
+
+    What is wanted across it is filled up to a share of what it blocks, counterclockwise (remark 6).
+    """
+    p, worst, blocked = v.shape[0], -1, 0.0
+    for j in range(count):
+        missing = bounds[j] - speed_along(rows, j, v)
+        if missing > blocked:
+            worst, blocked = j, missing
+    if worst < 0 or share == 0.0:
+        return
+    along = speed_along(rows, worst, v)
+    add = share * blocked - math.sqrt(max(speed * speed - along * along, 0.0))
+    if add > 0.0:
+        tangent = vector_at(stack_memory(), p)
+        turn(rows[worst], tangent)
+        for k in range(p):
+            v[k] += add * tangent[k]
 
 
 @inlined
@@ -234,16 +320,31 @@ def least_change(rows: Array, missing: Array, stiffness: float = STIFFNESS) -> A
     return -residual[: rows.shape[1]] / residual[-1]
 
 
-def kept_limit(rows: Array, bounds: Array, most: float, v: Array) -> Array:
-    """Return a velocity that satisfies constraints within a speed limit, see `keep_limit`."""
-    from scipy.optimize import brentq
-
+def kept_limit(rows: Array, bounds: Array, most: float, v: Array) -> Array | None:
+    """Return a velocity that satisfies constraints within a limit, see `keep_limit`; None if none is."""
     if not np.linalg.norm(v) > most:
         return v
     slowest = nearest(rows, bounds, np.zeros_like(v))[0]
     least = float(np.linalg.norm(slowest))
-    if least <= most:
-        return np.asarray(slowest + _share_within(least, most, slowest, v) * (v - slowest))
+    if least > most:
+        return None
+    return np.asarray(slowest + _share_within(least, most, slowest, v) * (v - slowest))
+
+
+def contradicting(rows: Array, bounds: Array, nominal: Array, v: Array) -> bool:
+    """Return whether no velocity satisfies all constraints, see `contradict`."""
+    return bool((bounds - rows @ v).max(initial=0.0) > SLACK * np.linalg.norm(v - nominal))
+
+
+def broken_least(rows: Array, bounds: Array, gaps: Array, near: float, most: float, nominal: Array) -> Array:
+    """Return the velocity within a speed limit that breaks constraints least, see `break_least`."""
+    from scipy.optimize import brentq
+
+    weights = LEAST_WEIGHT * np.clip(near / np.maximum(gaps, 1e-300), 1.0, 1.0 / LEAST_WEIGHT)
+    rows, bounds = weights[:, None] * rows, weights * bounds
+    v = kept_limit(rows, bounds, most, nearest(rows, bounds, nominal)[0])
+    if v is not None:
+        return v
 
     def excess(soft: float) -> float:
         return float(np.linalg.norm(least_change(rows, bounds, 1.0 / soft))) - most
@@ -259,3 +360,14 @@ def nearest(rows: Array, bounds: Array, nominal: Array) -> tuple[Array, bool]:
     if not (missing > 0.0).any():
         return nominal, False
     return nominal + least_change(rows, missing), True
+
+
+def aside(share: float, rows: Array, bounds: Array, wanted: Array) -> Array:
+    """Return what is wanted, with the sidestep where it runs straight into a constraint, shape (p,) [m/s]."""
+    missing = bounds - rows @ wanted
+    if not (missing > 0.0).any():
+        return wanted
+    worst = int(np.argmax(missing))
+    along = float(rows[worst] @ wanted)
+    add = share * float(missing[worst]) - math.sqrt(max(float(wanted @ wanted) - along * along, 0.0))
+    return wanted + max(add, 0.0) * turned(rows[worst])

@@ -82,6 +82,35 @@ def lead_of(speed: float, most: float) -> float:
 
 
 @inlined
+def breadth(extent: Array, motion: Array) -> float:
+    """Return how far a box around the middle of a path reaches to the side of it, at most [m].
+
+    Args:
+        extent: Half of the box, which stands upright, shape (p,) [m].
+        motion: Velocity along the path, likewise [m/s].
+    """
+    speed, wide = length_of(motion), 0.0
+    for k in range(extent.shape[0]):
+        wide += extent[k] * math.sqrt(max(1.0 - (motion[k] / speed) ** 2, 0.0))
+    return wide
+
+
+@inlined
+def breadth_of(extent: Array) -> float:
+    """Return the most that `breadth` can be, whichever way the body goes [m]."""
+    wide = 0.0
+    for k in range(extent.shape[0]):
+        wide += extent[k]
+    return wide
+
+
+@inlined
+def aside_of(straight: float, most: float) -> float:
+    """Return the speed that the limit leaves across the path of a body before which a robot flees [m/s]."""
+    return math.sqrt(max(most * most - max(straight, 0.0) ** 2, 0.0))
+
+
+@inlined
 def leave_path(apart: float, reach: float, v: Array, motion: Array, rules: Rules, direction: Array) -> float:
     """Find what a robot's velocity has to satisfy to leave the path of a body that comes faster than it can.
 
@@ -124,6 +153,12 @@ def leave_path(apart: float, reach: float, v: Array, motion: Array, rules: Rules
 
 
 # The same in plain NumPy.
+
+
+def widths(extent: Array, motion: Array) -> float:
+    """Return how far a box reaches to the side of its path, see `breadth` [m]."""
+    share = motion / np.linalg.norm(motion)
+    return float(extent @ np.sqrt(np.maximum(1.0 - share * share, 0.0)))
 
 
 def left_path(x: Array, reach: float, v: Array, motion: Array, rules: Rules) -> tuple[Array, float]:

@@ -18,7 +18,7 @@ from escort_mj.control.outer_loops.constraints import (
     MOST,
     Constraints,
     constraints_of,
-    fastest_mover,
+    fastest_obstacle,
     find_constraints,
     team_motion,
 )
@@ -32,17 +32,21 @@ from escort_mj.control.outer_loops.detour import (
     memory_of,
     next_detour,
 )
-from escort_mj.control.outer_loops.nearby import turn, turned
 from escort_mj.control.outer_loops.nearest_velocity import (
     STIFFNESS,
+    aside,
+    break_least,
+    broken_least,
+    contradict,
+    contradicting,
     keep_limit,
     kept_limit,
     nearest,
     nearest_velocity,
-    speed_along,
+    step_aside,
 )
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
-from escort_mj.control.outer_loops.passing import FASTER, Rules, lead_of, length_of
+from escort_mj.control.outer_loops.passing import FASTER, Rules, breadth_of, lead_of, length_of
 from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
@@ -153,11 +157,11 @@ class SetBased(OuterLoop):
         for avoid in avoiding:
             for i, found in enumerate(constraints_of(avoid, rules, now)):
                 frame = now.c_dot[i] * rules.foresees * now.setup.target_feedforward
-                velocity[i], active[i] = self._one(i, avoid.sidestep, found, velocity[i], frame, now)
+                velocity[i], active[i] = self._one(i, avoid, found, velocity[i], frame, now)
         return slowed(velocity, now.setup.max_speed), active
 
     def _one(
-        self, i: int, share: float, all_constraints: Constraints, wanted: Array, frame: Array, now: Situation
+        self, i: int, avoid: AvoidObstacles, every: Constraints, wanted: Array, frame: Array, now: Situation
     ) -> tuple[Array, bool]:
         """Return one robot's velocity, and whether constraints change it."""
         memory, nominal, side = now.memory, wanted, 0.0
@@ -167,8 +171,9 @@ class SetBased(OuterLoop):
         if self.patience is not None:
             beside += 2.0 * float(np.linalg.norm(now.c_dot[i]))
         while True:
-            rows, bounds, shared = all_constraints.within(fastest, beside)
-            v, moved = nearest(rows, bounds, aside(share, rows, bounds, wanted) if side == 0.0 else nominal)
+            rows, bounds, shared, gaps = every.within(fastest, beside)
+            start = aside(avoid.sidestep, rows, bounds, wanted) if side == 0.0 else nominal
+            v, moved = nearest(rows, bounds, start)
             reached, relative = float(np.linalg.norm(v)), float(np.linalg.norm(v - frame))
             if reached > fastest or relative > beside:
                 fastest, beside = max(fastest, reached), max(beside, relative)
@@ -188,7 +193,11 @@ class SetBased(OuterLoop):
             if side == 0.0:
                 break
             nominal = boundary(side, speed, rows, bounds, shared)
-        return kept_limit(rows, bounds, now.setup.max_speed, v), moved or side != 0.0
+        most = now.setup.max_speed
+        kept = None if contradicting(rows, bounds, start, v) else kept_limit(rows, bounds, most, v)
+        if kept is None:
+            kept = broken_least(rows, bounds, gaps, avoid.safe_distance, most, start)
+        return kept, moved or side != 0.0
 
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
@@ -240,14 +249,17 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         look = look + where(outrun, look * pace / most, 0.0)
         look = look + _horizon(where(outrun, speed + pace, relative), rules)
         found = where(to_target < look * look, 1.0, found)
-    fastest = fastest_mover(state)
-    horizon, nearer = _horizon(speed + fastest, rules), 1.0 + lead_of(fastest, most)
+    fastest = fastest_obstacle(state)
+    horizon, lead = _horizon(speed + fastest, rules), lead_of(fastest, most)
     for j in range(plan.obstacle_radius.shape[0]):
         square = everywhere(0.0)
         for k in range(p):
             way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
             square = square + way * way
-        look = nearer * (avoid.safe_distance + to_surface * (own + plan.seen_radius[j])) + horizon
+        look = avoid.safe_distance + to_surface * (own + plan.seen_radius[j])
+        if lead > 0.0:
+            look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))
+        look = look + horizon
         found = where(square < look * look, 1.0, found)
     horizon = _horizon(2.0 * (relative if plan.target_feedforward else speed), rules)
     lists = seen_neighbors(state)
@@ -297,7 +309,9 @@ def _keep_clear(
     memory = stack_memory()
     rows, bounds = matrix_at(memory, MOST, p), vector_at(memory + DOUBLE * MOST * p, MOST)
     shared = vector_at(memory + DOUBLE * MOST * (p + 1), MOST)
-    wanted, nominal = vector_at(memory + DOUBLE * MOST * (p + 2), p), vector_at(stack_memory(), p)
+    wanted, spare = vector_at(memory + DOUBLE * MOST * (p + 2), p), stack_memory()
+    nominal, start = vector_at(spare, p), vector_at(spare + DOUBLE * p, p)
+    gaps = vector_at(spare + DOUBLE * 2 * p, MOST)
     for k in range(p):
         wanted[k] = nominal[k] = v[k]
     speed = fastest = length_of(v)
@@ -305,11 +319,15 @@ def _keep_clear(
     if patience > 0.0:  # it may go in any direction
         beside += 2.0 * length_of(target_speed(robot, plan, state))
     while True:
-        count = find_constraints(robot, fastest, beside, avoid, rules, plan, state, rows, bounds, shared)
+        count = find_constraints(
+            robot, fastest, beside, avoid, rules, plan, state, rows, bounds, shared, gaps
+        )
         for k in range(p):
             v[k] = nominal[k]
         if side == 0.0:
-            _step_aside(avoid.sidestep, rows, bounds, count, speed, v)
+            step_aside(avoid.sidestep, rows, bounds, count, speed, v)
+        for k in range(p):
+            start[k] = v[k]
         moved = nearest_velocity(rows, bounds, count, STIFFNESS, v) or side != 0.0
         now, relative = length_of(v), _beside(robot, v, rules, plan, state)
         if now > fastest or relative > beside:  # it is led away: what is behind it counts, too
@@ -334,7 +352,10 @@ def _keep_clear(
         if side == 0.0:
             break
         follow_boundary(side, speed, rows, bounds, shared, count, nominal)
-    keep_limit(rows, bounds, count, plan.max_speed, v)
+    if contradict(rows, bounds, count, start, v) or not keep_limit(rows, bounds, count, plan.max_speed, v):
+        for k in range(p):
+            v[k] = start[k]
+        break_least(rows, bounds, gaps, count, avoid.safe_distance, plan.max_speed, v)
 
 
 @inlined
@@ -344,39 +365,3 @@ def _beside(robot: int, v: Array, rules: Rules, plan: Plan, state: State) -> flo
     for k in range(v.shape[0]):
         square += (v[k] - team_motion(robot, k, rules, plan, state)) ** 2
     return math.sqrt(square)
-
-
-@inlined
-def _step_aside(share: float, rows: Array, bounds: Array, count: int, speed: float, v: Array) -> None:
-    """Add a velocity across the constraint that is violated most, where what is wanted runs straight into it.
-
-    What is wanted across it is filled up to a share of what it blocks, counterclockwise (remark 6).
-    """
-    p, worst, blocked = v.shape[0], -1, 0.0
-    for j in range(count):
-        missing = bounds[j] - speed_along(rows, j, v)
-        if missing > blocked:
-            worst, blocked = j, missing
-    if worst < 0 or share == 0.0:
-        return
-    along = speed_along(rows, worst, v)
-    add = share * blocked - math.sqrt(max(speed * speed - along * along, 0.0))
-    if add > 0.0:
-        tangent = vector_at(stack_memory(), p)
-        turn(rows[worst], tangent)
-        for k in range(p):
-            v[k] += add * tangent[k]
-
-
-# The same in plain NumPy.
-
-
-def aside(share: float, rows: Array, bounds: Array, wanted: Array) -> Array:
-    """Return what is wanted, with the sidestep where it runs straight into a constraint, shape (p,) [m/s]."""
-    missing = bounds - rows @ wanted
-    if not (missing > 0.0).any():
-        return wanted
-    worst = int(np.argmax(missing))
-    along = float(rows[worst] @ wanted)
-    add = share * float(missing[worst]) - math.sqrt(max(float(wanted @ wanted) - along * along, 0.0))
-    return wanted + max(add, 0.0) * turned(rows[worst])
