@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from benchmarks import escape
+from benchmarks import escape, stream
 from benchmarks.dashes import COUNTS, TEAMS, is_caught
 from benchmarks.perimeter import RATIOS, is_breached, lead
 from escort_mj.api import scenarios_folder
@@ -44,6 +44,15 @@ def test_the_lead_decides_who_wins_at_the_perimeter(compiled: None, distance: fl
 def test_the_perimeter_table_agrees_with_theory() -> None:
     shares = re.findall(r"^\| 0\.\d \|(?: [\d.]+ \|){2} ([\d.]+) \|", PAGE, flags=re.MULTILINE)
     assert len(shares) == len(RATIOS) and min(map(float, shares)) >= 95.0
+
+
+def test_the_stream_is_stopped_within_three_points_of_theory(compiled: None) -> None:
+    rows = re.findall(r"^\| ([\d.]+) \| ([\d.]+) \| ([\d.]+) ± ([\d.]+) \|$", PAGE, flags=re.MULTILINE)
+    assert [float(load) for load, *_ in rows] == list(stream.LOADS)
+    for load, theory, measured, _ in rows:
+        assert float(theory) == pytest.approx(100.0 * stream.closed_form(float(load)), abs=0.1)
+        assert float(measured) == pytest.approx(float(theory), abs=3.0)
+    assert 0.05 < stream.stopped(2.0, 0) < 0.95
 
 
 def test_targets_with_a_will_stay_in_the_hull() -> None:

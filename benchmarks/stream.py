@@ -1,0 +1,80 @@
+"""`python -m benchmarks.stream`: share of a stream of intruders that one robot stops, for docs/pursuit.md."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Any
+
+os.environ.setdefault("MUJOCO_GL", "disable")
+
+import numpy as np  # noqa: E402
+
+import escort_mj  # noqa: E402
+from benchmarks.document import publish, table, wants_docs  # noqa: E402
+from benchmarks.perimeter import LAW, POINT  # noqa: E402
+
+PAGE = "pursuit.md"
+PERIMETER, SPEED = 2.0, 1.0  # radius [m] and speed of the defender [m/s]
+CAUGHT = 0.02  # gap at which the defender has caught an intruder [m]: 1 % of the radius
+INTRUDER, FAR = 1.0, 7.0  # speed of intruders [m/s], and how far from the perimeter they start [m]
+LOADS = (0.5, 1.0, 2.0, 4.0)  # mean number of intruders while the defender runs half of the perimeter
+MISSIONS, STREAM = 120, 20
+
+
+def closed_form(load: float) -> float:
+    """Return the share that a defender stops that always runs for the next intruder to arrive.
+
+    An intruder's direction does not depend on where the defender is, so the arc between them is uniform up
+    to half of the perimeter, and the time since the one before is exponential:
+    E[min(1, v g / (pi R))] = (1 - exp(-a)) / a with a = rate pi R / v.
+    """
+    return (1.0 - math.exp(-load)) / load
+
+
+def stopped(load: float, seed: int) -> float:
+    """Return which share is stopped in a mission, of all but the first intruder."""
+    random = np.random.default_rng(seed)
+    gaps = random.exponential(math.pi * PERIMETER / SPEED / load, STREAM)
+    starts, angles = np.cumsum(gaps), random.uniform(-math.pi, math.pi, STREAM)
+    away = (PERIMETER + FAR) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    opponents: list[dict[str, Any]] = [
+        {
+            "name": f"from_{number}", "positions": [place.tolist()], "start": float(start), "radius": POINT,
+            "body": {"mass": 0.01}, "capture_distance": CAUGHT, "reach_distance": PERIMETER - 2.0 * POINT,
+            "policy": {"policy": "straight", "speed": INTRUDER},
+        }
+        for number, (start, place) in enumerate(zip(starts, away, strict=True))
+    ]  # fmt: skip
+    keys: dict[str, Any] = {
+        "duration": float(starts[-1]) + (FAR + 1.0) / INTRUDER,
+        "physics": {"timestep": 0.005},
+        "recording": {"rate": 10},
+        "target": {"radius": POINT},
+        "robots": {"positions": [[PERIMETER, 0.0]], "radius": POINT},
+        "opponents": opponents,
+        "mission": {
+            "radius": PERIMETER, "max_speed": SPEED,
+            "behaviors": ["surface", {"behavior": "guard", "gain": 50.0}],
+        },
+        "controller": LAW,
+    }  # fmt: skip
+    found = escort_mj.run(keys).trace["opponent_status"].values[-1]
+    return float((found[1:] == 2.0).mean())
+
+
+def main(arguments: Any = None) -> None:
+    """Flies all missions, prints the table, and writes it into the docs if asked."""
+    write, rows = wants_docs(__doc__, PAGE, arguments), []
+    for load in LOADS:
+        shares = np.array([stopped(load, seed) for seed in range(MISSIONS)])
+        error = 1.96 * shares.std(ddof=1) / math.sqrt(MISSIONS)
+        measured = f"{100.0 * shares.mean():.1f} ± {100.0 * error:.1f}"
+        rows.append([f"{load:g}", f"{100.0 * closed_form(load):.1f}", measured])
+        print(rows[-1], flush=True)
+    head = ["intruders in the time for half of the perimeter", "stopped, theory [%]", "measured [%]"]
+    publish(PAGE, {"stream": table(head, rows)}, write)
+
+
+if __name__ == "__main__":
+    main()
