@@ -168,7 +168,8 @@ class Teams:
             formed: Who is lost, and has which vertex.
             setup: Gives the teams, and where their targets are.
         """
-        place, speed = setup.obstacle_position, setup.obstacle_velocities()
+        place, speed = setup.obstacle_position, setup.obstacle_velocity  # true ones, even with a lidar
+        speed = np.zeros_like(place) if speed is None else speed
         self.center = np.array([place[[*team.targets]].mean(axis=0) for team in setup.teams])
         self.velocity = np.array([speed[[*team.targets]].mean(axis=0) for team in setup.teams])
         lost, moment = formed.lost, t + 0.5 * setup.timestep
