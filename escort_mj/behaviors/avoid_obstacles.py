@@ -13,8 +13,8 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, distance
 from escort_mj.behaviors.wish import Wish, along
-from escort_mj.components.component import Component
 from escort_mj.components.obstacles import obstacle_places
+from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
     WIDTH,
@@ -36,11 +36,13 @@ from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_n
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.knowledge.teammates import Heard
     from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+HEARD: Literal["heard"] = "heard"
 PRINTED = 1  # place of that gain among the choices
 POLAR = 0.9  # a unit vector with more than this along the last axis hardly turns in the others
 
@@ -56,8 +58,9 @@ class AvoidObstacles(Behavior):
     """Distance to an obstacle or a failed robot below which the behavior is active [m]."""
     measure: Literal["center", "surface"] = "surface"
     """Measure of distances: `surface` to surface, or `center` to center (the paper's points)."""
-    teammates: bool = True
-    """Whether a teammate that comes too close counts as an obstacle (remark 2)."""
+    teammates: Literal[True, False, "heard"] = True
+    """Whether a teammate that comes too close counts as an obstacle (remark 2): `true`, as far as it is seen;
+    `heard`, wherever it may be by now after what it has sent; `false`, not at all."""
     teammate_distance: PositiveFloat | None = None
     """Safe distance to teammates [m]; null: `safe_distance`, but at most half the spacing of the formation.
     """
@@ -87,15 +90,19 @@ class AvoidObstacles(Behavior):
     def numbers(cls) -> dict[str, type]:
         """Return its parameters as kernels see them; a null `teammate_distance` is the mission's own."""
         return {
-            "safe_distance": float, "measure": int, "teammate_distance": float, "gain": int,
-            "gain_margin": float, "sidestep": float,
+            "safe_distance": float, "measure": int, "teammate_distance": float, "heard_distance": float,
+            "gain": int, "gain_margin": float, "sidestep": float,
         }  # fmt: skip
 
     def packed(self, setup: Setup | None = None) -> dict[str, float]:
         """Return its parameters as numbers, 0 for the distance to teammates that do not count."""
         assert setup is not None
-        known = self.model_copy(update={"teammate_distance": setup.teammate_distance(self)})
-        return Component.packed(known)
+        distance, hears = setup.teammate_distance(self), setup.hears(self)
+        return {
+            "safe_distance": self.safe_distance, "measure": float(self.measure == "surface"),
+            "teammate_distance": distance * (not hears), "heard_distance": distance * hears,
+            "gain": float(self.gain == "printed"), "gain_margin": self.gain_margin, "sidestep": self.sidestep,
+        }  # fmt: skip
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return eq. 3 with the gain of eqs. 23, 24: sigma = |q - o| is to grow to the safe distance."""
@@ -117,31 +124,57 @@ class AvoidObstacles(Behavior):
         return self._worst(now)[0]
 
     def _worst(self, now: Situation) -> tuple[Array, Array]:
-        return now.once((id(self), "worst"), lambda: self.intrusion(now.q, now.setup, now.team.lost))
+        lost, heard = now.team.lost, now.heard
+        return now.once((id(self), "worst"), lambda: self.intrusion(now.q, now.setup, lost, heard))
 
-    def intrusion(self, q: Array, setup: Setup, lost: Mask | bool = False) -> tuple[Array, Array]:
+    def teammates_of(
+        self, q: Array, setup: Setup, lost: Mask | bool, heard: Heard | None
+    ) -> tuple[Array, Array, Array]:
+        """Return where each robot takes its teammates to be.
+
+        Args:
+            q: Measured positions, shape (n, p) [m].
+            setup: Gives distances.
+            lost: Robots that are obstacles, shape (n,).
+            heard: What robots have heard of teammates.
+
+        Returns:
+            Places, shape (n, n, p), how far from there teammates may be, and the least distances to keep,
+            0 for those that are not avoided, shape (n, n) [m].
+        """
+        n, p = q.shape
+        places, balls = np.broadcast_to(q, (n, n, p)), np.zeros((n, n))
+        safe = np.full((n, n), setup.teammate_distance(self))
+        safe[:, lost] = max(self.safe_distance, setup.teammate_distance(self))
+        if heard is not None and setup.hears(self):
+            places, balls = heard.place, heard.ball
+            safe = np.where(heard.known, setup.teammate_distance(self), self.safe_distance * lost)
+        np.fill_diagonal(safe, 0.0)
+        return places, balls, safe
+
+    def intrusion(
+        self, q: Array, setup: Setup, lost: Mask | bool = False, heard: Heard | None = None
+    ) -> tuple[Array, Array]:
         """Return how deep the worst intruder is in each safe sphere, and where it is (eq. 3, remark 2).
 
         Args:
             q: Measured positions, shape (n, p) [m].
             setup: Gives obstacles, radii and distances.
             lost: Robots that are obstacles, shape (n,).
+            heard: What robots have heard of teammates.
 
         Returns:
             sigma~, not positive where nothing intrudes, shape (n,) [m], and positions, shape (n, p) [m].
         """
-        teammates = np.broadcast_to(q, (len(q), *q.shape))
+        teammates, balls, safe = self.teammates_of(q, setup, lost, heard)
         centers = np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)  # by each robot
         gaps = np.linalg.norm(q[:, None] - centers, axis=2)
         if self.measure == "surface":
             radii = np.concatenate([setup.seen_radius, setup.robot_radius])
             gaps -= setup.robot_radius[:, None] + radii
         obstacles, robots = len(setup.obstacle_position), np.arange(len(q))
-        teammate_distance = setup.teammate_distance(self) if self.teammates else -np.inf
-        reach = np.repeat([self.safe_distance, teammate_distance], [obstacles, len(q)])
-        reach[obstacles:][lost] = max(self.safe_distance, teammate_distance)
-        depth = reach - gaps
-        depth[robots, obstacles + robots] = -np.inf  # no robot avoids itself
+        reach = np.where(safe > 0.0, safe + balls, -np.inf)
+        depth = np.hstack([np.full((len(q), obstacles), self.safe_distance), reach]) - gaps
         worst = np.argmax(depth, axis=1)
         return depth[robots, worst], centers[robots, worst]
 
@@ -237,6 +270,14 @@ def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> t
             for k in range(p):
                 way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
                 set_row(x, k, where(worse, way, row_of(x, k)))
+    if avoid.heard_distance > 0.0:
+        find_nearest_heard(i, to_surface, plan, state)
+        away, deep = stack_rows(p), avoid.heard_distance - load(state.heard_gap, i)
+        load_rows(state.wished_direction, i, away)
+        worse = (deep > worst) & there(n - i)
+        worst, distance = where(worse, deep, worst), where(worse, 1.0, distance)
+        for k in range(p):
+            set_row(x, k, where(worse, row_of(away, k), row_of(x, k)))
     lists = seen_neighbors(state)
     looking = avoid.teammate_distance > 0.0
     if looking and lists.shape[0] > 0:

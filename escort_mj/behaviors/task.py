@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from escort_mj.control.failure import Team
     from escort_mj.control.opponents import Threats
     from escort_mj.control.setup import Setup
+    from escort_mj.knowledge.teammates import Heard
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -34,6 +35,7 @@ class Situation:
         c_dot: Velocity of the target, likewise [m/s].
         mates: Where each robot knows its teammates to be, NaN for those that it does not know of, shape
             (n, n, p) [m]; None where all know the measured positions.
+        heard: Where each robot's teammates may be after what they have sent; None without a radio.
         goal: Points that the robots go to, shape (n, p) [m].
         goal_velocity: How fast these move, shape (n, p) [m/s].
         time: [s].
@@ -54,6 +56,7 @@ class Situation:
     goal_velocity: Array
     time: float = 0.0
     mates: Array | None = None
+    heard: Heard | None = None
     threats: Threats | None = None
     members: NDArray[np.int64] | None = None
     memory: dict[str, Array] = field(default_factory=dict)

@@ -22,6 +22,7 @@ from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry
 from escort_mj.knowledge.links import NOBODY
 from escort_mj.knowledge.messages import NEVER, Mail, Message, begin_radio, send
 from escort_mj.knowledge.sight import Sight, look, look_at_target, variances
+from escort_mj.knowledge.teammates import Heard, ball
 from escort_mj.native.fields import Fields, Value, declared
 from escort_mj.native.kernels import inlined, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
@@ -328,10 +329,26 @@ class Minds:
         if self.mail is not None:
             found[~np.eye(n, dtype=bool)] = np.nan
             for i in range(n):
-                for j, place in self.mail.teammates(i, t):
-                    found[i, j] = place
+                for j, age, message in self.mail.known(i, t):
+                    found[i, j] = message.position + age * message.velocity
         found[:, lost] = np.nan
         return found
+
+    def heard(self, t: float, q: Array, lost: Mask) -> Heard | None:
+        """Return where teammates may be by now after what they have sent; arguments as of `mates`."""
+        if self.mail is None:
+            return None
+        (n, p), setup = q.shape, self._setup
+        place, velocity = np.broadcast_to(q, (n, n, p)).copy(), np.zeros((n, n, p))
+        age, known = np.zeros((n, n)), np.zeros((n, n), dtype=bool)
+        for i in range(n):
+            for j, old, said in self.mail.known(i, t):
+                if not lost[j]:
+                    age[i, j], known[i, j] = old, True
+                    place[i, j], velocity[i, j] = said.position, said.velocity
+        speed, bounds = np.linalg.norm(velocity, axis=2), (setup.acceleration, setup.max_speed)
+        carried, radius = ball(age, speed, *bounds, setup.timestep)
+        return Heard(place + carried[..., None] * velocity, radius, velocity, known)
 
     def estimate(self, t: float) -> tuple[Array, Array]:
         """Return where robots believe the target to be, and how it moves, shape (n, p) [m, m/s]."""

@@ -160,9 +160,10 @@ class ReferenceController:
 
         if self._teams is not None and moved:
             self._team = self._teams.form(t, q_m, self._team, setup)
-        team, self._rotation = self._team.at(t, q_m, target, self._rotation, setup)
+        noticed = self._team  # whom it has lost by now is noticed after robots have looked and talked
+        team, self._rotation = noticed.at(t, q_m, target, self._rotation, setup)
         self._team, lost = team, team.lost
-        n, mates = len(q), None
+        n, mates, heard = len(q), None, None
         if self._watch is not None and moved:
             self._threats = self._watch.assign(q_m, target, lost, setup)
         c, c_dot = np.tile(target, (n, 1)), np.tile(target_velocity, (n, 1))
@@ -170,10 +171,11 @@ class ReferenceController:
             if moved:
                 self._minds.follow(setup)
                 measured = q_m, v_m, target, target_velocity
-                self._minds.update(t, q, measured, true_target[0], team, headings)
+                self._minds.update(t, q, measured, true_target[0], noticed, headings)
             (c, c_dot), mates = self._minds.estimate(t), self._minds.mates(t, q_m, lost)
             if self._minds.auction is not None:
                 team = replace(team, vertices=self._minds.auction.taken())
+            heard = self._minds.heard(t, q_m, lost)
         if self._teams is not None:
             rows = self._teams.members
             c, c_dot, mates = self._teams.center[rows], self._teams.velocity[rows], self._teams.mates(q_m)
@@ -184,7 +186,7 @@ class ReferenceController:
         if moved:
             self._goals.choose(q_m, phase)
             self._places.place(t, target, target_velocity, phase, self._goals)
-        fresh = self._holder.fires(t, q_m, c, held, phase, self._avoiding, self._supervisor, lost)
+        fresh = self._holder.fires(t, q_m, c, held, phase, self._avoiding, self._supervisor, lost, heard)
         if moved and fresh.any() and setup.figure is not None and self._teams is not None:
             self._teams.turn(q_m, team)
         elif moved and fresh.any() and setup.figure is not None and self._minds is None:
@@ -196,6 +198,7 @@ class ReferenceController:
         now = Situation(
             setup, team, rotation if apart is None else apart.rotation, q_m, v_m, e, c, c_dot,
             self._goals.point, self._goals.velocity, t, mates, self._threats, members,
+            heard=heard,
         )  # fmt: skip
         tasks = self._compose(now, phase, fresh)
         self._updates = self._updates + (fresh & moved & ~lost)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles, Behavior, Vertices
+from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.components.rays import Shape
 from escort_mj.components.teams import Team
 from escort_mj.control.failure import Failure
@@ -277,6 +278,11 @@ class Setup:
         return [behavior for phase in self.all_phases for behavior in phase.behaviors]
 
     @property
+    def acceleration(self) -> Array:
+        """The most that its motors give each robot, shape (n,) [m/s^2]; inf without a force limit."""
+        return np.asarray(math.sqrt(self.axes) * self.force_limit / self.mass)
+
+    @property
     def axes(self) -> int:
         """Dimension of the space, p."""
         return self.obstacle_position.shape[1]
@@ -325,6 +331,10 @@ class Setup:
             return avoid.safe_distance
         bodies = 2.0 * float(self.robot_radius.max()) if avoid.measure == "surface" else 0.0
         return min(avoid.safe_distance, max(0.5 * (float(spacing.min()) - bodies), 0.0))
+
+    def hears(self, avoid: AvoidObstacles) -> bool:
+        """Whether robots keep away from teammates that they hear, instead of those that they see."""
+        return avoid.teammates == HEARD and self.radio is not None
 
     @property
     def least_energies(self) -> list[float]:

@@ -15,6 +15,7 @@ from escort_mj.components.parameters import Parameters
 from escort_mj.control.nsb import wish
 from escort_mj.control.supervisor import Supervisor
 from escort_mj.knowledge.belief import target_place, target_speed
+from escort_mj.knowledge.teammates import Heard
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import WIDTH, any_of, everywhere, load, stack_rows, store, where
@@ -188,6 +189,7 @@ class Holder:
         avoided: Mask,
         supervisor: Supervisor,
         lost: Mask,
+        heard: Heard | None,
     ) -> Mask:
         """Who runs the outer loop at t; w is what they hold, relative to the target, shape (n, p) [m/s]."""
         trigger = self.setup.trigger
@@ -200,7 +202,7 @@ class Holder:
             gain = next((b.convergence for b in stack if not b.avoids and b.convergence > 0.0), np.inf)
             for behavior in stack:
                 if isinstance(behavior, AvoidObstacles):
-                    fired[i] |= behavior.intrusion(q, self.setup, lost)[0][i] > 0.0
+                    fired[i] |= behavior.intrusion(q, self.setup, lost, heard)[0][i] > 0.0
             bound = trigger.distance + trigger.share * float(np.linalg.norm(w[i])) / gain
             waited = t - self.since[i] + 0.5 * self.setup.timestep
             moved = float(np.linalg.norm(q[i] - c[i] - self.place[i]))

@@ -249,13 +249,13 @@ class Mail:
                     found.append(message)
         return found
 
-    def teammates(self, i: int, t: float) -> list[tuple[int, Array]]:
-        """Return who counts as heard by robot i, and where it is by now as far as it said, shape (p,) [m]."""
+    def known(self, i: int, t: float) -> list[tuple[int, float, Message]]:
+        """Return who counts as heard by robot i, the age of its newest message [s], and this message."""
         found = []
         for link in self.links[i]:
             if link.newest is not None:
                 dt = self.setup.timestep
                 age = (round(t / dt) - link.newest.step) * dt
                 if age <= self._radio.timeout:
-                    found.append((link.sender, link.newest.position + age * link.newest.velocity))
+                    found.append((link.sender, age, link.newest))
         return found

@@ -3,13 +3,31 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from escort_mj.components.parameters import UNLIMITED
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined
+from escort_mj.native.kernels import inlined, stack_memory, vector_at
+from escort_mj.native.lanes import WIDTH
+from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
+    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
+
+
+class TeammateParameters(Fields):
+    """What bounds where teammates may be by now that have been heard a while ago."""
+
+    mate_acceleration: Annotated[Array, "hearing", Value("m/s^2", "the most that each robot's motors give")]
+
+    @classmethod
+    def packed(cls, setup: Setup) -> dict[str, Any]:
+        """Return the values of the fields for a mission."""
+        return {"mate_acceleration": setup.acceleration if setup.radio is not None else []}
 
 
 class TeammateState(Fields):
@@ -18,6 +36,7 @@ class TeammateState(Fields):
     mate_position: Annotated[Array, "apart", "p", Value("m", "of each robot")]
     mate_unknown: Annotated[Array, "apart", Value("1", "1 for robots that it does not know of")]
     team_news: Annotated[Array, "apart", Value("1", "1 where a robot learned of teammates in this step")]
+    heard_gap: Annotated[Array, "hearing", Value("m", "how near the nearest one heard may be, scratch")]
 
 
 @inlined
@@ -76,3 +95,104 @@ def know_teammates(robot: int, plan: Plan, state: State) -> None:
             state.mate_unknown[j] = 0.0
             for k in range(p):
                 state.mate_position[j, k] = place_of(robot, place, age, k, state)
+
+
+@inlined
+def may_be(
+    robot: int, place: int, to_surface: float, plan: Plan, state: State, away: Array
+) -> tuple[int, float]:
+    """Find how near a teammate may be by now that a robot has heard: it is in a ball that grows with age.
+
+    Since it spoke, the velocity u that it sent has changed by at most a t, where a is what its motors give.
+    It is no faster than V, the speed limit or |u| if that is more. So u carries the center of the ball while
+    a t < V, and the radius grows by a t; later the center rests, and the radius grows by V. Forces hold for
+    a timestep each, which adds half of one to the time in which they act.
+
+    Args:
+        robot: From 0.
+        place: Of the teammate in the robot's list.
+        to_surface: 1 if distances are measured between surfaces, 0 between centers.
+        plan: Gives the limits.
+        state: Gives what has been heard.
+        away: Result: unit vector away from the center of the ball, shape (p,); the first axis at it.
+
+    Returns:
+        Which teammate, -1 for none, and the distance to the ball [m].
+    """
+    mate, age = mate_at(robot, place, plan, state)
+    if mate < 0:
+        return mate, 0.0
+    p, link, square = state.q.shape[1], robot * state.link_from.shape[1] + place, 0.0
+    for k in range(p):
+        square += state.heard_velocity[link, k] * state.heard_velocity[link, k]
+    fastest, acceleration = max(plan.max_speed, math.sqrt(square)), plan.mate_acceleration[mate]
+    carried = min(age, fastest / acceleration)
+    ball = 0.5 * acceleration * carried * (carried + plan.timestep) + fastest * (age - carried)
+    square = 0.0
+    for k in range(p):
+        away[k] = state.q_measured[robot, k] - place_of(robot, place, carried, k, state)
+        square += away[k] * away[k]
+    distance = math.sqrt(square)
+    for k in range(p):
+        if distance > 0.0:
+            away[k] /= distance
+        else:
+            away[k] = 1.0 if k == 0 else 0.0
+    return mate, distance - ball - to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate])
+
+
+@on_demand
+def find_nearest_heard(i: int, to_surface: float, plan: Plan, state: State) -> None:
+    """Write how near a teammate may be by now that robots i to i + 7 have heard, and the ways away from it.
+
+    Args:
+        i: First robot, from 0.
+        to_surface: 1 if distances are measured between surfaces, 0 between centers.
+        plan: Gives the limits of teammates.
+        state: `heard_gap` and `wished_direction`, unit vectors, are written.
+    """
+    n, p = state.q.shape
+    away = vector_at(stack_memory(), p)
+    for robot in range(i, min(i + WIDTH, n)):
+        state.heard_gap[robot] = UNLIMITED
+        for place in range(places_of(state)):
+            mate, gap = may_be(robot, place, to_surface, plan, state, away)
+            if mate >= 0 and gap < state.heard_gap[robot]:
+                state.heard_gap[robot] = gap
+                for k in range(p):
+                    state.wished_direction[robot, k] = away[k]
+
+
+# The same in plain NumPy.
+
+
+class Heard(NamedTuple):
+    """What each robot has heard of its teammates.
+
+    Attributes:
+        place: Centers of the balls that these are in, the measured positions of those that it does not know
+            of, shape (n, n, p) [m].
+        ball: Radii of the balls, shape (n, n) [m].
+        velocity: What they have sent, shape (n, n, p) [m/s].
+        known: Which teammates it knows of, shape (n, n).
+    """
+
+    place: Array
+    ball: Array
+    velocity: Array
+    known: NDArray[np.bool_]
+
+
+def ball(age: Array, speed: Array, acceleration: Array, most: float, timestep: float) -> tuple[Array, Array]:
+    """Return for how long what teammates sent carries the center of the ball [s], and its radius [m].
+
+    Args:
+        age: Of what they sent [s].
+        speed: That they sent [m/s].
+        acceleration: The most that their motors give [m/s^2].
+        most: Speed limit [m/s].
+        timestep: For which a force holds [s].
+    """
+    fastest, acceleration = np.maximum(min(most, UNLIMITED), speed), np.minimum(acceleration, UNLIMITED)
+    carried = np.minimum(age, fastest / acceleration)
+    return carried, 0.5 * acceleration * carried * (carried + timestep) + fastest * (age - carried)

@@ -41,7 +41,7 @@ from escort_mj.knowledge.belief import BeliefParameters, BeliefState
 from escort_mj.knowledge.links import LinkParameters, LinkState
 from escort_mj.knowledge.messages import MessageState
 from escort_mj.knowledge.sight import SightParameters, SightState
-from escort_mj.knowledge.teammates import TeammateState
+from escort_mj.knowledge.teammates import TeammateParameters, TeammateState
 from escort_mj.monitor.clearances import ClearanceParameters, ClearanceState
 from escort_mj.monitor.contacts import ContactState
 from escort_mj.monitor.lyapunov import LyapunovParameters, LyapunovState
@@ -74,6 +74,7 @@ class Plan(
     BeliefParameters,
     SightParameters,
     LinkParameters,
+    TeammateParameters,
     AuctionParameters,
     EstimatorParameters,
     ControllerParameters,

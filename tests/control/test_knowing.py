@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from escort_mj.behaviors import Vertices
-from escort_mj.control.outer_loops import SetBased
+from escort_mj.behaviors import AvoidObstacles, Vertices
+from escort_mj.control.failure import Failure
+from escort_mj.control.outer_loops import BarrierFilter, Nsb, PotentialField, SetBased
 from escort_mj.control.setup import Setup
+from escort_mj.control.trigger import Trigger
 from escort_mj.estimators import ESTIMATORS, CovarianceIntersection, Kalman
 from escort_mj.knowledge.links import Radio, Silence
 from escort_mj.knowledge.sight import Sight
@@ -91,3 +93,39 @@ def test_bids_for_vertices(radio: str, axes: int) -> None:
         behaviors=(AVOID, Vertices(assignment="auction"), SURFACE),
     )  # fmt: skip
     compare(setup, q, v, steps=20)
+
+
+HEARD = AvoidObstacles(safe_distance=1.0, teammate_distance=3.0, teammates="heard")
+BOUNDED = {"max_speed": 1.5, "force_limit": np.array([10.0, 50.0, 200.0, np.inf, 20.0, 1.0])}
+
+
+@pytest.mark.parametrize("radio", ["late and lossy", "three nearest"])
+@pytest.mark.parametrize(
+    ("outer", "measure", "axes"),
+    [
+        (Nsb(), "surface", 2),
+        (Nsb(), "center", 3),
+        (SetBased(rate=3.0), "surface", 3),
+        (SetBased(activation="tangent_cone"), "center", 2),
+        (BarrierFilter(), "surface", 2),
+        (PotentialField(), "center", 3),
+    ],
+    ids=lambda each: getattr(each, "loop", str(each)),
+)
+def test_teammates_avoided_by_what_they_have_sent(outer, measure: str, axes: int, radio: str) -> None:
+    """Robots are 3 m from each other or nearer, and one of them has failed, which all see."""
+    setup, q, v = informed(
+        axes, 4, sight=SIGHTS["everybody"], radio=RADIOS[radio], outer=outer, **BOUNDED,
+        behaviors=(HEARD.model_copy(update={"measure": measure}), REPULSION, SURFACE),
+        failures=(Failure(robot=2, at=0.0, notice=0.009),),
+    )  # fmt: skip
+    active = compare(setup, 0.6 * q, v, steps=12, tolerance=1e-10 if outer.loop == "nsb" else 1e-8)
+    assert active.any() and not active.all()
+
+
+def test_the_event_trigger_notices_teammates_that_are_heard() -> None:
+    setup, q, v = informed(
+        2, 5, sight=SIGHTS["everybody"], radio=RADIOS["late and lossy"], behaviors=(HEARD, SURFACE),
+        trigger=Trigger(dwell=0.004), **BOUNDED,
+    )  # fmt: skip
+    assert compare(setup, q, v, steps=12).any()

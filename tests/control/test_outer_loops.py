@@ -116,15 +116,16 @@ def by_kernel(field, setup, avoid, nominal, q, lost):
     return v, moved != 0.0
 
 
+def situation(setup, q, lost, v=None):
+    """What the NumPy forms see of a team far from its target."""
+    turned = np.tile(np.eye(setup.axes), (len(q), 1, 1))
+    v, team = np.zeros_like(q) if v is None else v, replace(Team.whole(setup), lost=lost)
+    return Situation(setup, team, turned, q, v, 0.0 * q, 0.0 * q + 100.0, 0.0 * q, q, v)
+
+
 def filtered(rules, setup, avoid, nominal, q, lost, v=None):
     """What constraints make of nominal velocities, by the NumPy form, and whose they change."""
-    team = replace(Team.whole(setup), lost=lost)
-    axes = setup.axes
-    v = np.zeros_like(q) if v is None else v
-    now = Situation(
-        setup, team, np.tile(np.eye(axes), (len(q), 1, 1)), q, v, 0.0 * q, 0.0 * q + 100.0, 0.0 * q, q, v
-    )
-    constraints = constraints_of(avoid, rules, now)
+    constraints = constraints_of(avoid, rules, situation(setup, q, lost, v))
     found = [filtered_by(one, w) for one, w in zip(constraints, nominal, strict=True)]
     return np.array([each for each, _ in found]), np.array([moved for _, moved in found])
 
@@ -289,7 +290,7 @@ def test_repulsion_is_khatibs(axes: int) -> None:
         setup, avoid, q, nominal, lost = crowd(axes, seed)
         field = PotentialField(gain=0.7, least_distance=0.15)
         v, repelled = by_kernel(field, setup, avoid, nominal, q, lost)
-        push, near = repulsions(field, avoid, q, setup, lost)
+        push, near = repulsions(field, avoid, situation(setup, q, lost))
         np.testing.assert_array_equal(repelled, near)
         np.testing.assert_allclose(v, nominal + push, rtol=0.0, atol=1e-10 * max(1.0, np.abs(push).max()))
 

@@ -25,6 +25,7 @@ from escort_mj.control.outer_loops.passing import (
     widths,
 )
 from escort_mj.knowledge.belief import target_place, target_speed
+from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.numerics.neighbors import ALL, find_near
 from escort_mj.sensing.measure import in_range
@@ -80,13 +81,16 @@ def find_constraints(
         mates = 0
         if avoid.teammate_distance > 0.0:
             mates = find_near(robot, look, to_surface, plan.robot_radius, state, near)
-    everyone = mates == int(ALL)
+    everyone, heard = mates == int(ALL), places_of(state) if avoid.heard_distance > 0.0 else 0
     fastest = fastest_obstacle(state)
     away = horizon(speed + fastest, rules)
     lead = rules.foresees * lead_of(fastest, plan.max_speed)
-    last = m + (n if everyone else mates)
-    for place in range(last + 1):
-        other = place if place < m or everyone else m + n if place == last else m + int(near[place - m])
+    seen = m + (n if everyone else mates)
+    for place in range(seen + heard + 1):
+        if place >= seen:  # what is heard, then the target
+            other = m + n + (place - seen + 1) % (heard + 1)
+        else:
+            other = place if place < m or everyone else m + int(near[place - m])
         if place < m:
             reach = avoid.safe_distance + to_surface * (own + plan.seen_radius[place])
             far, square = away + reach + lead * (reach + breadth_of(plan.obstacle_extent[place])), 0.0
@@ -125,11 +129,20 @@ def _consider(
     direction: Array, motion: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
     gaps: Array, spare: Array, count: int,
 ) -> int:  # fmt: skip
-    """Add the constraint of one body: obstacles first, then robots, last the target; return their number."""
+    """Add the constraint of one body; return their number.
+
+    Bodies are obstacles, then robots as they are seen, the target, and robots as this one hears them.
+    """
     n, p = state.q.shape
     m, q = plan.obstacle_radius.shape[0], state.q_measured
     share, along, mate, straight = 1.0, 0.0, other - m, 0.0
-    if mate == n:
+    heard = mate - n - 1 if mate > n else -1
+    if heard >= 0:
+        mate, gap = may_be(robot, heard, float(avoid.measure), plan, state, direction)
+        if mate < 0:
+            return count
+        reach, apart = avoid.heard_distance, gap
+    elif mate == n:
         if rules.target_distance <= 0.0:
             return count
         reach = rules.target_distance
@@ -161,7 +174,10 @@ def _consider(
             motion[k] = state.v_measured[mate, k]
         else:
             motion[k], share = team_motion(robot, k, rules, plan, state), 0.5
-            pursuit += direction[k] * rules.foresees * state.v_measured[mate, k]
+            mates = state.v_measured[mate, k]
+            if heard >= 0:
+                mates = state.heard_velocity[robot * state.link_from.shape[1] + heard, k]
+            pursuit += direction[k] * rules.foresees * mates
         along += direction[k] * motion[k]
         square += motion[k] * motion[k]
     outrun = share == 1.0 and rules.foresees != 0.0 and along > 0.0
@@ -271,13 +287,16 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         now: The situation.
     """
     setup, q, lost = now.setup, now.q, now.team.lost
+    heard = now.heard if now.setup.hears(avoid) else None
     m, n = setup.obstacle_position.shape[0], len(q)
-    away, distance, safe = bodies_nearby(avoid, q, setup, lost)
+    away, distance, safe = bodies_nearby(avoid, now)
     radii = np.concatenate([setup.seen_radius, setup.robot_radius])
     gaps = distance if avoid.measure == "surface" else distance - setup.robot_radius[:, None] - radii
     seen = np.hstack(
         [in_range(gaps[:, :m], setup.sensing.obstacles), in_range(gaps[:, m:], setup.sensing.robots)]
     )
+    if heard is not None:
+        seen[:, m:][heard.known] = 0.0
     frame = now.c_dot * setup.target_feedforward
     share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
     found: list[Constraints] = []
@@ -287,7 +306,8 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         reach = (safe[i] + (setup.robot_radius[i] + radii) * (avoid.measure == "surface"))[wanted]
         between = gaps[i, wanted]
         motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i])])
-        velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], now.v])[wanted]
+        mates = now.v if heard is None else heard.velocity[i]
+        velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], mates])[wanted]
         if rules.target_distance > 0.0:
             x = q[i] - now.c[i]
             length = float(np.linalg.norm(x))

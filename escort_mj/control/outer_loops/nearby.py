@@ -13,10 +13,9 @@ from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.native.kernels import inlined
 
 if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
+    from escort_mj.behaviors.task import Situation
 
 Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @inlined
@@ -119,14 +118,16 @@ def turn(r: Array, tangent: Array) -> None:
 # The same in plain NumPy.
 
 
-def bodies_nearby(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> tuple[Array, Array, Array]:
+def bodies_nearby(avoid: AvoidObstacles, now: Situation) -> tuple[Array, Array, Array]:
     """Every obstacle and teammate as each robot sees it, obstacles first.
 
     Returns:
-        Unit vectors away from them, shape (n, m + n, p); distances as the behavior measures them, and the
-        least ones [m], shape (n, m + n), the latter 0 where nothing is avoided.
+        Unit vectors away from them, shape (n, m + n, p); distances as the behavior measures them, of what
+        is heard to where it may be by now, and the least ones [m], shape (n, m + n), the latter 0 where
+        nothing is avoided.
     """
-    teammates = np.broadcast_to(q, (len(q), *q.shape))
+    q, setup = now.q, now.setup
+    teammates, balls, mates = avoid.teammates_of(q, setup, now.team.lost, now.heard)
     offsets = q[:, None] - np.concatenate([setup.obstacles_seen()[:-1], teammates], axis=1)
     distance = np.linalg.norm(offsets, axis=2)
     away = np.where(distance[..., None] > 0.0, offsets, np.eye(q.shape[1])[0])
@@ -134,9 +135,7 @@ def bodies_nearby(avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask) -> 
     if avoid.measure == "surface":
         radii = np.concatenate([setup.seen_radius, setup.robot_radius])
         distance = distance - setup.robot_radius[:, None] - radii
-    mates = np.full((len(q), len(q)), setup.teammate_distance(avoid))
-    mates[:, lost] = max(avoid.safe_distance, setup.teammate_distance(avoid))
-    np.fill_diagonal(mates, 0.0)
+    distance[:, -len(q) :] -= balls
     safe = np.hstack([np.full((len(q), len(setup.obstacle_position)), avoid.safe_distance), mates])
     return away, distance, safe
 

@@ -16,12 +16,12 @@ from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of, set_velocities,
 from escort_mj.control.outer_loops.nearby import bearing, bodies_nearby, reach_of
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
 from escort_mj.knowledge.belief import target_velocity_rows
+from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH, everywhere, row_of, set_row, stack_rows
 
 if TYPE_CHECKING:
-    from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
 Mask = NDArray[np.bool_]
@@ -52,7 +52,7 @@ class PotentialField(OuterLoop):
         for behavior in escorting:
             velocity = velocity + behavior.velocity(now)
         for avoid in avoiding:
-            push, active = repulsions(self, avoid, now.q, now.setup, now.team.lost)
+            push, active = repulsions(self, avoid, now)
             velocity = velocity + push
         return slowed(velocity, now.setup.max_speed), active
 
@@ -75,11 +75,18 @@ class PotentialField(OuterLoop):
                 continue
             for level in range(first, first + levels):
                 if plan.level_behavior[level] == AVOID_OBSTACLES:
+                    avoid, direction = avoidance_of(level, plan), vector_at(stack_memory(), p)
                     repelled = repulsion(
                         robot, state.q_measured, state.lost, obstacles_seen(robot, plan, state),
-                        plan.seen_radius, plan.robot_radius, avoidance_of(level, plan), self.gain,
-                        self.least_distance, vector_at(stack_memory(), p), state.v_d[robot],
+                        plan.seen_radius, plan.robot_radius, avoid, self.gain, self.least_distance, direction,
+                        state.v_d[robot],
                     )  # fmt: skip
+                    if avoid.heard_distance > 0.0:
+                        near = repulsion_of_heard(
+                            robot, avoid, self.gain, self.least_distance, plan, state, direction,
+                            state.v_d[robot],
+                        )  # fmt: skip
+                        repelled = repelled or near
                     state.avoidance_active[robot] = 1.0 if repelled else 0.0
             slow_down(robot, plan, state)
 
@@ -122,24 +129,44 @@ def repulsion(
         if reach == 0.0:
             continue
         apart = bearing(robot, other, q, obstacle_position, direction)
-        if apart >= reach:
-            continue
-        repelled = True
-        distance, safe = max(apart - bodies, least_distance), reach - bodies
-        speed = gain * max(1.0 / distance - 1.0 / safe, 0.0) / (distance * distance)
-        for k in range(total.shape[0]):
-            total[k] += speed * direction[k]
+        if apart < reach:
+            _repel(apart - bodies, reach - bodies, gain, least_distance, direction, total)
+            repelled = True
     return repelled
+
+
+@inlined
+def repulsion_of_heard(
+    robot: int, avoid: Any, gain: float, least_distance: float, plan: Plan, state: State, direction: Array,
+    total: Array,
+) -> bool:  # fmt: skip
+    """Adds to a velocity what teammates add to it that a robot hears; the rest is as of `repulsion`."""
+    repelled = False
+    for place in range(places_of(state)):
+        mate, gap = may_be(robot, place, float(avoid.measure), plan, state, direction)
+        if mate >= 0 and gap < avoid.heard_distance:
+            _repel(gap, avoid.heard_distance, gain, least_distance, direction, total)
+            repelled = True
+    return repelled
+
+
+@inlined
+def _repel(
+    gap: float, safe: float, gain: float, least_distance: float, direction: Array, total: Array
+) -> None:
+    """Adds the push of one body to a velocity."""
+    distance = max(gap, least_distance)
+    speed = gain * max(1.0 / distance - 1.0 / safe, 0.0) / (distance * distance)
+    for k in range(total.shape[0]):
+        total[k] += speed * direction[k]
 
 
 # The same in plain NumPy.
 
 
-def repulsions(
-    field: PotentialField, avoid: AvoidObstacles, q: Array, setup: Setup, lost: Mask
-) -> tuple[Array, Mask]:
+def repulsions(field: PotentialField, avoid: AvoidObstacles, now: Situation) -> tuple[Array, Mask]:
     """What obstacles and teammates add to each robot's velocity, shape (n, p) [m/s], and to whose, (n,)."""
-    away, distance, safe = bodies_nearby(avoid, q, setup, lost)
+    away, distance, safe = bodies_nearby(avoid, now)
     near = (distance < safe) & (safe > 0.0)
     d = np.maximum(distance, field.least_distance)
     with np.errstate(divide="ignore"):

@@ -48,6 +48,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
 from escort_mj.control.outer_loops.passing import FASTER, Rules, breadth_of, lead_of, length_of
 from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
+from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import (
@@ -270,6 +271,9 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
             near = mate_within(within, robot, avoid, q, plan.robot_radius, lists)
             state.detour_near[robot] = 1.0 if near else 0.0
         found = where(load(state.detour_near, i) > 0.5, 1.0, found)
+    if avoid.heard_distance > 0.0:
+        find_nearest_heard(i, to_surface, plan, state)
+        found = where(load(state.heard_gap, i) < avoid.heard_distance + horizon, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and lists.shape[0] == 0):
         for j in range(n):

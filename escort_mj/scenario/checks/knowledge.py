@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from escort_mj.behaviors import Chords, Formation, Surface, Vertices
+from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
+from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.scenario.checks.mission import behaviors_of
-from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.geometry.placement import kinds_of, robot_count
 from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Loss, Nearest, TargetSight, senders_of
 from escort_mj.scenario.schema.scenario import Scenario
@@ -40,6 +41,35 @@ def check_known(scenario: Scenario) -> Iterator[Finding]:
         if isinstance(behavior, Vertices) and scenario.robots.failures:
             words = "the team re-forms as one, but each robot has a figure of its own; expected repulsion"
             yield Finding(path, words, related=(("robots", "failures"), table))
+
+
+def check_heard(scenario: Scenario) -> Iterator[Finding]:
+    """Teammates that are avoided by their messages can be heard in time, and something bounds their ways."""
+    communication, limit = scenario.communication, scenario.mission.max_speed
+    for place, avoid in behaviors_of(scenario):
+        if not isinstance(avoid, AvoidObstacles) or avoid.teammates != HEARD:
+            continue
+        path: Path = (*place, "teammates")
+        if communication is None:
+            words = f"found {HEARD} without communication; expected true, false or a table communication"
+            yield Finding(path, words, related=(("communication",),))
+            continue
+        if limit is None and scenario.robots.force_limit is None:
+            words = (
+                f"found {HEARD} with neither mission.max_speed nor robots.force_limit; expected one or both"
+            )
+            words += ", as they bound where a teammate may have got to since it was heard"
+            yield Finding(path, words, related=(("mission", "max_speed"), ("robots", "force_limit")))
+        bodies = 2.0 * scenario.robots.largest_radius
+        least = avoid.teammate_distance or avoid.safe_distance
+        least += bodies * ((avoid.measure == "surface") - (communication.measure == "surface"))
+        if communication.range is not None and communication.range < least:
+            yield Finding(
+                ("communication", "range"),
+                f"found {communication.range:g} m, less than the distance that {key_path(place)} keeps to "
+                f"teammates that are heard; expected at least {least:g} m",
+                related=(path,),
+            )
 
 
 def check_auctions(scenario: Scenario) -> Iterator[Finding]:

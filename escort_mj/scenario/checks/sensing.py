@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 
 from escort_mj.behaviors import AvoidObstacles, Surface
+from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.scenario.checks.knowledge import whole_steps
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import Finding, Path, key_path
@@ -86,7 +87,10 @@ def check_sight(scenario: Scenario) -> Iterator[Finding]:
         if not isinstance(avoid, AvoidObstacles):
             continue
         mates = avoid.teammate_distance or avoid.safe_distance
-        needed = {"robots": mates if avoid.teammates else 0.0, "obstacles": avoid.safe_distance}
+        needed = {
+            "robots": 0.0 if avoid.teammates in (False, HEARD) else mates,
+            "obstacles": avoid.safe_distance,
+        }
         if scenario.robots.failures:  # a lost robot is an obstacle
             needed["robots"] = max(needed["robots"], avoid.safe_distance)
         for name, least in needed.items():

@@ -13,6 +13,7 @@ from escort_mj.scenario.checks.goals import check_formations, check_goals, check
 from escort_mj.scenario.checks.knowledge import (
     check_auctions,
     check_communication,
+    check_heard,
     check_known,
     check_target_sight,
 )
@@ -174,6 +175,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_sight, ("mission", "robots", "sensing")),
     (check_lidar, ("axes", "mission", "physics", "robots", "sensing")),
     (check_known, ("knowledge", "communication", "mission", "target", "teams", "robots")),
+    (check_heard, ("mission", "communication", "robots")),
     (check_target_sight, ("knowledge", "robots", "physics", "axes")),
     (check_auctions, ("mission", "communication")),
     (check_communication, ("communication", "robots", "physics", "axes")),

@@ -95,6 +95,7 @@ def _no_kind(found: Any, names: list[str]) -> str:
 
 def _wrong_choice(path: Path, found: Any, expected: str) -> str:
     names = [name.strip(" '") for name in expected.replace(" or ", ", ").split(",")]
+    names = [{"True": "true", "False": "false"}.get(name, name) for name in names]  # as YAML writes them
     if path == ("version",):
         return f"found {shown(found)}; this program reads version {names[0]}"
     message = f"found {shown(found)}; allowed are {listed(names)}"
