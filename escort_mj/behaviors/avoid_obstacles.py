@@ -271,8 +271,8 @@ def _worst_intruder(i: int, avoid: Any, plan: Plan, state: State, x: Array) -> t
                 way = row_of(here, k) - obstacle_places(i, j, k, plan, state)
                 set_row(x, k, where(worse, way, row_of(x, k)))
     if avoid.heard_distance > 0.0:
-        find_nearest_heard(i, to_surface, plan, state)
-        away, deep = stack_rows(p), avoid.heard_distance - load(state.heard_gap, i)
+        find_nearest_heard(i, avoid.heard_distance, to_surface, plan, state)
+        away, deep = stack_rows(p), -load(state.heard_margin, i)
         load_rows(state.wished_direction, i, away)
         worse = (deep > worst) & there(n - i)
         worst, distance = where(worse, deep, worst), where(worse, 1.0, distance)

@@ -56,9 +56,9 @@ class Situation:
     goal_velocity: Array
     time: float = 0.0
     mates: Array | None = None
-    heard: Heard | None = None
     threats: Threats | None = None
     members: NDArray[np.int64] | None = None
+    heard: Heard | None = None
     memory: dict[str, Array] = field(default_factory=dict)
     _known: dict[Any, Any] = field(default_factory=dict, repr=False, compare=False)
 

@@ -100,7 +100,7 @@ def _words(path: str) -> list[str]:
             if one.get("type") == "boolean":
                 words |= {"true": None, "false": None}
             for word in (*one.get("enum", ()), *([one["const"]] if "const" in one else ())):
-                words[str(word)] = None
+                words[str(word).lower() if isinstance(word, bool) else str(word)] = None
     return [*words]
 
 

@@ -36,7 +36,9 @@ class TeammateState(Fields):
     mate_position: Annotated[Array, "apart", "p", Value("m", "of each robot")]
     mate_unknown: Annotated[Array, "apart", Value("1", "1 for robots that it does not know of")]
     team_news: Annotated[Array, "apart", Value("1", "1 where a robot learned of teammates in this step")]
-    heard_gap: Annotated[Array, "hearing", Value("m", "how near the nearest one heard may be, scratch")]
+    heard_margin: Annotated[
+        Array, "hearing", Value("m", "distance beyond the safe one to the nearest that is heard, scratch")
+    ]
 
 
 @inlined
@@ -100,7 +102,7 @@ def know_teammates(robot: int, plan: Plan, state: State) -> None:
 @inlined
 def may_be(
     robot: int, place: int, to_surface: float, plan: Plan, state: State, away: Array
-) -> tuple[int, float]:
+) -> tuple[int, float, float]:
     """Find how near a teammate may be by now that a robot has heard: it is in a ball that grows with age.
 
     Since it spoke, the velocity u that it sent has changed by at most a t, where a is what its motors give.
@@ -117,11 +119,12 @@ def may_be(
         away: Result: unit vector away from the center of the ball, shape (p,); the first axis at it.
 
     Returns:
-        Which teammate, -1 for none, and the distance to the ball [m].
+        Which teammate, -1 for none, the distance to the center of the ball, and what part of this is ball
+        and bodies [m].
     """
     mate, age = mate_at(robot, place, plan, state)
     if mate < 0:
-        return mate, 0.0
+        return mate, 0.0, 0.0
     p, link, square = state.q.shape[1], robot * state.link_from.shape[1] + place, 0.0
     for k in range(p):
         square += state.heard_velocity[link, k] * state.heard_velocity[link, k]
@@ -138,27 +141,29 @@ def may_be(
             away[k] /= distance
         else:
             away[k] = 1.0 if k == 0 else 0.0
-    return mate, distance - ball - to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate])
+    return mate, distance, to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate]) + ball
 
 
 @on_demand
-def find_nearest_heard(i: int, to_surface: float, plan: Plan, state: State) -> None:
+def find_nearest_heard(i: int, safe: float, to_surface: float, plan: Plan, state: State) -> None:
     """Write how near a teammate may be by now that robots i to i + 7 have heard, and the ways away from it.
 
     Args:
         i: First robot, from 0.
+        safe: Distance that robots keep [m].
         to_surface: 1 if distances are measured between surfaces, 0 between centers.
         plan: Gives the limits of teammates.
-        state: `heard_gap` and `wished_direction`, unit vectors, are written.
+        state: `heard_margin` and `wished_direction`, unit vectors, are written.
     """
     n, p = state.q.shape
     away = vector_at(stack_memory(), p)
     for robot in range(i, min(i + WIDTH, n)):
-        state.heard_gap[robot] = UNLIMITED
+        state.heard_margin[robot] = UNLIMITED
         for place in range(places_of(state)):
-            mate, gap = may_be(robot, place, to_surface, plan, state, away)
-            if mate >= 0 and gap < state.heard_gap[robot]:
-                state.heard_gap[robot] = gap
+            mate, distance, covered = may_be(robot, place, to_surface, plan, state, away)
+            margin = distance - (safe + covered)
+            if mate >= 0 and margin < state.heard_margin[robot]:
+                state.heard_margin[robot] = margin
                 for k in range(p):
                     state.wished_direction[robot, k] = away[k]
 

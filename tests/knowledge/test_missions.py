@@ -31,6 +31,15 @@ def test_perfect_messages_change_no_bit(name: str, estimator: str, compiled: Non
     )
 
 
+def test_perfect_messages_show_teammates_as_sight_does(compiled: None) -> None:
+    """Robots that cross, with noise: what is sent, at once and at every step, is what is measured."""
+    base = load_scenario(FOLDER / "crossing.yaml", ["duration=12", "expect=[]", "communication={}"])
+    heard, seen = (
+        escort_mj.run(base.replace({"mission.behaviors.0.teammates": value})) for value in ("heard", True)
+    )
+    assert same(heard, seen, LAWFUL) and heard.trace["avoidance_active"].values.any()
+
+
 def test_the_same_bits_in_threads(compiled: None) -> None:
     scenarios = [load_scenario(FOLDER / f"{name}.yaml", ["duration=4", "expect=[]"]) for name in NAMES]
     one, two = (list(escort_mj.run_many(scenarios, threads=threads, traces=True)) for threads in (1, 2))

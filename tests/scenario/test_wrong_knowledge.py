@@ -108,6 +108,28 @@ WRONG = [
         "",
     ),
     (
+        "mission: {behaviors: [{behavior: avoid_obstacles, teammates: heard}, surface]}",
+        "mission.behaviors[0].teammates",
+        "found heard without communication",
+    ),
+    (
+        "communication: {}\nmission: {behaviors: [{behavior: avoid_obstacles, teammates: herd}, surface]}",
+        "mission.behaviors[0].teammates",
+        'found "herd"; allowed are true, false or heard',
+    ),
+    (
+        "communication: {}\nrobots: {force_limit: null}\n"
+        "mission: {behaviors: [{behavior: avoid_obstacles, teammates: heard}, surface]}",
+        "mission.behaviors[0].teammates",
+        "with neither mission.max_speed nor robots.force_limit",
+    ),
+    (
+        "communication: {range: 2, measure: surface}\nmission: {behaviors: [{behavior: avoid_obstacles, "
+        "safe_distance: 2.1, measure: surface, teammates: heard}, surface]}",
+        "communication.range",
+        "expected at least 2.1 m",
+    ),
+    (
         "knowledge: {}\nrobots: {count: 1}\nmission: {behaviors: [{behavior: formation, offsets: [[1, 0]]}]}",
         "mission.behaviors[0]",
         "each robot knows the target by itself",

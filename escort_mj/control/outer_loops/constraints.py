@@ -138,10 +138,10 @@ def _consider(
     share, along, mate, straight = 1.0, 0.0, other - m, 0.0
     heard = mate - n - 1 if mate > n else -1
     if heard >= 0:
-        mate, gap = may_be(robot, heard, float(avoid.measure), plan, state, direction)
+        mate, apart, reach = may_be(robot, heard, float(avoid.measure), plan, state, direction)
         if mate < 0:
             return count
-        reach, apart = avoid.heard_distance, gap
+        reach += avoid.heard_distance
     elif mate == n:
         if rules.target_distance <= 0.0:
             return count

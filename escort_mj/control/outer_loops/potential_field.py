@@ -143,9 +143,9 @@ def repulsion_of_heard(
     """Adds to a velocity what teammates add to it that a robot hears; the rest is as of `repulsion`."""
     repelled = False
     for place in range(places_of(state)):
-        mate, gap = may_be(robot, place, float(avoid.measure), plan, state, direction)
-        if mate >= 0 and gap < avoid.heard_distance:
-            _repel(gap, avoid.heard_distance, gain, least_distance, direction, total)
+        mate, apart, bodies = may_be(robot, place, float(avoid.measure), plan, state, direction)
+        if mate >= 0 and apart < avoid.heard_distance + bodies:
+            _repel(apart - bodies, avoid.heard_distance, gain, least_distance, direction, total)
             repelled = True
     return repelled
 

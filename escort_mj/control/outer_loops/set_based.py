@@ -272,8 +272,8 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
             state.detour_near[robot] = 1.0 if near else 0.0
         found = where(load(state.detour_near, i) > 0.5, 1.0, found)
     if avoid.heard_distance > 0.0:
-        find_nearest_heard(i, to_surface, plan, state)
-        found = where(load(state.heard_gap, i) < avoid.heard_distance + horizon, 1.0, found)
+        find_nearest_heard(i, avoid.heard_distance, to_surface, plan, state)
+        found = where(load(state.heard_margin, i) < horizon, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and lists.shape[0] == 0):
         for j in range(n):

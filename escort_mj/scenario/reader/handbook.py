@@ -113,7 +113,7 @@ def _kind(node: Node) -> str:
         name = node["$ref"].rpartition("/")[2]
         return f"[{name}](#{name.lower()})"
     if "enum" in node:
-        return ", ".join(f"`{value}`" for value in node["enum"])
+        return ", ".join(f"`{flow(value)}`" for value in node["enum"])
     for union in ("anyOf", "oneOf"):
         if union in node:
             kinds = [part for part in node[union] if part.get("type") != "null"]
