@@ -135,13 +135,14 @@ def _consider(
     """
     n, p = state.q.shape
     m, q = plan.obstacle_radius.shape[0], state.q_measured
-    share, along, mate, straight = 1.0, 0.0, other - m, 0.0
+    share, along, mate, straight, ball = 1.0, 0.0, other - m, 0.0, 0.0
     heard = mate - n - 1 if mate > n else -1
     if heard >= 0:
-        mate, apart, reach = may_be(robot, heard, float(avoid.measure), plan, state, direction)
+        mate, apart, covered = may_be(robot, heard, float(avoid.measure), plan, state, direction)
         if mate < 0:
             return count
-        reach += avoid.heard_distance
+        reach = avoid.heard_distance + covered
+        ball = covered - float(avoid.measure) * (plan.robot_radius[robot] + plan.robot_radius[mate])
     elif mate == n:
         if rules.target_distance <= 0.0:
             return count
@@ -158,7 +159,7 @@ def _consider(
             plan.sensing_robots, plan.sensing_obstacles,
         ):  # fmt: skip
             return count
-    margin, gap = apart - reach, apart - plan.robot_radius[robot]
+    margin, gap = apart - reach, apart - ball - plan.robot_radius[robot]
     gap -= (
         rules.target_radius if mate == n else plan.seen_radius[other] if mate < 0 else plan.robot_radius[mate]
     )
