@@ -8,6 +8,7 @@ from escort_mj.scenario import parse_scenario
 # What is wrong, the scenario, the place and key, and words of the message.
 WRONG = [
     ("no such kind", "robots: {kind: slang}", "1:16: robots.kind: ", 'did you mean "slung"?'),
+    ("a list of kinds", "robots: {kind: {kind: [mjcf]}}", "1:23: robots.kind.kind: ", 'did you mean "mjcf"?'),
     ("a table without its kind", "robots: {kind: {payload: 1}}", "1:16: robots.kind.kind: ", "is missing"),
     (
         "a key of another kind",

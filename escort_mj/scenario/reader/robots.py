@@ -61,10 +61,10 @@ def read_robots(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any],
 
 def _kind(written: Any) -> FileKind | None:
     """The kind that a table names, if it is from a file and right by itself."""
-    if not isinstance(written, dict) or written.get("kind") not in KINDS:
+    if not isinstance(written, dict) or (kind := str(written.get("kind"))) not in KINDS:
         return None
     try:
-        return KINDS[str(written["kind"])].model_validate(written)
+        return KINDS[kind].model_validate(written)
     except ValidationError:
         return None  # said of the scenario as a whole
 
