@@ -2,8 +2,8 @@
 
 import pytest
 
-from escort_mj.errors import ScenarioError
 from escort_mj.scenario import dump_scenario, parse_scenario
+from tests.scenario.faults import assert_one_fault
 
 GUARD = "mission: {behaviors: [avoid_obstacles, guard, surface]}"
 WRONG = [
@@ -45,10 +45,7 @@ WRONG = [
 
 @pytest.mark.parametrize(("text", "path", "words"), WRONG)
 def test_each_fault_is_one_message_with_its_place(text: str, path: str, words: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        parse_scenario(text)
-    (fault,) = caught.value.faults
-    assert (fault.key, words in fault.message) == (path, True), (fault.key, fault.message)
+    assert_one_fault(text, path, words)
 
 
 def test_a_right_one_reads_back_the_same() -> None:

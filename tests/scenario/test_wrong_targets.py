@@ -2,8 +2,7 @@
 
 import pytest
 
-from escort_mj.errors import ScenarioError
-from escort_mj.scenario import parse_scenario
+from tests.scenario.faults import assert_one_fault
 
 WRONG = [
     ("target: {policy: fle}", "target.policy", 'did you mean "flee"?'),
@@ -22,7 +21,4 @@ WRONG = [
 
 @pytest.mark.parametrize(("text", "path", "words"), WRONG)
 def test_each_fault_is_one_message_with_its_place(text: str, path: str, words: str) -> None:
-    with pytest.raises(ScenarioError) as caught:
-        parse_scenario(text)
-    (fault,) = caught.value.faults
-    assert (fault.key, words in fault.message) == (path, True), (fault.key, fault.message)
+    assert_one_fault(text, path, words)
