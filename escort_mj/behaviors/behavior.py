@@ -1,7 +1,5 @@
 """Base of behaviors: what one asks of each robot by itself, in NumPy and in the native loop."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar, Literal
 
 import numpy as np

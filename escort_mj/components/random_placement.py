@@ -1,7 +1,5 @@
 """Random places in a ball, of robots at their start or of their goals."""
 
-from __future__ import annotations
-
 from pydantic import NonNegativeFloat
 
 from escort_mj.components.parameters import Parameters, Radius, Vector

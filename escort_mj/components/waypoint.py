@@ -1,7 +1,5 @@
 """A point of a way, with its time."""
 
-from __future__ import annotations
-
 from pydantic import NonNegativeFloat
 
 from escort_mj.components.parameters import Parameters, Vector

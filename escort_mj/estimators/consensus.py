@@ -1,7 +1,5 @@
 """A Kalman filter on each robot, and a consensus with its neighbors on what they believe."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """A Kalman filter on each robot, and what teammates believe mixed in by covariance intersection."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, Literal
 

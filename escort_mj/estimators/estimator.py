@@ -1,7 +1,5 @@
 """Base of estimators: what a robot makes of what it sees and hears of the target."""
 
-from __future__ import annotations
-
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
 

@@ -1,7 +1,5 @@
 """The newest measurement that a robot has made or heard of, as it was."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar, Literal
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A Kalman filter of the target on each robot, extended for ranges and bearings."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any, Literal

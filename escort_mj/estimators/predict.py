@@ -1,7 +1,5 @@
 """The newest measurement that a robot has made or heard of, moved on with its velocity."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal
 
 from escort_mj.estimators.hold import Hold

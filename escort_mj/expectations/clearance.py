@@ -1,7 +1,5 @@
 """A bound on the distance between two sides, surface to surface."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A bound on a metric."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Literal

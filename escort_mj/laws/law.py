@@ -1,7 +1,5 @@
 """Base of laws: what force each robot is to have, so that it follows the reference of the outer loop."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 from pydantic import PositiveFloat

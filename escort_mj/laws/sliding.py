@@ -1,7 +1,5 @@
 """What the sliding-mode laws share: the smoothing of their switching term, and the gains of V1."""
 
-from __future__ import annotations
-
 from typing import Any, Literal, NamedTuple
 
 import numpy as np

@@ -111,7 +111,29 @@ def source_digest(package: Path = PACKAGE) -> str:
 
 @cache
 def _own_digest() -> str:
-    return _digest(PACKAGE)
+    """The digest of this package, worked out again when one of its files is another than the last time."""
+    state = _state(PACKAGE)
+    kept = digests.read(state)
+    if kept is None:
+        kept = _digest(PACKAGE).encode()
+        digests.write(state, kept)
+        digests.trim("*", MOST_KEYS)
+    return kept.decode()
+
+
+def _state(package: Path) -> str:
+    """Names a state of a package's files, as tools that build programs do: by their times and sizes."""
+    digest = hashlib.sha256(f"{package}".encode())
+    left = [str(package)]
+    while left:
+        with os.scandir(left.pop()) as entries:
+            for entry in sorted(entries, key=lambda one: one.name):
+                if entry.is_dir(follow_symlinks=False):
+                    left.append(entry.path)
+                elif entry.name.endswith(".py"):
+                    status = entry.stat()
+                    digest.update(f"{entry.path}:{status.st_mtime_ns}:{status.st_size};".encode())
+    return digest.hexdigest()
 
 
 def _digest(package: Path) -> str:
@@ -215,6 +237,7 @@ class Shelf:
 
 kernels = Shelf(lambda: home() / ("" if os.environ.get(FOLDER) else "kernels") / cache_key(), prune=True)
 formations = Shelf(lambda: home() / "formations")
+digests = Shelf(lambda: home() / "digests")
 
 
 def remembered(name: str, make: Callable[[], str]) -> str:

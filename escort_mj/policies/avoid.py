@@ -1,7 +1,5 @@
 """Avoid: toward the target, past the robots in between."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, ClassVar, Literal
 

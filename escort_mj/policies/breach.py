@@ -1,7 +1,5 @@
 """Breach: toward the point of a perimeter that the defenders reach last."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Burst: wait, then dash through the largest gap."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field

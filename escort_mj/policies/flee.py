@@ -1,7 +1,5 @@
 """Flee: straight away from the nearest robot."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Patient: circle the team until there is a gap, then go straight in."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, ClassVar, Literal
 

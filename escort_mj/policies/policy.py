@@ -1,7 +1,5 @@
 """Base of policies: where a body wants to go that has a will of its own."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import Field

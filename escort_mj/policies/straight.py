@@ -1,7 +1,5 @@
 """Straight: toward the target on the shortest way."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, ClassVar, Literal
 

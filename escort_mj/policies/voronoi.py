@@ -1,7 +1,5 @@
 """Voronoi: along the longest free way, within the points that no robot reaches first."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field

@@ -1,7 +1,5 @@
 """Wander: from one random place to the next."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, Literal
 

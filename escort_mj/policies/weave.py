@@ -1,7 +1,5 @@
 """Weave: toward the target in a wavy line."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any, ClassVar, Literal
 

@@ -1,7 +1,5 @@
 """Two driven wheels on one axle: parameters, body and motors of a differential drive."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, ClassVar, Literal

@@ -1,7 +1,5 @@
 """Base of the kinds of robots: what one answers about its body, its motors and what it needs."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, NamedTuple

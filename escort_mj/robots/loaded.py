@@ -1,7 +1,5 @@
 """A rolling ball with a mass off its center."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import ClassVar, Literal
 from xml.etree.ElementTree import Element

@@ -1,7 +1,5 @@
 """Robots from files: any MJCF model that can be pushed, and the models of MuJoCo's Menagerie."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from importlib import import_module
 from pathlib import Path

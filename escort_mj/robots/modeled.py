@@ -1,7 +1,5 @@
 """Robots whose body and actuators are a whole MJCF model: what is read of one, and the base of such kinds."""
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence

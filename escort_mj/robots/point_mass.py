@@ -1,7 +1,5 @@
 """A mass that slides along each axis."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal
 
 from escort_mj.robots.kind import RobotKind

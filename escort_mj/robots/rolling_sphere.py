@@ -1,7 +1,5 @@
 """A ball that rolls on the floor of planar missions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import ClassVar, Literal
 

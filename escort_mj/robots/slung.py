@@ -1,7 +1,5 @@
 """A sliding mass with a payload that swings below it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal

@@ -1,7 +1,5 @@
 """A vessel with two stern thrusters: its parameters, its body and what the water does to it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, ClassVar, Literal

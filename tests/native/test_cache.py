@@ -98,6 +98,25 @@ def test_every_module_with_a_kernel_is_in_the_key_and_what_it_imports() -> None:
                 assert files & known or files & {PACKAGE / each for each in cache.NO_CONSTANTS}, name
 
 
+def test_the_digest_of_sources_is_worked_out_when_a_file_changes_and_only_then(copied, monkeypatch) -> None:
+    found = []
+    work_out = cache._digest
+    monkeypatch.setattr(cache, "PACKAGE", copied)
+    monkeypatch.setattr(cache, "digests", Shelf(lambda: copied.parent / "digests"))
+    monkeypatch.setattr(cache, "_digest", lambda package: found.append(work_out(package)) or found[-1])
+    source = copied / "laws/pd.py"
+
+    def digest() -> str:
+        return cache._own_digest.__wrapped__()
+
+    assert digest() == digest() == found[0]
+    source.write_text(source.read_text() + "GAIN = 1\n")
+    assert digest() == digest() == found[1]
+    (copied / "laws/other.py").write_text("GAIN = 2\n")
+    assert digest() == digest() == found[2]
+    assert len(found) == len({*found}) == 3
+
+
 def test_another_system_has_another_key(monkeypatch) -> None:
     before = cache.cache_key()
     monkeypatch.setattr(llvmlite.binding, "get_process_triple", lambda: "another")

@@ -1,7 +1,5 @@
 """Null-space-based composition, the paper's outer loop: its forms are in `control/nsb.py`."""
 
-from __future__ import annotations
-
 from typing import ClassVar, Literal
 
 from escort_mj.behaviors import Behavior

@@ -4,8 +4,6 @@ A set of plugins makes a type of scenario of its own, derived from `Scenario`: t
 laws and behaviors may stand. Everything else follows from the type: checks, messages, schema, handbook.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

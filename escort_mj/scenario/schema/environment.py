@@ -1,7 +1,5 @@
 """The mission's surroundings: floor, slope, and the medium that everything moves in."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Annotated

@@ -1,7 +1,5 @@
 """What robots know by themselves: the tables `knowledge` and `communication`."""
 
-from __future__ import annotations
-
 import math
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 

@@ -1,7 +1,5 @@
 """Tables of what stands in the way: obstacles, walls with doors, corridors, clutter, and how bodies move."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, NonNegativeFloat, PlainValidator, PositiveFloat, WithJsonSchema

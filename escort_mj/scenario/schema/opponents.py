@@ -1,7 +1,5 @@
 """Tables of opponents: bodies that want to reach the target."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field, NonNegativeFloat

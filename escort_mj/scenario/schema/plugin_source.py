@@ -1,7 +1,5 @@
 """Where a scenario's plugins are."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field

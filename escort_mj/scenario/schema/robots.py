@@ -1,7 +1,5 @@
 """The team's part of a scenario: how many robots, of what kind, with what motors, where, and what fails."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from pydantic import Field, NonNegativeFloat, PositiveInt

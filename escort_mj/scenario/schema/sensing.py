@@ -1,7 +1,5 @@
 """The table `sensing`: what robots measure, how well, and how far they see (docs/sensing.md)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np

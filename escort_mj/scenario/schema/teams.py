@@ -1,7 +1,5 @@
 """Tables of teams: robots that escort targets of their own."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from pydantic import Field, NonNegativeFloat, PositiveInt
