@@ -5,9 +5,12 @@ body and their gap has been at most safe_distance + c^2 / a, but at most FORESIG
 the speed at which they close, a what the motors can give beyond the disturbance, (force limit -
 |disturbance|) / mass, or what they gave where they gave all most of the time. A body that moves by itself
 gives the alarm only since its way, straight on, has led into half the safe distance of where the robot was at
-the time. From there the rules fly the robot again, among the bodies as they moved: its velocity turns at the
-rate a into a constant one of at most max_speed. A flight is clear if it touches nothing until BEYOND the
-touch, and neither the body if that had gone straight on.
+the time, and once to where it was at the touch, within a t^2 / 4, as far as half of the motors move the robot
+in the time t between: from one that turns or speeds up faster, no way to flee stays right. No alarm counts
+while the robot accelerates against all that its motors give, as one that skids or has to turn around first.
+From the alarm the rules fly the robot again, among the bodies as they moved: its velocity turns at the rate a
+into a constant one of at most max_speed. A flight is clear if it touches nothing until BEYOND the touch, and
+neither the body if that had gone straight on.
 """
 
 from __future__ import annotations
@@ -31,7 +34,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PUSHED, STARTED, DISTURBED, MISLED = "pushed", "started", "disturbed", "misled"
-OUTRUN, BOXED_IN, UNEXPLAINED = "outrun", "boxed in", "unexplained"
+OUTRUN, BOXED_IN, OVERTAXED, UNEXPLAINED = "outrun", "boxed in", "overtaxed", "unexplained"
 CAUSES = {
     PUSHED: "an earlier touch, whose cause is known, still moves one of the robots: it ended no longer ago "
     "than |v| / a, with the velocity that it left the robot with, and a tenth of a second, or the robot has "
@@ -42,10 +45,13 @@ CAUSES = {
     "distance since the alarm",
     OUTRUN: "the body moves by itself, and no flight is clear of it, both as it moved and going straight on",
     BOXED_IN: "no flight is clear of all bodies",
+    OVERTAXED: "the flight that follows the reference velocities is clear, and most of the time the motors "
+    "gave all they can",
 }
 """Causes in the order in which they are looked for, with their rules."""
 FORESIGHT = 1.0  # s
 SETTLING = 0.1  # s
+MOSTLY = 0.5  # share of the time in which motors give all they can
 DEAR = 20_000  # touches times bodies
 BEYOND = 0.5  # s
 FINEST = 50  # parts of a step between samples in which fast bodies are looked for
@@ -171,9 +177,11 @@ class _Scene:
                 return OUTRUN
         for body in self.place:
             clear &= self._clear(i, body, alarm, end, flights)
-        if clear.any():
-            return UNEXPLAINED
-        return STARTED if alarm == 0 else BOXED_IN
+        if not clear.any():
+            return STARTED if alarm == 0 else BOXED_IN
+        followed = self._followed(i, slice(alarm, row + 1), end, thrust)
+        safely = all(self._clear(i, body, alarm, end, followed).all() for body in self.place)
+        return OVERTAXED if safely and self._full(i, rows).mean() > MOSTLY else UNEXPLAINED
 
     def _alarm(self, i: int, b: int, row: int) -> tuple[int, int]:
         """Return the sample of the alarm, and until when flights are clear."""
@@ -189,6 +197,9 @@ class _Scene:
         alarm = min(first + int(quiet[-1]) + 1, row) if len(quiet) else first
         if self._moves(b):
             alarm = max(alarm, self._turned(i, b, first, row))
+        alarm = max(alarm, self._answered(i, first, row))
+        if self._moves(b) and alarm > 0:
+            alarm = self._foreseen(b, alarm, row, self._thrust(i, alarm, row))
         end = int(np.searchsorted(self.time, self.time[row] + BEYOND))
         return alarm, min(end, len(self.time) - 1)
 
@@ -209,6 +220,32 @@ class _Scene:
             if self._beyond(b, way)[1].min() - self.radius[i] > 0.5 * self._safe(i, b):
                 return min(first + k + 1, row)
         return first
+
+    def _foreseen(self, b: int, alarm: int, row: int, thrust: float) -> int:
+        """Return the first sample from which a body's straight way leads to where it was in the last."""
+        ahead = (self.time[row] - self.time[alarm : row + 1])[:, np.newaxis]
+        way = self.place[b][alarm : row + 1] + self._velocity(b, slice(alarm, row + 1)) * ahead
+        missed = np.linalg.norm(self.place[b][row] - way, axis=1)
+        return alarm + int(np.argmax(missed <= 0.25 * thrust * ahead[:, 0] ** 2))  # with half of them
+
+    def _answered(self, i: int, first: int, row: int) -> int:
+        """Return the first sample since when a robot has not accelerated against motors that give all."""
+        most = (1.0 - 1e-9) * float(self.trace["force_limit"].values[i])
+        for k in range(row, first, -1):
+            start = int(np.searchsorted(self.time, self.time[k] - SETTLING - 1e-9))
+            given = self._force(i, slice(start, k)).mean(axis=0)
+            if np.abs(given).max() >= most and (self.v[k, i] - self.v[start, i]) @ given < 0.0:
+                return k
+        return first
+
+    def _followed(self, i: int, rows: slice, end: int, thrust: float) -> Array:
+        """Where a robot is that turns its velocity into the reference ones, shape (1, time, axis)."""
+        wanted, way, v = self.trace["v_d"].values[rows, i], [self.q[rows.start, i]], self.v[rows.start, i]
+        for k, step in enumerate(np.diff(self.time[rows.start : end + 1])):
+            change = wanted[min(k, len(wanted) - 1)] - v
+            v = v + change * min(thrust * step / max(float(np.linalg.norm(change)), 1e-9), 1.0)
+            way.append(way[-1] + v * step)
+        return np.array([way])
 
     def _flights(self, i: int, alarm: int, end: int, wanted: Array, thrust: float) -> Array:
         """Where a robot is that turns its velocity into each of some others, shape (flight, time, axis)."""
@@ -257,13 +294,22 @@ class _Scene:
         rows, limit = slice(first, last + 1), float(self.trace["force_limit"].values[i])
         push = float(np.abs(self.trace["disturbance"].values[rows, i]).max())
         can = max(limit - push, 0.0) / float(self.trace["robot_mass"].values[i])
-        force = np.clip(self.trace["tau"].values[rows, i], -limit, limit)[:-1]
-        full = np.abs(force).max(axis=1, initial=0.0) >= limit
-        if not len(full) or full.mean() <= 0.5:
+        force, full = self._force(i, slice(first, last)), self._full(i, slice(first, last))
+        if not len(full) or full.mean() <= MOSTLY:
             return can
         got = np.diff(self.v[rows, i], axis=0) / np.diff(self.time[rows])[:, np.newaxis]
         along = (got * force).sum(axis=1) / np.linalg.norm(force, axis=1)
         return min(can, max(float(along[full].mean()), 0.0))
+
+    def _force(self, i: int, rows: slice) -> Array:
+        """Return what a robot's motors are asked for in some samples, as far as they can give it [N]."""
+        limit = float(self.trace["force_limit"].values[i])
+        return np.asarray(np.clip(self.trace["tau"].values[rows, i], -limit, limit))
+
+    def _full(self, i: int, rows: slice) -> NDArray[np.bool_]:
+        """Whether they give all they can."""
+        most = np.abs(self._force(i, rows)).max(axis=1, initial=0.0)
+        return np.asarray(most >= float(self.trace["force_limit"].values[i]))
 
     def _safe(self, i: int, b: int) -> float:
         """Distance that avoidance keeps between a robot and a body, surface to surface [m]."""

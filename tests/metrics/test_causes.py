@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from escort_mj.metrics.causes import CAUSES, causes_of
+from escort_mj.metrics.causes import CAUSES, _Scene, causes_of
 from escort_mj.mission import fly
 from escort_mj.scenario import parse_scenario
 
@@ -34,6 +34,19 @@ CART = "obstacles: [{name: cart, shape: box, size: [0.5, 0.9], motion: {position
 CORRIDOR = "walls: [{points: [[-6, 0], [1, 0]], corridor: 2}, {points: [[1, -1.5], [1, 1.5]]}]\n"
 ALONE = "robots: {positions: [[0, 0]]}\n" + STAYING.replace("GOALS", "[[0, 0]]")
 LEAPING = ALONE + CART.replace("0.9", "0.2").replace("-5 + SPEED*t", "-0.95 + 6*max(t - 1.5, 0)")
+STUBBORN = ALONE.replace("set_based", "nsb").replace("{behavior: avoid_obstacles, safe_distance: 0.3}, ", "")
+STUBBORN += CART.replace("SPEED", "0.9") + "duration: 6\n"
+VESSEL = """
+duration: 3
+robots:
+  kind: {kind: surface_vessel, heading: -2.7}
+  radius: 0.4
+  mass: 0.9
+  force_limit: 0.4
+  positions: [[0, 0]]
+obstacles: [{name: ball, radius: 0.5, motion: {position: ["4.3 - 2.3*t", -0.54]}}]
+sensing: {radius: {obstacles: 3}}
+""" + STAYING.replace("GOALS", "[[-2, -2.4]]").replace("max_speed: 1", "max_speed: 0.5")
 PAIR = "robots: {positions: [[0, 0], [0.9, 0]]}\n" + STAYING.replace("GOALS", "[[0, 0], [0.9, 0]]")
 
 
@@ -54,6 +67,7 @@ def causes(text: str) -> list[str]:
         (ALONE + CART.replace("SPEED", "4").replace("0.9", "2"), "outrun"),
         (LEAPING, "outrun"),
         (ALONE + CART.replace("SPEED", "0.9") + "duration: 7\n" + CORRIDOR, "boxed in"),
+        (VESSEL, "overtaxed"),
     ],
 )
 def test_rules_find_causes(text: str, first: str) -> None:
@@ -71,9 +85,7 @@ def test_who_is_pushed_into_another_is_pushed() -> None:
     "text",
     [
         AT_A_ROCK.replace("OUTER", "nsb").replace("BEHAVIORS", ""),
-        ALONE.replace("set_based", "nsb").replace("{behavior: avoid_obstacles, safe_distance: 0.3}, ", "")
-        + CART.replace("SPEED", "0.9")
-        + "duration: 6\n",
+        STUBBORN,
         AVOIDING.replace("0.3}", "0.3, gain: printed}").replace(
             "set_based", "{loop: set_based, braking: 500}"
         )
@@ -86,9 +98,63 @@ def test_defects_of_avoidance_stay_unexplained(text: str) -> None:
     assert causes(text)[0] == "unexplained"
 
 
+@pytest.fixture(scope="module")
+def hit() -> Any:
+    """A record of a robot that stays where a cart comes, though it could flee, and when they touch."""
+    flight = fly(parse_scenario(HEAD + STUBBORN))
+    assert flight.outcome.good
+    trace = flight.recording
+    return trace, causes_of(trace)[0].time
+
+
+def vectors(trace: Any, x: Any, y: Any = 0.0) -> tuple[tuple[str, str, str], np.ndarray]:
+    """A signal of the robot with the same components."""
+    shape = trace["v"].values.shape[:2]
+    both = [np.broadcast_to(np.reshape(one, (-1, 1)), shape) for one in (x, y)]
+    return ("time", "robot", "axis"), np.stack(both, axis=2)
+
+
+@pytest.mark.parametrize(
+    ("reference", "force", "cause"),
+    [(1.0, 100.0, "overtaxed"), (-1.0, 100.0, "unexplained"), (1.0, 5.0, "unexplained")],
+    ids=["it asks for all", "its reference leads into the cart", "it asks for little"],
+)
+def test_a_robot_whose_motors_give_all_on_a_clear_way_is_overtaxed(
+    hit: Any, reference: float, force: float, cause: str
+) -> None:
+    trace, touched = hit
+    gained = np.maximum(trace["time"].values - touched + 1.0, 0.0)  # 1 m/s^2
+    changed = {"v_d": vectors(trace, reference), "tau": vectors(trace, force), "v": vectors(trace, gained)}
+    assert causes_of(trace.assign(**changed))[0].cause == cause
+
+
+@pytest.mark.parametrize(("thrust", "foreseen"), [(9.0, True), (7.0, False)])
+def test_a_body_that_turns_faster_than_half_of_the_motors_is_not_foreseen(
+    hit: Any, thrust: float, foreseen: bool
+) -> None:
+    trace, touched = hit
+    time = trace["time"].values
+    left, row = touched - time, int(np.searchsorted(time, touched))
+    place = np.stack([-0.7 - 2.0 * left, 0.5 * 4.0 * left**2], axis=1)  # m, turns with 4 m/s^2
+    scene = _Scene(trace.assign(obstacle_position=(("time", "obstacle", "axis"), place[:, np.newaxis])))
+    found = scene._foreseen(trace["body"].values.tolist().index("cart"), row - 10, row, thrust)
+    assert found == (row - 10 if foreseen else row)
+
+
+def test_no_alarm_counts_while_a_robot_accelerates_against_its_motors(hit: Any) -> None:
+    trace, touched = hit
+    time = trace["time"].values
+    row = int(np.searchsorted(time, touched))
+    turned = row - 20
+    v = 0.5 * np.abs(time - time[turned])  # slows down, then follows
+    for force, found in ((100.0, row - 20), (5.0, row - 40), (-100.0, row)):
+        scene = _Scene(trace.assign(v=vectors(trace, v), tau=vectors(trace, force)))
+        assert abs(scene._answered(0, row - 40, row) - found) <= 3  # a window of 0.1 s, half of it
+
+
 def test_without_touches_there_is_nothing_to_explain() -> None:
     assert causes(AVOIDING) == []
 
 
 def test_every_cause_says_its_rule() -> None:
-    assert list(CAUSES) == ["pushed", "started", "disturbed", "misled", "outrun", "boxed in"]
+    assert list(CAUSES) == ["pushed", "started", "disturbed", "misled", "outrun", "boxed in", "overtaxed"]
