@@ -83,7 +83,8 @@ IMPORT := $(BIN)/python -W ignore -c
 	@touch $@
 
 .venv/.bytecode: .venv/.run
-	@$(IMPORT) 'import dm_control.mjcf, h5py, matplotlib.pyplot, mediapy, mujoco, numba, pandas, pydantic, rich, \
+	@$(IMPORT) 'import dm_control.mjcf' 2>/dev/null || true # not for Python 3.13 and later
+	@$(IMPORT) 'import h5py, matplotlib.pyplot, mediapy, mujoco, numba, pandas, pydantic, rich, \
 	    ruamel.yaml, scipy.optimize, scipy.spatial, scipy.stats, typer, xarray, escort_mj.api'
 	@touch $@
 
