@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from escort_mj.world.callback import callbacks
-from tests import synthetic
+from tests import cases, synthetic
 
 # Looking for garbage after every 700 new objects took a twelfth of the time.
 gc.set_threshold(100_000, 20, 20)
@@ -27,6 +27,12 @@ def pytest_make_collect_report(collector: pytest.Collector) -> Iterator[Any]:
     with collector.path.open() as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         return (yield)
+
+
+@pytest.hookimpl(tryfirst=True)  # before pytest leaves out what is slow
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of crossed cases, a few are fast."""
+    cases.mark_slow(items)
 
 
 @pytest.fixture(scope="session")

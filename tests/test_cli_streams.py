@@ -8,6 +8,7 @@ import pytest
 
 from escort_mj.cli.streams import lasting_streams, printable_json
 
+SLOW = pytest.mark.slow
 COMMAND = (sys.executable, "-m", "escort_mj")
 
 
@@ -22,9 +23,11 @@ def shell(line: str, folder, *arguments: str) -> int:
     ("line", "arguments", "code"),
     [
         ('"$@" | true; exit ${PIPESTATUS[0]}', ("schema",), 0),
-        ('"$@" 2>&1 >/dev/null | true; exit ${PIPESTATUS[0]}', ("check", "nosuch.yaml"), 2),
+        pytest.param(
+            '"$@" 2>&1 >/dev/null | true; exit ${PIPESTATUS[0]}', ("check", "nosuch.yaml"), 2, marks=SLOW
+        ),
         ('"$@" 2>&-', ("run", "nosuch.yaml"), 2),
-        ('"$@" 2>&-', ("check", "good.yaml"), 0),
+        pytest.param('"$@" 2>&-', ("check", "good.yaml"), 0, marks=SLOW),
         ('"$@" <&- >&- 2>&-', ("show", "."), 2),
     ],
     ids=["no_reader", "no_reader_of_errors", "closed_errors", "closed_errors_of_a_good_one", "all_closed"],

@@ -19,7 +19,7 @@ SCENARIOS = sorted(
 WELL = [path for path in SCENARIOS if path.parent.name != "faults"]  # those: tests/test_faults.py
 MAY_BE_INFINITE = ("lidar_range", "clearance", "target_clearance", "body_thickness")
 # Nothing but the beginning, and nothing demanded of it.
-SHORT = {"duration": 1, "expect": [], "robots.failures": []}
+SHORT = {"duration": 0.2, "expect": [], "robots.failures": []}
 
 
 def test_there_are_scenarios() -> None:
@@ -43,7 +43,7 @@ def test_runs_and_repeats(path: Path, compiled: None) -> None:
     first, second = fly(scenario), fly(scenario)
     assert first.outcome is Outcome.COMPLETED, first.message
     assert first.passed
-    assert first.trace.sizes["time"] == scenario.recording.rate + 1
+    assert first.trace.sizes["time"] == round(0.2 * scenario.recording.rate) + 1
     for name, variable in first.trace.variables.items():
         if variable.dtype.kind == "f":
             nothing_near = np.isposinf(variable.values) if name in MAY_BE_INFINITE else False
@@ -52,9 +52,3 @@ def test_runs_and_repeats(path: Path, compiled: None) -> None:
             assert variable.values.tobytes() == second.trace[name].values.tobytes(), name
     touched = first.trace["body_group"].values[first.trace["episode_second"].values.astype(int)]
     assert set(touched) <= {"floor"}, "nothing touches, but for what rolls"
-
-
-def test_main_holds_for_any_start(compiled: None) -> None:
-    main = load_file(FOLDER / "main.yaml")
-    runs = [fly(main.replace(seed=seed)) for seed in range(1, 11)]
-    assert [run.passed for run in runs] == [True] * 10

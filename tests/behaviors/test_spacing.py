@@ -27,6 +27,7 @@ SEEN = Sight((True,) * 6, noise=(0.05, 0.1, -1.0, -1.0))
 NEAREST = Radio(np.full((6, 3), -1), every=2, delay=(0, 3), fail=0.3, recover=0.5, timeout=0.02)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("stack", STACKS, ids=lambda stack: "-".join(each.behavior for each in stack))
 @pytest.mark.parametrize("knows", ["all", "sight", "messages"])
 @pytest.mark.parametrize("axes", [2, 3])

@@ -33,16 +33,14 @@ def test_the_format_follows_from_the_file_or_names_it(tmp_path):
 
 
 def test_figures_for_a_paper(make_run, monkeypatch, capfd):
-    monkeypatch.setattr(
-        figures, "PLOTS", [plot for plot in figures.PLOTS if plot.name in ("panels", "forces")]
-    )
+    monkeypatch.setattr(figures, "PLOTS", [plot for plot in figures.PLOTS if plot.name == "panels"])
     folder = make_run(samples=20)
     look = ("--width", "8.8cm", "--font-size", "7", "--font", "serif", "--no-title")
     options = ("--no-video", "--figure-format", "pdf", "--figure-format", "svg", *look)
     code, out, _ = call(monkeypatch, capfd, "render", str(folder), *options, "--json")
     assert code == 0
     names = {name.rsplit("/", 1)[1] for name in json.loads(out)["written"]}
-    assert names == {"panels.pdf", "panels.svg", "forces.pdf", "forces.svg"}
+    assert names == {"panels.pdf", "panels.svg"}
     assert (folder / "figures" / "panels.pdf").read_bytes().startswith(b"%PDF")
     words = (folder / "figures" / "panels.svg").read_text()
     assert 'width="249.4' in words  # points

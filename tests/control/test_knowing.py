@@ -54,6 +54,7 @@ def informed(axes: int, seed: int, **changes: object) -> tuple[Setup, np.ndarray
 MAKES = [*(kind() for kind in ESTIMATORS), Kalman(model="acceleration", noise=2.0)]
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("sight", "axes"), [("everybody", 2), ("some, badly", 3)])
 @pytest.mark.parametrize("radio", RADIOS)
 @pytest.mark.parametrize("estimator", MAKES, ids=str)
@@ -69,6 +70,7 @@ def test_every_estimator_and_radio(estimator, radio: str, sight: str, axes: int)
     compare(setup, q, v, steps=12)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(("sight", "axes"), [("ranges", 2), ("bearings", 3), ("ranges", 3), ("bearings", 2)])
 @pytest.mark.parametrize("estimator", [CovarianceIntersection(), Kalman(model="acceleration")], ids=str)
 def test_ranges_and_bearings(estimator, sight: str, axes: int) -> None:
@@ -85,6 +87,7 @@ def test_without_a_radio() -> None:
     compare(setup, q, v, steps=6)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize("radio", RADIOS)
 def test_bids_for_vertices(radio: str, axes: int) -> None:
@@ -99,6 +102,7 @@ HEARD = AvoidObstacles(safe_distance=1.0, teammate_distance=3.0, teammates="hear
 BOUNDED = {"max_speed": 1.5, "force_limit": np.array([10.0, 50.0, 200.0, np.inf, 20.0, 1.0])}
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("radio", ["late and lossy", "three nearest"])
 @pytest.mark.parametrize(
     ("outer", "measure", "axes"),

@@ -34,6 +34,7 @@ def mission(axes: int, behavior: dict[str, object], outer: str, count: int = 5) 
     )  # fmt: skip
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("outer", ["nsb", "set_based"])
 @pytest.mark.parametrize(
     "behavior",

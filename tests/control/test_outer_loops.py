@@ -200,15 +200,12 @@ def test_conditions_beyond_the_speed_limit_are_broken_least(axes: int) -> None:
     assert seen > 100
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
-    ("measure", "axes", "rules"),
-    [
-        ("center", 2, Rules(2.0, UNLIMITED, 0.0, 0.0, 0.0, 0.0)),
-        ("surface", 3, Rules(2.0, UNLIMITED, 0.0, 0.0, 0.0, 0.0)),
-        ("center", 3, Rules(4.0, 3.0, 0.0, 1.0, 0.0, 0.0)),
-        ("surface", 2, Rules(4.0, 3.0, 0.0, 1.0, 0.0, 0.0)),
-    ],
+    "rules", [Rules(2.0, UNLIMITED, 0.0, 0.0, 0.0, 0.0), Rules(4.0, 3.0, 0.0, 1.0, 0.0, 0.0)]
 )
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("measure", ["center", "surface"])
 def test_no_distance_falls_below_the_safe_one(measure: str, axes: int, rules: Rules) -> None:
     """Robots swap places through the middle, where an obstacle stands; one of them has stopped for good."""
     rng = np.random.default_rng(3)

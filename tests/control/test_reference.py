@@ -97,6 +97,7 @@ def test_robots_reach_the_pentagon() -> None:
     np.testing.assert_allclose(edges(setup.arrangement, q), 5.878, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_robots_reach_the_octahedron() -> None:
     setup = mission(PAPER_3D, (0.0, 0.0, 0.0))
     q, c = fly(setup, PAPER_3D, 40.0)

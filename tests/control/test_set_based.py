@@ -6,9 +6,10 @@ from escort_mj.api import load_scenario, run, run_many
 from escort_mj.scenario import Scenario
 
 
-def test_main_holds_for_ten_seeds(compiled):
+@pytest.mark.parametrize("count", [2, pytest.param(10, marks=pytest.mark.slow)])
+def test_main_holds_for_any_start(compiled, count):
     main = load_scenario("main")
-    for flown in run_many([main.replace(seed=seed) for seed in range(1, 11)]):
+    for flown in run_many([main.replace(seed=seed) for seed in range(1, 1 + count)]):
         assert all(verdict.passed for verdict in flown.verdicts), flown
         assert flown.metrics["contacts"]["value"] == 0.0
 

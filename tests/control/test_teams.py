@@ -48,6 +48,7 @@ def mission(axes: int, behaviors: list[object], failures: object = (), sensing: 
     )  # fmt: skip
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("failures", [[], [{"robot": 4, "at": 1.0}, {"robot": 9, "at": 5.0}]])
 @pytest.mark.parametrize(("axes", "spread"), [
     (2, "vertices"), (2, "repulsion"), (2, "spacing"), (2, "orbit"), (2, "connect"), (3, "vertices"),

@@ -29,6 +29,7 @@ from tests.control.twins import (
 )
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     ("outer", "max_speed", "axes"),
     [
@@ -55,6 +56,7 @@ def test_every_outer_loop(outer, stack, max_speed: float, axes: int) -> None:
         compare(replace(setup, failures=failures, reforming=reforming(6, axes, 1)), q, v, tolerance=1e-8)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     ("feedforward", "max_speed", "axes"),
     [(True, math.inf, 2), (True, 1.5, 3), (False, 1.5, 2), (False, math.inf, 3)],
@@ -69,6 +71,7 @@ def test_every_stack(stack, feedforward: bool, max_speed: float, axes: int) -> N
         assert active.any() and not active.all()
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     ("smoothing", "anti_windup", "axes"),
     [
@@ -128,7 +131,9 @@ def test_every_noise(position: float, velocity: float, axes: int) -> None:
     compare(setup, q, v)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize(
+    "seed", [*range(12), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12, 40))]
+)
 def test_random_missions(seed: int) -> None:
     rng = np.random.default_rng([99, seed])
     axes = int(rng.integers(2, 4))
@@ -184,6 +189,7 @@ def crowded(axes: int, seed: int, count: int) -> tuple[Setup, np.ndarray, np.nda
 MANY = [stack for stack in STACKS if CHORDS not in stack]  # which has no formation in so many axes
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("axes", [4, pytest.param(5, marks=pytest.mark.slow), 9])
 @pytest.mark.parametrize("stack", MANY, ids=lambda stack: "-".join(b.behavior for b in stack))
 def test_more_than_three_axes(stack, axes: int) -> None:
@@ -197,6 +203,7 @@ def test_more_than_three_axes(stack, axes: int) -> None:
     compare(replace(setup, failures=failures, reforming=reforming(7, axes, 2)), q, v, steps=6)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("axes", [4, 9])
 @pytest.mark.parametrize("law", LAWS)
 def test_every_law_in_more_than_three_axes(law, axes: int) -> None:
@@ -263,7 +270,7 @@ def test_teammates_that_do_not_count_may_overlap() -> None:
     assert not compare(setup, q, v).any()
 
 
-@pytest.mark.parametrize("steps", [400, pytest.param(5000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("steps", [200, pytest.param(5000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("axes", [2, 3])
 def test_a_long_run_stays_together(axes: int, steps: int) -> None:
     """Each controller drives robots of its own, of unit mass, past obstacles."""
@@ -286,12 +293,12 @@ def test_a_long_run_stays_together(axes: int, steps: int) -> None:
     np.testing.assert_allclose(states["kernel"], states["twin"], rtol=0.0, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("noise", "measure", "axes"),
-    [(0.0, "center", 2), (0.0, "surface", 3), (0.05, "surface", 2), (0.05, "center", 3)],
-)
+@pytest.mark.crossed
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+@pytest.mark.parametrize("measure", ["center", "surface"])
+@pytest.mark.parametrize("axes", [2, 3])
 def test_a_crowd_that_keeps_lists_of_neighbors(noise: float, measure: str, axes: int) -> None:
-    """Lists of true and of measured positions, made anew where robots jump; every pair of the three."""
+    """Lists of true and of measured positions, made anew where robots jump."""
     setup, q, v = mission(axes, seed=7, count=LISTED + 12)
     setup = with_avoidance(setup, measure=measure, teammate_distance=1.0)
     setup = replace(setup, sensing=Sensors(Channel(noise), Channel(noise)))

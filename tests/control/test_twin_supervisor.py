@@ -39,6 +39,7 @@ PHASES = (
 )  # fmt: skip
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize("trigger", [None, Trigger(distance=0.2, share=0.05, dwell=0.004, longest=0.01)])
 def test_every_phase_and_the_trigger(trigger: Trigger | None, axes: int) -> None:

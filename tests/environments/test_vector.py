@@ -57,6 +57,7 @@ def same(ours: Any, theirs: Any) -> bool:
     return bool(data_equivalence(ours, theirs, exact=True))
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("mode", AutoresetMode)
 @pytest.mark.parametrize("name", ["main", "paper/case1_3d"])
 def test_every_mission_has_the_bits_of_a_single_one(name: str, mode: AutoresetMode) -> None:

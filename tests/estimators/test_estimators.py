@@ -103,6 +103,7 @@ def bound(measure: str, variance: float, states: Array) -> Array:
     return np.array(found)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("radius", [0.0, 0.1])
 @pytest.mark.parametrize("measure", NOISE)
 def test_kalman_is_near_the_bound_and_consistent(measure: str, radius: float) -> None:

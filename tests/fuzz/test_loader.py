@@ -66,11 +66,11 @@ def tried(first: int, count: int) -> list[str]:
 
 
 def test_some_broken_scenarios() -> None:
-    assert not tried(0, 200)
+    assert not tried(0, 60)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("block", range(20))
 def test_ten_thousand_broken_scenarios(block: int) -> None:
-    assert not tried(1000 + 500 * block, 500)
+    assert not tried(500 * block, 500)

@@ -32,13 +32,13 @@ def flown(first: int, count: int) -> list[str]:
 
 
 def test_some_drawn_missions() -> None:
-    assert len(flown(0, 40)) > 15
+    assert len(flown(0, 20)) > 7
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("block", range(10))
 def test_a_thousand_drawn_missions(block: int) -> None:
-    outcomes = flown(1000 + 100 * block, 100)
+    outcomes = flown(100 * block, 100)
     assert len(outcomes) > 40
     assert len(set(outcomes)) > 1  # some of what is drawn cannot go well

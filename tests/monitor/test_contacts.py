@@ -64,6 +64,7 @@ PUSHED = {  # a box that comes along, and a target with mass of its own
 }
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     ("keys", "steps", "least"),
     [

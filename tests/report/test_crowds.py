@@ -17,11 +17,17 @@ COUNT = palette.MOST_LINES + 20
 GEOM = mujoco.mjtGeom
 
 
-@pytest.mark.parametrize("axes", [2, pytest.param(3, marks=pytest.mark.slow)])
-def test_a_crowd_gets_its_figures_of_few_artists(make_run, monkeypatch, axes) -> None:
+@pytest.mark.slow
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_crowd_gets_its_figures(make_run, monkeypatch, axes) -> None:
     monkeypatch.setattr(style, "DPI", 60)
     folder = make_run(count=COUNT, axes=axes, samples=20)
     assert {path.stem for path in draw_figures(folder)} >= {"panels", "paths", "clearances", "forces"}
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_crowd_is_drawn_of_few_artists(make_run, axes) -> None:
+    folder = make_run(count=COUNT, axes=axes, samples=20)
     trace = read_run(folder).trace
     canvas = Figure()
     timelines.panels(canvas, trace)

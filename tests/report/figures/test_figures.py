@@ -37,7 +37,9 @@ def has_color(image, color, tolerance=2):
     [
         ({}, {"clearances", "obstacle_distances"}),
         pytest.param({"count": 6, "axes": 3}, {"clearances", "obstacle_distances"}, marks=pytest.mark.slow),
-        ({"samples": 1, "count": 1, "obstacles": 0, "truth": "lyapunov"}, {"truth"}),
+        pytest.param(
+            {"samples": 1, "count": 1, "obstacles": 0, "truth": "lyapunov"}, {"truth"}, marks=pytest.mark.slow
+        ),
     ],
     ids=["planar", "space", "truth_once"],
 )

@@ -109,6 +109,7 @@ def test_figures_of_runs_that_all_broke(tmp_path: Path) -> None:
     assert all(one.path.with_suffix(".png").is_file() for one in drawn)
 
 
+@pytest.mark.slow
 def test_another_factor_may_be_told_apart(tmp_path: Path) -> None:
     drawn = draw_study(results(tmp_path), tmp_path, compare="robots.mass", formats=("png",))
     assert {"curves_robots.force_limit", "tradeoff"} < {one.path.stem for one in drawn}

@@ -201,6 +201,7 @@ def test_a_video_that_is_given_up_goes(tmp_path):
 
 
 @needs_gl
+@pytest.mark.slow
 def test_a_window_is_filmed_without_the_end(make_run, tmp_path):
     folder = make_run()
     window = SMALL.model_copy(update={"start": 1.0, "end": 3.0})

@@ -79,27 +79,28 @@ clutter:
 """
 
 
+@pytest.mark.crossed
+@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("axes", [2, 3])
-def test_clutter_leaves_its_passage(axes: int):
+def test_clutter_leaves_its_passage(axes: int, seed: int):
     more = {
         "zeros": ", 0" * (axes - 1),
         "zero": ", 0" * (axes - 2),
         "low": ", -5" * (axes - 2),
         "high": ", 5" * (axes - 2),
     }
-    for seed in range(3):
-        scenario = parse_scenario(CLUTTER.format(axes=axes, seed=seed, **more))
-        every = obstacles_of(scenario)
-        clutter = [body for body in every if body.name.startswith("clutter")]
-        assert len(clutter) == 20 and len({body.shape for body in clutter}) == 5
-        path = np.pad(np.linspace(0, 30, 2000)[:, None], ((0, 0), (0, axes - 1)))
-        assert least_gaps(clutter, path).min() >= 0.3 + 1.5
-        assert least_gaps(clutter, np.array([scenario.robots.positions[0]])).min() >= 0.2 + 1.5
-        for body in clutter:  # what is drawn lies in its ball, and balls keep apart
-            surface = body.position + outline(body.solid, axes)
-            assert np.linalg.norm(surface - body.position, axis=1).max() <= body.bounding_radius * (1 + 1e-9)
-            others = [other for other in every if other.name != body.name]
-            assert least_gaps(others, surface).min() >= 1.5 - 1e-9
+    scenario = parse_scenario(CLUTTER.format(axes=axes, seed=seed, **more))
+    every = obstacles_of(scenario)
+    clutter = [body for body in every if body.name.startswith("clutter")]
+    assert len(clutter) == 20 and len({body.shape for body in clutter}) == 5
+    path = np.pad(np.linspace(0, 30, 2000)[:, None], ((0, 0), (0, axes - 1)))
+    assert least_gaps(clutter, path).min() >= 0.3 + 1.5
+    assert least_gaps(clutter, np.array([scenario.robots.positions[0]])).min() >= 0.2 + 1.5
+    for body in clutter:  # what is drawn lies in its ball, and balls keep apart
+        surface = body.position + outline(body.solid, axes)
+        assert np.linalg.norm(surface - body.position, axis=1).max() <= body.bounding_radius * (1 + 1e-9)
+        others = [other for other in every if other.name != body.name]
+        assert least_gaps(others, surface).min() >= 1.5 - 1e-9
 
 
 def test_clutter_is_the_same_everywhere():

@@ -194,11 +194,12 @@ def whole(compiled: None, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return (folder / "out" / "runs.csv").read_bytes()
 
 
-def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole: bytes) -> None:
+@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_killed_and_begun_again_nothing_is_lost_or_doubled(tmp_path: Path, whole: bytes, times: int) -> None:
     design(tmp_path, MANY)
     out = tmp_path / "out"
     chance, kills, reached = random.Random(4), 0, 0
-    while reached < 32 and kills < 2:
+    while reached < 32 and kills < times:
         process = begin(tmp_path, out, 1 + kills % 2)
         goal = min(reached + chance.randint(1, 9), 31)
         deadline = time.monotonic() + 120.0

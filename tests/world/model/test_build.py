@@ -247,6 +247,7 @@ LARGE = {  # bodies that are large beside the mission
 }
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize(
     "keys", [PLANAR, SPATIAL, ROLLING, LARGE], ids=["planar", "spatial", "rolling", "large"]
 )
