@@ -13,6 +13,7 @@ name of a dimension or a product of such, as in "n*p". What a run records has a 
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -102,7 +103,7 @@ def declared(kind: type) -> dict[str, Declared]:
 @cache
 def _own(owner: type) -> Mapping[str, Declared]:
     """Return the fields that a class itself annotates."""
-    names = owner.__dict__.get("__annotations__", ())
+    names = inspect.get_annotations(owner)
     hints = get_type_hints(owner, include_extras=True) if names else {}
     return MappingProxyType({name: _declared(hints[name]) for name in names})
 
