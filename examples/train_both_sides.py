@@ -5,8 +5,8 @@ linear: it answers the sum of the vectors that it observes, each stretched and t
 speed. Both begin with what a person would write: the intruder runs to the target, the defender to the
 intruder.
 
-It writes the curve, and intruder.npz: the trained intruder for `policy: learned`. This takes a few minutes of
-one core. Run: python examples/train_both_sides.py
+It writes the curve, who wins against whom, and intruder.npz: the trained intruder for `policy: learned`.
+It trains for about ten minutes of one core. Run: python examples/train_both_sides.py
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import argparse
 import json
 import time
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from escort_mj import load_scenario
 from escort_mj.environments.simulation import Side, Simulation
 from escort_mj.policies.learned import within_speed
 from escort_mj.record.outcome import Outcome
+from escort_mj.study.sweeps.statistics import proportion_of
 
 Array = NDArray[np.float64]
 MISSION = {
@@ -34,8 +36,16 @@ MISSION = {
     "opponents[0].distance": 10,
     "opponents[0].policy": {"policy": "straight", "speed": 0.7},
 }
-POPULATION, ELITES, MISSIONS, TRIALS = 16, 4, 6, 24
-TESTS = 40  # missions that were not used before
+GUARD = {"behavior": "guard", "gain": 10}
+INTERCEPT = {"behavior": "intercept", "quarry": "opponents", "within": 0.1}
+LAWS: dict[str, list[object]] = {  # behaviors of a defender that is not trained
+    "surface, guard": ["surface", GUARD],
+    "guard": [GUARD],
+    "guard, alert 8": [GUARD | {"alert": 8}, "surface"],
+    "intercept": [INTERCEPT],
+    "intercept, alert 8": [INTERCEPT | {"alert": 8}, "surface"],
+}
+GENERATIONS, POPULATION, ELITES, MISSIONS, TRIALS = 60, 16, 4, 6, 48
 ROBOT, OPPONENT = 6, 11  # vectors that each observes
 CHASE, RUN = {4: 3.0}, {0: 3.0}  # to the intruder that comes; to the target
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -46,16 +56,32 @@ def matrix(weights: Array) -> Array:
     return np.hstack([stretch * np.eye(2) + turn * TURN for stretch, turn in weights.reshape(-1, 2)])
 
 
-def play(simulation: Simulation, robot: Array, opponent: Array, seed: int) -> tuple[float, bool]:
-    """Return the intruder's reward, and whether it reached the perimeter; `robot` is not used by the law."""
+class Played(NamedTuple):
+    """One mission: the intruder's reward, whether it got in, and where both were, shape (k, 2, 2)."""
+
+    earned: float
+    won: bool
+    path: Array
+
+
+def prepare(law: str | None) -> Simulation:
+    """Return the mission with a defender that is commanded, or has behaviors."""
+    side: Side = "both" if law is None else "opponents"
+    behaviors = {} if law is None else {"mission.behaviors": LAWS[law]}
+    return Simulation(load_scenario("pursuit/perimeter", MISSION | behaviors), side=side)
+
+
+def play(simulation: Simulation, robot: Array, opponent: Array, seed: int) -> Played:
+    """Play one mission; a defender with behaviors does not use `robot`."""
     chase, run, earned = matrix(robot), matrix(opponent), 0.0
     simulation.reset(seed)
-    rivals = simulation.rivals
+    rivals, state, path = simulation.rivals, simulation.plant.state, []
     assert rivals is not None
     while simulation.outcome is Outcome.RUNNING and not rivals.over.any():
+        path.append([state.q[0].copy(), state.mover_position[-1].copy()])
         simulation.step(within_speed(simulation.observe() @ chase.T), rivals.observed @ run.T)
         earned += float(rivals.rewards[0])
-    return earned, bool(rivals.over.any() and rivals.rewards[0] > 0.0)
+    return Played(earned, bool(rivals.over.any() and rivals.rewards[0] > 0.0), np.array(path))
 
 
 class Trainee:
@@ -72,44 +98,68 @@ class Trainee:
         self.mean, self.spread = best.mean(axis=0), 0.7 * self.spread + 0.3 * best.std(axis=0)
 
 
-def main() -> None:
+def train(
+    simulation: Simulation, both: list[Trainee], sides: list[Trainee], dice: np.random.Generator
+) -> None:
+    """Improve each of the sides, one after the other, against what the other one does now."""
+    for side in sides:
+        tried = side.mean + side.spread * dice.normal(size=(POPULATION, len(side.mean)))
+        tried[0] = side.mean
+        seeds = dice.integers(2**31, size=MISSIONS)
+        earned = []
+        for each in tried:
+            robot, opponent = (each if one is side else one.mean for one in both)
+            tries = [play(simulation, robot, opponent, int(seed)).earned for seed in seeds]
+            earned.append(float(np.mean(tries)))
+        side.improve(earned, tried)
+
+
+def share(simulation: Simulation, robot: Array, opponent: Array, tests: int) -> str:
+    """Return how often the intruder gets in, in missions that were not used before, with its interval."""
+    found = proportion_of([play(simulation, robot, opponent, 2000 + k).won for k in range(tests)], "wilson")
+    low, high = (100 * bound for bound in found.interval)
+    return f"{100 * found.share:.0f} ({low:.0f} to {high:.0f})"
+
+
+def main(arguments: list[str] | None = None) -> None:
     """Train, and say how often the intruder gets in."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--generations", type=int, default=16, help="of each side")
+    parser.add_argument("--generations", type=int, default=GENERATIONS, help="of each side")
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--law", action="store_true", help="the defender guards by the scenario's law")
+    parser.add_argument("--law", choices=LAWS, help="behaviors of the defender, which is then not trained")
+    parser.add_argument("--tests", type=int, default=300, help="missions of each pair at the end")
     parser.add_argument("--folder", type=Path, default=Path("renders/both_sides"))
-    asked = parser.parse_args()
-    dice, began = np.random.default_rng(asked.seed), time.process_time()
-    side_of: Side = "opponents" if asked.law else "both"
-    simulation = Simulation(load_scenario("pursuit/perimeter", MISSION), side=side_of)
+    asked = parser.parse_args(arguments)
+    dice, simulation = np.random.default_rng(asked.seed), prepare(asked.law)
     robots, opponents = Trainee(ROBOT, CHASE, -1.0), Trainee(OPPONENT, RUN, 1.0)
-    curve = []
+    first, curve, spent = (robots.mean, opponents.mean), [], 0.0
     for generation in range(asked.generations + 1):
-        won = [play(simulation, robots.mean, opponents.mean, 1000 + k)[1] for k in range(TRIALS)]
-        curve.append({"won": float(np.mean(won)), "spent": time.process_time() - began})
-        share, spent = 100 * curve[-1]["won"], curve[-1]["spent"]
-        print(f"{generation:3d}: {share:3.0f} % get in after {spent:.0f} s", flush=True)
-        if generation == asked.generations:
-            break
-        for side in [opponents, *[robots] * (not asked.law)]:
-            tried = side.mean + side.spread * dice.normal(size=(POPULATION, len(side.mean)))
-            tried[0] = side.mean
-            seeds = dice.integers(2**31, size=MISSIONS)
-            earned = []
-            for each in tried:
-                robot, opponent = (each, opponents.mean) if side is robots else (robots.mean, each)
-                tries = [play(simulation, robot, opponent, int(seed))[0] for seed in seeds]
-                earned.append(float(np.mean(tries)))
-            side.improve(earned, tried)
-    first = Trainee(ROBOT, CHASE, -1.0).mean, Trainee(OPPONENT, RUN, 1.0).mean
-    for robot, defender in zip((first[0], robots.mean), ("first", "trained"), strict=True):
-        for opponent, intruder in zip((first[1], opponents.mean), ("first", "trained"), strict=True):
-            won = [play(simulation, robot, opponent, 2000 + k)[1] for k in range(TESTS)]
-            print(f"{defender} defender, {intruder} intruder: {100 * np.mean(won):.0f} % get in")
+        if generation:
+            began = time.process_time()
+            train(simulation, [robots, opponents], [opponents, *[robots] * (not asked.law)], dice)
+            spent += time.process_time() - began
+        won = [play(simulation, robots.mean, opponents.mean, 1000 + k).won for k in range(TRIALS)]
+        curve.append({"won": float(np.mean(won)), "spent": spent})
+        print(f"{generation:3d}: {100 * curve[-1]['won']:3.0f} % get in after {spent:.0f} s", flush=True)
+    intruders = {"first": first[1], "trained": opponents.mean}
+    defenders: dict[str, tuple[Simulation, Array]] = {}
+    if not asked.law:
+        defenders = {"first": (simulation, first[0]), "trained": (simulation, robots.mean)}
+    defenders |= {law: (prepare(law), first[0]) for law in LAWS}
+    table = {
+        name: {which: share(place, robot, intruder, asked.tests) for which, intruder in intruders.items()}
+        for name, (place, robot) in defenders.items()
+    }
+    for name, row in table.items():
+        print(f"{name}: " + "; ".join(f"{which} intruder {won} %" for which, won in row.items()), flush=True)
     asked.folder.mkdir(parents=True, exist_ok=True)
     np.savez(asked.folder / "intruder.npz", weights_1=matrix(opponents.mean), bias_1=np.zeros(2))
-    found = {"curve": curve, "robots": robots.mean.tolist(), "opponents": opponents.mean.tolist()}
+    found = {
+        "curve": curve,
+        "table": table,
+        "robots": robots.mean.tolist(),
+        "opponents": opponents.mean.tolist(),
+    }
     (asked.folder / "curve.json").write_text(json.dumps(found, indent=1))
     draw([each["won"] for each in curve], asked.folder / "curve.png")
     print(f"wrote {asked.folder}")

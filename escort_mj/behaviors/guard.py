@@ -11,6 +11,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task
 from escort_mj.behaviors.wish import Wish, square_of
 from escort_mj.components.parameters import UNLIMITED
+from escort_mj.components.teams import radius_rows
 from escort_mj.knowledge.belief import target_rows, target_velocity_rows
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import inlined
@@ -47,7 +48,7 @@ class Guard(Behavior):
 
     behavior: Literal["guard"] = "guard"
     distance: PositiveFloat | None = None
-    """Distance from the target at which robots stand [m]; null: `mission.radius`."""
+    """Distance from the target at which robots stand [m]; null: `mission.radius`, or that of their team."""
     alert: PositiveFloat | None = None
     """Distance of an opponent from the target within which robots guard against it [m]; null: any."""
     gain: PositiveFloat = 2.0
@@ -65,11 +66,7 @@ class Guard(Behavior):
 
     def packed(self, setup: Setup | None = None) -> dict[str, float]:
         """Return its parameters as numbers."""
-        return {"distance": self._place(setup), "alert": self.alert or UNLIMITED, "gain": self.gain}
-
-    def _place(self, setup: Setup | None) -> float:
-        """Return the distance from the target at which robots stand [m]."""
-        return self.distance or (1.0 if setup is None else setup.radius)
+        return {"distance": self.distance or 0.0, "alert": self.alert or UNLIMITED, "gain": self.gain}
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task sigma = q of the robots that guard, which takes all directions."""
@@ -91,7 +88,7 @@ class Guard(Behavior):
         assert now.threats is not None
         y, w = now.threats.position - now.c, now.threats.velocity - now.c_dot
         far = np.maximum(np.linalg.norm(y, axis=1, keepdims=True), NEAR)
-        u, distance = y / far, self._place(now.setup)
+        u, distance = y / far, self.distance or now.radius[:, None]
         aside = w - u * np.sum(u * w, axis=1, keepdims=True)
         return now.c + distance * u - now.q, now.c_dot + distance / far * aside
 
@@ -112,6 +109,8 @@ class Guard(Behavior):
             along = along + row_of(y, k) * row_of(w, k)
         far = greatest(root(square_of(y, 0, p)), NEAR)
         scale, left = self.distance / far, everywhere(0.0)
+        if self.distance == 0.0:
+            scale = radius_rows(i, plan, state) / far
         for k in range(p):
             way = row_of(center, k) + scale * row_of(y, k) - row_of(here, k)
             aside = row_of(w, k) - row_of(y, k) * along / (far * far)

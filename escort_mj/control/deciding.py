@@ -10,9 +10,9 @@ from escort_mj.components.dispatch import one_of
 from escort_mj.components.movers import COMMANDED, NO_POLICY
 from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.nsb import block_at
-from escort_mj.control.opponents import COMES, turn_back
+from escort_mj.control.opponents import COMES, aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined, reachable, view_addresses
+from escort_mj.native.kernels import inlined, reachable, stack_memory, vector_at, view_addresses
 from escort_mj.native.on_demand import on_demand
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.learned import packed_networks
@@ -58,6 +58,10 @@ def decide(plan: Plan, state: State) -> None:
         plan: Says which body has which policy.
         state: Gives what policies see; `mover_wish`, `mover_memory` and `mover_acts` are written.
     """
+    p, teams = state.q.shape[1], plan.team_radius.shape[0] > 0
+    kept = vector_at(stack_memory(), 2 * p)
+    for k in range(p):
+        kept[k], kept[p + k] = state.target_position[k], state.target_velocity[k]
     for b in range(plan.mover_policy.shape[0]):
         opponent = int(plan.mover_opponent[b])
         if opponent >= 0 and state.opponent_status[opponent] != COMES:
@@ -66,7 +70,11 @@ def decide(plan: Plan, state: State) -> None:
         elif plan.mover_policy[b] == COMMANDED:
             state.mover_acts[b] = ACTS
         elif plan.mover_policy[b] != NO_POLICY:
+            if teams:
+                aim(b, plan, state)
             state.mover_acts[b] = _ask(int(plan.mover_policy[b]), b, plan, state)
+    for k in range(p):
+        state.target_position[k], state.target_velocity[k] = kept[k], kept[p + k]
 
 
 def _kernel_of(policy: type[Policy]) -> Callable[..., Any]:

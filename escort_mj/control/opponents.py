@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import inlined
+from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.control.teams import Teams
     from escort_mj.memory.layout import Plan, State
 
 WAITS, COMES, INTERCEPTED, REACHED = 0.0, 1.0, 2.0, 3.0
@@ -78,8 +79,31 @@ def judge_opponents(plan: Plan, state: State) -> None:
                 state.opponent_status[o], state.interceptor[o] = INTERCEPTED, i + 1.0
                 break
         gap = _distance(state.target_position, here) - plan.target_size - size
+        if plan.team_radius.shape[0] > 0:
+            nearest = int(plan.target_obstacle[nearest_target(here, plan, state)])
+            gap = _distance(state.obstacle_position[nearest], here) - plan.obstacle_radius[nearest] - size
         if state.opponent_status[o] == COMES and gap <= plan.opponent_reach[o]:
             state.opponent_status[o] = REACHED
+
+
+@inlined
+def nearest_target(here: Array, plan: Plan, state: State) -> int:
+    """Return which of the teams' targets is nearest to a point."""
+    found, least = 0, math.inf
+    for place in range(plan.target_obstacle.shape[0]):
+        distance = _distance(state.obstacle_position[int(plan.target_obstacle[place])], here)
+        if distance < least:
+            found, least = place, distance
+    return found
+
+
+@inlined
+def aim(b: int, plan: Plan, state: State) -> None:
+    """Let what a body with a policy sees as the target be the nearest of the teams' targets."""
+    j = int(plan.target_obstacle[nearest_target(state.mover_position[b], plan, state)])
+    for k in range(state.q.shape[1]):
+        state.target_position[k] = state.obstacle_position[j, k]
+        state.target_velocity[k] = state.obstacle_velocity[j, k]
 
 
 @on_demand
@@ -103,7 +127,8 @@ def assign_guards(plan: Plan, state: State) -> None:
 
     Urgent is what can reach the target soonest, as fast as it moves now. How far a robot is from an
     opponent's way is measured at the mission's radius, or at the opponent where that is nearer to the
-    target. A robot keeps its opponent unless another one is nearer by a fifth.
+    target. A robot keeps its opponent unless another one is nearer by a fifth. With teams, the team of the
+    nearest target guards, and the middle of its targets is the target.
 
     Args:
         plan: Gives the opponents.
@@ -126,22 +151,26 @@ def assign_guards(plan: Plan, state: State) -> None:
             break
         done, last = soonest, urgent
         j, nearest, least = int(plan.opponent_obstacle[urgent]), -1, math.inf
-        way = _distance(state.obstacle_position[j], state.target_position_measured)
-        share = min(plan.radius, way) / max(way, NEAR)
+        team, radius = threatened(j, plan, state), plan.radius
+        if team > 0:
+            radius = plan.team_radius[team - 1]
+        way = _distance(state.obstacle_position[j], middle_of(team, state))
+        share = min(radius, way) / max(way, NEAR)
         for i in range(n):
             if state.threat[i] > 0.0 or state.lost[i] != 0.0:
                 continue
+            if team > 0 and state.member_of[i] != team:
+                continue
             square = 0.0
             for k in range(p):
-                center = state.target_position_measured[k]
+                center = middle_of(team, state)[k]
                 point = center + share * (state.obstacle_position[j, k] - center)
                 square += (point - state.q_measured[i, k]) ** 2
             distance = math.sqrt(square) * (KEPT if state.threat[i] == -(urgent + 1.0) else 1.0)
             if distance < least:
                 nearest, least = i, distance
-        if nearest < 0:
-            break
-        state.threat[nearest] = urgent + 1.0
+        if nearest >= 0:
+            state.threat[nearest] = urgent + 1.0
     for i in range(n):
         state.threat[i] = max(state.threat[i], 0.0)
         if state.threat[i] > 0.0:
@@ -166,8 +195,22 @@ def _time_to_reach(o: int, plan: Plan, state: State) -> float:
     j, square = int(plan.opponent_obstacle[o]), 0.0
     for k in range(state.q.shape[1]):
         square += state.obstacle_velocity[j, k] ** 2
-    way = _distance(state.obstacle_position[j], state.target_position_measured)
+    way = _distance(state.obstacle_position[j], middle_of(threatened(j, plan, state), state))
     return way / max(math.sqrt(square), 0.1)
+
+
+@inlined
+def threatened(j: int, plan: Plan, state: State) -> int:
+    """Return the team, from 1, whose target is nearest to an obstacle; 0 where all are one team."""
+    if plan.team_radius.shape[0] == 0:
+        return 0
+    return int(plan.target_team[nearest_target(state.obstacle_position[j], plan, state)])
+
+
+@merged
+def middle_of(team: int, state: State) -> Array:
+    """Return the middle of the targets of a team, from 1, or the target where all are one team [m]."""
+    return state.team_center[team - 1] if team > 0 else state.target_position_measured
 
 
 # The same in plain NumPy.
@@ -197,6 +240,10 @@ class Watch:
 
     def judge(self, t: float, q: Array, target: Array, lost: NDArray[np.bool_], setup: Setup) -> None:
         """Let opponents come, be intercepted, and reach the target."""
+        targets = [(target, setup.target_radius or 0.0)]
+        if setup.teams:
+            quarries = [j for team in setup.teams for j in team.targets]
+            targets = [(setup.obstacle_position[j], setup.obstacle_radius[j]) for j in quarries]
         for o, opponent in enumerate(setup.opponents):
             here, size = setup.obstacle_position[opponent.obstacle], setup.obstacle_radius[opponent.obstacle]
             if self.status[o] == WAITS and t >= opponent.start:
@@ -205,23 +252,36 @@ class Watch:
                 continue
             gaps = np.linalg.norm(q - here, axis=1) - setup.robot_radius - size
             near = np.flatnonzero((gaps <= opponent.capture) & ~lost)
+            nearest, radius = min(targets, key=lambda each: float(np.linalg.norm(each[0] - here)))
             if len(near):
                 self.status[o], self.interceptor[o] = INTERCEPTED, near[0] + 1
-            elif np.linalg.norm(target - here) - (setup.target_radius or 0.0) - size <= opponent.reach:
+            elif np.linalg.norm(nearest - here) - radius - size <= opponent.reach:
                 self.status[o] = REACHED
 
-    def assign(self, q: Array, target: Array, lost: NDArray[np.bool_], setup: Setup) -> Threats:
+    def assign(
+        self, q: Array, target: Array, lost: NDArray[np.bool_], setup: Setup, teams: Teams | None = None
+    ) -> Threats:
         """Return which robot guards against which opponent."""
         places = [opponent.obstacle for opponent in setup.opponents]
         here, speed = setup.obstacle_position[places], setup.obstacle_velocities()[places]
-        way = np.linalg.norm(here - target, axis=1)
+        center, radius = np.tile(target, (len(here), 1)), np.full(len(here), setup.radius)
+        team = np.zeros(len(here), dtype=int)
+        if teams is not None:
+            owner = [(j, number) for number, each in enumerate(setup.teams) for j in each.targets]
+            spots = setup.obstacle_position[[j for j, _ in owner]]
+            nearest = np.linalg.norm(here[:, None] - spots, axis=2).argmin(axis=1)
+            team = np.array([number for _, number in owner])[nearest]
+            center, radius = teams.center[team], np.array([each.radius for each in setup.teams])[team]
+        way = np.linalg.norm(here - center, axis=1)
         time = way / np.maximum(np.linalg.norm(speed, axis=1), 0.1)
         coming = [o for o in np.lexsort((np.arange(len(time)), time)) if self.status[o] == COMES]
         before, self._number = self._number, np.zeros_like(self._number)
         for o in coming[: len(q)]:
-            point = target + min(setup.radius, way[o]) / max(way[o], NEAR) * (here[o] - target)
+            point = center[o] + min(radius[o], way[o]) / max(way[o], NEAR) * (here[o] - center[o])
             distance = np.linalg.norm(point - q, axis=1) * np.where(before == o + 1, KEPT, 1.0)
             distance[(self._number > 0) | lost] = np.inf
+            if teams is not None:
+                distance[teams.members != team[o]] = np.inf
             if np.isfinite(distance.min()):
                 self._number[distance.argmin()] = o + 1
         threatened = self._number > 0

@@ -165,7 +165,7 @@ class ReferenceController:
         self._team, lost = team, team.lost
         n, mates, heard = len(q), None, None
         if self._watch is not None and moved:
-            self._threats = self._watch.assign(q_m, target, lost, setup)
+            self._threats = self._watch.assign(q_m, target, lost, setup, self._teams)
         c, c_dot = np.tile(target, (n, 1)), np.tile(target_velocity, (n, 1))
         if self._minds is not None:
             if moved:

@@ -59,6 +59,8 @@ class Rivals:
         setup, self._reward = plant.world.setup, reward
         if not setup.opponents:
             raise UsageError("opponents: found none; a side needs somebody who is on it")
+        if setup.teams:
+            raise UsageError("teams: found some; opponents are commanded where there is one target")
         movers = {mover.obstacle: (body, mover) for body, mover in enumerate(setup.movers)}
         found = [movers[opponent.obstacle] for opponent in setup.opponents]
         self._bodies = [body for body, _ in found]

@@ -48,15 +48,19 @@ def opponents_breached(trace: Recorded) -> Measure:
 
 @metric(unit="s", watched=False, more_is_better=True, rank=43)
 def threat_time_min(trace: Recorded) -> Measure:
-    """Least time in which an opponent that comes could have reached the target, straight and at its speed."""
+    """Least time in which an opponent that comes could have reached a target, straight and at its speed."""
     if "opponent_status" not in trace:
         return Measure(None, reason=NO_OPPONENTS)
     count = trace.sizes["opponent"]
     place, time = trace["obstacle_position"].values[:, -count:], trace["time"].values
     if len(time) < 2:
         return Measure(None, reason="the window holds a single sample")
-    gap = np.linalg.norm(place - trace["target_position"].values[:, None], axis=2)
-    gap = gap - trace["obstacle_radius"].values[-count:] - trace.attrs["target_radius"]
+    targets, radius = trace["target_position"].values[:, None], np.array([trace.attrs["target_radius"]])
+    if "member_of" in trace:
+        teams = np.flatnonzero(trace["obstacle_team"].values)
+        targets, radius = trace["obstacle_position"].values[:, teams], trace["obstacle_radius"].values[teams]
+    gaps = np.linalg.norm(place[:, :, None] - targets[:, None], axis=3) - radius
+    gap = gaps.min(axis=2) - trace["obstacle_radius"].values[-count:]
     speed = np.linalg.norm(np.gradient(place, time, axis=0), axis=2)
     left = np.maximum(gap, 0.0) / np.maximum(speed, 1e-9)
     left[trace["opponent_status"].values != COMES] = np.inf

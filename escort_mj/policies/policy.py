@@ -1,6 +1,7 @@
 """Base of policies: where a body wants to go that has a will of its own."""
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self
 
 from pydantic import Field
 
@@ -55,6 +56,10 @@ class Policy(Component):
     policy: str
     speed: Annotated[float, Field(gt=0.0, le=1e3)] = 1.0
     """Speed at which the body moves [m/s]."""
+
+    def among(self, bodies: Sequence[str]) -> Self:
+        """Return it in a mission with bodies of these names: robots, the target, then obstacles."""
+        return self
 
     if TYPE_CHECKING:
 

@@ -19,6 +19,7 @@ from escort_mj.numerics.formation import Arrangement, arrange
 from escort_mj.numerics.reform import Reforming, reforming
 from escort_mj.numerics.thomson import Figure, even_figure, even_points, nearest_edges
 from escort_mj.policies import Policy
+from escort_mj.scenario.geometry.bodies import bodies_of
 from escort_mj.scenario.geometry.goals import goals_of
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
@@ -154,14 +155,15 @@ def _movers(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Mover, ...]:
     target = scenario.target
     if target is not None and target.drive is not None:
         driven.append((target, target.drive, -1, target.policy))
+    names = bodies_of(scenario).names
     return tuple(
         Mover(
             trajectory(motion, scenario.axes),
-            drive.mass,
+            drive.mass_of(policy),
             drive.force_limit or math.inf,
             drive.gain,
             index,
-            policy,
+            policy and policy.among(names),
         )
         for motion, drive, index, policy in driven
     )
@@ -180,8 +182,9 @@ def _opponents(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Opponent,
 
 
 def _teams(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Team, ...]:
-    """Who escorts what; targets of teams are the last obstacles."""
-    places = iter(range(len(obstacles) - sum(len(team.targets) for team in scenario.teams), len(obstacles)))
+    """Who escorts what; targets of teams are obstacles, the last ones before opponents."""
+    end = len(obstacles) - sum(group.count for group in scenario.opponents)
+    places = iter(range(end - sum(len(team.targets) for team in scenario.teams), end))
     return tuple(
         Team(
             team.name,

@@ -18,12 +18,13 @@ STEP, STEPS = 0.05, 300
 AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.3}
 
 
-def mission(axes: int, behavior: dict[str, object], outer: str, count: int = 5) -> Setup:
+def mission(axes: int, behavior: dict[str, object], outer: str, **more: object) -> Setup:
     """Opponents that come one after the other, more of them than robots."""
+    target = {"position": ["0.2*t", *["0"] * (axes - 1)]}
     return controller_setup(
         Scenario(
             axes=axes, physics={"timestep": STEP}, recording={"rate": 20}, seed=axes,
-            target={"position": ["0.2*t", *["0"] * (axes - 1)]}, robots={"count": count, "radius": 0.2},
+            robots={"count": 5, "radius": 0.2}, **{"target": target} | more,
             obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
             opponents=[
                 {"count": 4, "interval": 1.0, "distance": 9.0},
@@ -47,14 +48,64 @@ def mission(axes: int, behavior: dict[str, object], outer: str, count: int = 5) 
 )
 @pytest.mark.parametrize("axes", [2, 3])
 def test_kernel_and_twin_agree(axes: int, behavior: dict[str, object], outer: str) -> None:
-    setup = mission(axes, behavior, outer)
+    seen = fly(mission(axes, behavior, outer))
+    assert {0.0, 1.0, INTERCEPTED} <= seen
+
+
+@pytest.mark.parametrize("behavior", [
+    {"behavior": "guard", "alert": 6.0}, {"behavior": "intercept", "quarry": "opponents"},
+], ids=["guard", "intercept"])  # fmt: skip
+@pytest.mark.parametrize(("axes", "outer"), [(2, "nsb"), (2, "set_based"), (3, "nsb")])
+def test_they_agree_with_teams(axes: int, behavior: dict[str, object], outer: str) -> None:
+    aside, one = [0.0] * (axes - 1), {"name": "one", "robots": [1, 3], "radius": 2.0}
+    teams = [
+        one | {"targets": [{"name": "a", "position": [-4.0, *aside]}]},
+        {"name": "two", "robots": [2, 4, 5], "radius": 4.0, "demand": [{"after": 5.0, "robots": 4}],
+         "targets": [{"name": name, "position": [x, *aside]} for name, x in (("b", 3.0), ("c", 6.0))]},
+    ]  # fmt: skip
+    seen = fly(mission(axes, behavior, outer, target=None, teams=teams))
+    assert {0.0, 1.0, INTERCEPTED} <= seen
+
+
+def test_with_teams_the_one_whose_target_is_nearest_guards_and_any_target_can_be_reached() -> None:
+    teams = [
+        {"name": "one", "robots": [1], "radius": 1.5, "targets": [{"name": "a", "position": [0, 0]}]},
+        {"name": "two", "robots": [2, 3], "radius": 1.5, "targets": [{"name": "b", "position": [10, 0]}]},
+    ]  # fmt: skip
+    setup = controller_setup(Scenario(
+        target=None, teams=teams, robots={"positions": [[8, 3], [10, 3], [10, -3]]},
+        opponents=[{"count": 3, "positions": [[8, 6], [7, 6], [10, 0.6 + 1e-9]], "policy": "straight"}],
+        mission={"behaviors": ["guard", "surface"]},
+    ))  # fmt: skip
+    kernel, q = Kernel(setup), np.array([[8.0, 3.0], [10.0, 3.0], [10.0, -3.0]])
+    place = np.array([mover.path.position(0.0) for mover in setup.movers])
+    kernel.state.mover_position[:] = place
+    state = kernel.evaluate(0.0, q, np.zeros((3, 2)))
+    assert state.opponent_status.tolist() == [1.0, 1.0, 1.0]
+    assert state.threat.tolist() == [
+        0.0,
+        3.0,
+        1.0,
+    ]  # the first robot is nearest to two, but in the other team
+    ways = place[1] - place[2:]  # to b
+    assert np.allclose(state.mover_wish[2:], ways / np.linalg.norm(ways, axis=1, keepdims=True))
+    kernel.state.mover_position[4, 1] -= 2e-9
+    assert kernel.evaluate(0.01, q, np.zeros((3, 2))).opponent_status.tolist() == [1.0, 1.0, REACHED]
+    assert not state.target_position.any()  # what is recorded of a target that is not there
+
+
+def fly(setup: Setup) -> set[float]:
+    """Lets both go a way together, and compares them at each step; returns what became of opponents."""
+    axes = setup.axes
     random = np.random.default_rng(3)
     q = random.normal(scale=2.0, size=(5, axes))
     kernel, twin = Kernel(setup), ReferenceController(setup)
     twin.reset(q)
     start = setup.obstacle_position[1:]
-    pace, aside = random.uniform(0.05, 0.12, (7, 1)), random.normal(scale=0.6, size=start.shape)
-    seen = set()
+    count = len(start) - 7  # targets of teams, which rest
+    pace, aside = random.uniform(0.05, 0.12, (len(start), 1)), random.normal(scale=0.6, size=start.shape)
+    pace[:count] = aside[:count] = 0.0
+    seen: set[float] = set()
     for step in range(STEPS):
         t = step * STEP
         place = start * (1.0 - pace * t) + aside * np.sin(0.5 * t)
@@ -75,7 +126,7 @@ def test_kernel_and_twin_agree(axes: int, behavior: dict[str, object], outer: st
         assert np.array_equal(state.threat, twin._threats.number)
         seen |= {*watch.status.tolist()}
         q = q + STEP * signals.v_d
-    assert {0.0, 1.0, INTERCEPTED} <= seen
+    return seen
 
 
 def standing(opponents: list[dict[str, object]]) -> tuple[Setup, Watch]:

@@ -73,6 +73,20 @@ def test_counts_and_moments(flown: Run) -> None:
     assert flown.trace["opponent_status"].values[-1].tolist() == [2, 3, 0]
 
 
+def test_with_teams_the_nearest_target_counts() -> None:
+    teams = [
+        {"name": name, "robots": [robot], "radius": 3.0,
+         "targets": [{"name": f"of_{name}", "position": [x, 0]}]}
+        for name, robot, x in (("left", 1, -10), ("right", 2, 10))
+    ]  # fmt: skip
+    found = run(Scenario(
+        duration=2, target=None, teams=teams, robots={"positions": [[-10, 3], [10, 3]]},
+        mission={"behaviors": ["surface"]}, recording={"rate": 500},
+        opponents=[{"positions": [[10, -8]], "body": {"force_limit": 1e6}}],
+    ))  # fmt: skip
+    assert found.values["threat_time_min"] == pytest.approx(8.0 - 0.3 - 0.2 - 2.0, abs=0.01)  # at 1 m/s
+
+
 def test_what_is_decided_turns_back(flown: Run) -> None:
     place = flown.trace["obstacle_position"].values
     speed = np.diff(place, axis=0)[-1] / 0.002

@@ -126,6 +126,41 @@ def test_a_dash_waits_first() -> None:
     assert not place[:499].any() and place[-1, 0] == pytest.approx(1.0, abs=0.02)
 
 
+def led(leader: list[object], start: list[float], speed: float = 5.0) -> Array:
+    """Positions over time of a target that follows an obstacle 2 m behind, shape (k, 2); k / 100 s."""
+    policy = {"policy": "follow", "leader": "lead", "distance": 2, "speed": speed}
+    found = run(Scenario(
+        duration=4.0, recording={"rate": 100}, robots={"count": 1, "positions": [[-20.0, 0.0]]},
+        target={"position": start, "policy": policy},
+        obstacles=[{"name": "lead", "motion": {"position": leader}, "radius": 0.3}],
+        mission={"behaviors": ["surface"], "radius": 20.0},
+    ))  # fmt: skip
+    return np.asarray(found.trace.target_position.values)
+
+
+def test_a_follower_is_drawn_along_a_tractrix() -> None:
+    place = led(["0.8*t", 0.0], [0.0, -2.0])
+    way = 0.8 * 0.01 * np.arange(len(place)) / 2.0
+    expected = 2.0 * np.column_stack([way - np.tanh(way), -1.0 / np.cosh(way)])
+    assert np.abs(place - expected).max() < 0.01
+
+
+def test_a_follower_keeps_its_distance() -> None:
+    place = led([0.0, 0.0], [-5.0, 0.0], speed=50.0)
+    left = place[50:, 0] + 2.0  # 3 m at first: gain 2, and at most 20 N on 1 kg
+    assert np.diff(np.log(-left)) == pytest.approx(-2.0 * 0.01, rel=0.02)
+    assert led([0.0, 0.0], [-1.0, 0.0])[-1, 0] == pytest.approx(-2.0, abs=0.01)  # it makes way
+    assert led(["2*t", 0.0], [-2.0, 0.0], speed=1.0)[-1, 0] == pytest.approx(2.0, abs=0.05)  # it falls behind
+
+
+def test_a_body_with_a_policy_is_light_unless_it_has_a_mass() -> None:
+    for table, mass in (({}, 1000.0), ({"policy": "wander"}, 1.0), ({"policy": "wander", "mass": 3.0}, 3.0)):
+        body = {"body": {"mass": table["mass"]} if "mass" in table else {}}
+        policy = {"policy": table["policy"]} if "policy" in table else {}
+        (mover,) = controller_setup(Scenario(target=policy | body)).movers
+        assert mover.mass == mass
+
+
 PLUGIN = """
 from typing import Literal
 from escort_mj.plugins import ACTS, Policy
@@ -155,6 +190,15 @@ def test_a_plugin_has_a_policy(tmp_path: Path) -> None:
     assert found.trace.target_position.values[-1, 0] == pytest.approx(1.9, abs=0.01)  # 20 N on 1 kg for 0.1 s
     (row,) = [row for row in check_plugin(str(tmp_path / "east.py")) if row.name == "keeps to its speed"]
     assert row.held
+
+
+def test_a_plugin_has_a_policy_for_opponents_and_targets_of_teams(tmp_path: Path) -> None:
+    (tmp_path / "east.py").write_text(PLUGIN.replace("WISH", "self.speed"))
+    team = "{name: one, robots: [1, 2, 3, 4, 5], targets: [{name: a, policy: east}]}"
+    text = f"plugins: [east.py]\ntarget: null\nopponents: [{{policy: east}}]\nteams: [{team}]\n"
+    (tmp_path / "mission.yaml").write_text(text)
+    setup = controller_setup(load_scenario(tmp_path / "mission.yaml"))
+    assert [mover.policy and mover.policy.policy for mover in setup.movers] == ["east", "east"]
 
 
 def test_a_plugin_whose_policy_fails_says_where(tmp_path: Path) -> None:

@@ -15,6 +15,11 @@ WRONG = [
     ("target: {policy: flee, waypoints: [{time: 0, position: [0, 0]}]}", "target.waypoints", "its start"),
     ("target: {policy: flee, body: {drag: -1}}", "target.body.drag", "at least 0"),
     ("target: {policy: flee, body: {gain: 1000}}", "target.body.gain", "at most 500"),
+    ("target: {policy: {policy: follow, leader: robt_1}}", "target.policy.leader", 'did you mean "robot_1"?'),
+    ("target: {policy: {policy: follow, leader: robot_6}}", "target.policy.leader", 'found "robot_6"'),
+    ("target: {policy: {policy: follow, leader: target}}", "target.policy.leader", "the body itself"),
+    ("target: {policy: {policy: follow, distance: 0.4}}", "target.policy.distance", "more than 0.5 m"),
+    ("opponents: [{policy: {policy: follow, leader: opponent_1}}]", "opponents[0].policy.leader", "itself"),
     ("axes: 4\ntarget: {policy: flee}", "target.policy", "expected 2 or 3"),
 ]  # fmt: skip
 

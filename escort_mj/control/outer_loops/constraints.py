@@ -48,9 +48,9 @@ def find_constraints(
 ) -> int:  # fmt: skip
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
-    Two teammates take half of the closing speed each, relative to the target's motion, which the whole team
-    follows. Failed teammates do not do their half. Bodies that no velocity within the two speeds could
-    violate are left out.
+    Two robots take half of the closing speed each, relative to the motion of their target, or to the mean of
+    the motions of their teams' targets. Failed robots do not do their half. Bodies that no velocity within
+    the two speeds could violate are left out.
 
     Args:
         robot: From 0.
@@ -65,13 +65,15 @@ def find_constraints(
         shared: Result: 1 for teammates that follow the same target, `SHARED` for those with goals of their
             own, 0 for all else, shape (MOST,).
         gaps: Result: how far the robot goes, at its speed limit, before each body could touch it if it went
-            to meet it, shape (MOST,) [m]. A teammate that is heard is where it is most likely to be.
+            to meet it, shape (MOST,) [m].
 
     Returns:
         Number of constraints; where there are more than MOST, those that could be violated most are kept.
     """
     n, p = state.q.shape
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
+    if plan.team_radius.shape[0] > 0:
+        beside += rules.foresees * team_spread(plan, state)
     memory = stack_memory()
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
     spare, motion = vector_at(memory + DOUBLE * (p + NEAR), MOST), vector_at(stack_memory(), p)
@@ -112,6 +114,19 @@ def team_motion(robot: int, k: int, rules: Rules, plan: Plan, state: State) -> f
 
 
 @inlined
+def team_spread(plan: Plan, state: State) -> float:
+    """Return by how much the motion that two robots share may differ from that of either's team [m/s]."""
+    most, teams = 0.0, state.team_velocity.shape[0]
+    for a in range(teams if plan.target_feedforward else 0):
+        for b in range(a):
+            square = 0.0
+            for k in range(state.team_velocity.shape[1]):
+                square += (state.team_velocity[a, k] - state.team_velocity[b, k]) ** 2
+            most = max(most, square)
+    return 0.5 * math.sqrt(most)
+
+
+@inlined
 def fastest_obstacle(state: State) -> float:
     """Return the greatest speed of an obstacle [m/s]."""
     most = 0.0
@@ -135,13 +150,15 @@ def _consider(
     """
     n, p = state.q.shape
     m, q = plan.obstacle_radius.shape[0], state.q_measured
-    share, along, mate, straight = 1.0, 0.0, other - m, 0.0
+    share, along, mate, straight, ball = 1.0, 0.0, other - m, 0.0, 0.0
+    followed, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
     heard = mate - n - 1 if mate > n else -1
     if heard >= 0:
         mate, apart, covered = may_be(robot, heard, float(avoid.measure), plan, state, direction)
         if mate < 0:
             return count
         reach = avoid.heard_distance + covered
+        ball = covered - float(avoid.measure) * (plan.robot_radius[robot] + plan.robot_radius[mate])
     elif mate == n:
         if rules.target_distance <= 0.0:
             return count
@@ -158,7 +175,7 @@ def _consider(
             plan.sensing_robots, plan.sensing_obstacles,
         ):  # fmt: skip
             return count
-    margin, gap = apart - reach, apart - plan.robot_radius[robot]
+    margin, gap = apart - reach, apart - ball - plan.robot_radius[robot]
     gap -= (
         rules.target_radius if mate == n else plan.seen_radius[other] if mate < 0 else plan.robot_radius[mate]
     )
@@ -174,6 +191,9 @@ def _consider(
             motion[k] = state.v_measured[mate, k]
         else:
             motion[k], share = team_motion(robot, k, rules, plan, state), 0.5
+            if teams:
+                motion[k] = 0.5 * (motion[k] + team_motion(mate, k, rules, plan, state))
+                followed = state.member_of[robot] == state.member_of[mate]
             mates = state.v_measured[mate, k]
             if heard >= 0:
                 mates = state.heard_velocity[robot * state.link_from.shape[1] + heard, k]
@@ -200,7 +220,7 @@ def _consider(
         bound = min(bound, aside_of(straight, plan.max_speed))
     if share == 1.0:
         gap /= 1.0 + max(rules.foresees * along, 0.0) / plan.max_speed
-    with_whom = 0.0 if share == 1.0 else 1.0 if rules.target_radius > 0.0 else SHARED
+    with_whom = 0.0 if share == 1.0 else 1.0 if followed else SHARED
     count = _keep(direction, bound, could, with_whom, gap, rows, bounds, shared, gaps, spare, count)
     if lead > 0.0 and bound > 0.0:
         for k in range(p):
@@ -258,7 +278,8 @@ class Constraints(NamedTuple):
         motion: Speed of the body, shape (k,) [m/s].
         mates: Whether it is a teammate that has not failed, shape (k,).
         gaps: How far the robot goes before each body could touch it, shape (k,) [m].
-        followed: Whether the team follows a target.
+        followed: Whether the robot and a teammate follow the same target, shape (k,).
+        spread: By how much the motion that two robots share may differ from that of either's team [m/s].
     """
 
     rows: Array
@@ -267,14 +288,15 @@ class Constraints(NamedTuple):
     motion: Array
     mates: Mask
     gaps: Array
-    followed: bool
+    followed: Mask
+    spread: float
 
     def within(self, speed: float, beside: float) -> tuple[Array, Array, Array, Array]:
         """Return the rows and bounds that count up to two speeds, with whom each is shared, and the gaps."""
-        could = np.where(self.mates, beside, speed + self.motion) - self.closing
+        could = np.where(self.mates, beside + self.spread, speed + self.motion) - self.closing
         kept = np.flatnonzero(could >= 0.0)
         kept = kept[np.argsort(-could[kept], kind="stable")][:MOST]
-        shared = np.where(self.mates, 1.0 if self.followed else SHARED, 0.0)
+        shared = np.where(self.mates, np.where(self.followed, 1.0, SHARED), 0.0)
         return self.rows[kept], self.bounds[kept], shared[kept], self.gaps[kept]
 
 
@@ -297,16 +319,19 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
     )
     if heard is not None:
         seen[:, m:][heard.known] = 0.0
-        gaps = gaps + np.hstack([np.zeros((n, m)), heard.ball])
     frame = now.c_dot * setup.target_feedforward
     share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
+    ways = (frame[:, None] - frame) * (now.members is not None)
+    spread = 0.5 * rules.foresees * float(np.linalg.norm(ways, axis=2).max())
     found: list[Constraints] = []
     for i in range(n):
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
         reach = (safe[i] + (setup.robot_radius[i] + radii) * (avoid.measure == "surface"))[wanted]
         between = gaps[i, wanted]
-        motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i])])
+        motion = np.vstack(
+            [setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i] - 0.5 * ways[i])]
+        )
         mates = now.v if heard is None else heard.velocity[i]
         velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], mates])[wanted]
         if rules.target_distance > 0.0:
@@ -346,6 +371,9 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
             if bounds[j] > 0.0:
                 rows, bounds = np.vstack([rows, velocity[j] / speed[j]]), np.append(bounds, straight)
                 full, speed, shares, between = (np.append(x, x[j]) for x in (full, speed, shares, between))
-        followed = rules.target_radius > 0.0
-        found.append(Constraints(rows, bounds, shares * full, speed, shares < 1.0, between, followed))
+        alike = np.full(n, rules.target_radius > 0.0)
+        alike = alike if now.members is None else now.members == now.members[i]
+        same = np.concatenate([np.zeros(m, dtype=bool), alike, [False]])[kinds]
+        followed = np.append(same, np.zeros(len(rows) - len(same), dtype=bool))
+        found.append(Constraints(rows, bounds, shares * full, speed, shares < 1.0, between, followed, spread))
     return found

@@ -21,6 +21,7 @@ from escort_mj.control.outer_loops.constraints import (
     fastest_obstacle,
     find_constraints,
     team_motion,
+    team_spread,
 )
 from escort_mj.control.outer_loops.detour import (
     NAMES,
@@ -80,9 +81,9 @@ class SetBased(OuterLoop):
     distance beyond the safe distance of avoid_obstacles. With r the unit vector away from the body and u the
     body's velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the
     margin and, farther out, what braking stops in time. The velocity is the one nearest to that of the
-    behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two teammates
-    take half of the closing speed each. With `patience`, a robot that is blocked follows the boundary of what
-    blocks it.
+    behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two robots take
+    half of the closing speed each, also those of different teams. With `patience`, a robot that is blocked
+    follows the boundary of what blocks it.
     """
 
     title: ClassVar[str] = "set-based"
@@ -244,6 +245,8 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         way = row_of(here, k) - row_of(center, k)
         to_target = to_target + way * way
     speed, relative, pace, most = root(square), root(relative), root(pace), plan.max_speed
+    if plan.team_radius.shape[0] > 0:
+        relative = relative + team_spread(plan, state)
     if rules.target_distance > 0.0:
         look = rules.target_distance + to_surface * (own + rules.target_radius)
         outrun = pace > FASTER * most

@@ -6,42 +6,78 @@ from collections.abc import Iterator, Sequence
 
 from escort_mj.behaviors import Behavior
 from escort_mj.numerics.program import Op
+from escort_mj.policies.follow import Follow
 from escort_mj.policies.learned import Learned, inputs
 from escort_mj.policies.policy import Policy
 from escort_mj.scenario.checks.obstacles import check_drive
-from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.findings import Finding, Path, did_you_mean, shown
+from escort_mj.scenario.geometry.obstacles import obstacles_of
+from escort_mj.scenario.geometry.placement import robot_count
 from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.scenario.schema.scenario import Scenario, Target
+from escort_mj.scenario.schema.teams import TeamTarget
 
 IN_SPACE = 3  # axes
 
 
 def check_policy(scenario: Scenario) -> Iterator[Finding]:
     """A target with a policy begins at one place, and wants something else than to reach the target."""
-    target = scenario.target
-    owners: list[tuple[Path, Policy | None]] = [
-        (("opponents", k), group.policy) for k, group in enumerate(scenario.opponents)
+    targets: list[tuple[Path, Target | TeamTarget]] = [
+        (("teams", index, "targets", place), target)
+        for index, team in enumerate(scenario.teams)
+        for place, target in enumerate(team.targets)
     ]
-    for path, policy in [(("target",), target and target.policy), *owners]:
+    if scenario.target is not None:
+        targets.append((("target",), scenario.target))
+    owners: list[tuple[Path, Policy | None]] = [(path, target.policy) for path, target in targets]
+    owners += [(("opponents", k), group.policy) for k, group in enumerate(scenario.opponents)]
+    for path, policy in owners:
         if isinstance(policy, Learned) and (words := _unfit(policy, scenario.axes)):
             yield Finding((*path, "policy", "network"), words)
-    if target is None or target.policy is None:
-        return
-    found = target.policy.policy
-    if target.policy.seeks:
-        yield Finding(
-            ("target", "policy"), f"found {found}: an opponent's policy, which wants to reach the target"
-        )
-    if target.waypoints is not None:
-        yield Finding(
-            ("target", "waypoints"),
-            f"found waypoints beside the policy {found}; expected position, its start",
-        )
-    for axis in _moving(target):
-        yield Finding(
-            ("target", "position", axis),
-            f"found an expression in t beside the policy {found}; expected a number",
-        )
+    for path, target in targets:
+        if target.policy is None:
+            continue
+        found = target.policy.policy
+        if target.policy.seeks:
+            words = f"found {found}: an opponent's policy, which wants to reach the target"
+            yield Finding((*path, "policy"), words)
+        if isinstance(target.policy, Learned) and path != ("target",):
+            yield Finding((*path, "policy"), "found learned; it is for target and opponents")
+        if target.waypoints is not None:
+            words = f"found waypoints beside the policy {found}; expected position, its start"
+            yield Finding((*path, "waypoints"), words)
+        for axis in _moving(target):
+            words = f"found an expression in t beside the policy {found}; expected a number"
+            yield Finding((*path, "position", axis), words)
+
+
+def check_leaders(scenario: Scenario) -> Iterator[Finding]:
+    """Bodies follow others, at a distance that leaves room for both."""
+    obstacles = obstacles_of(scenario)
+    radii = {f"robot_{i}": scenario.robots.largest_radius for i in range(1, robot_count(scenario) + 1)}
+    target = scenario.target
+    followers = [(body.name, body.path, body.bounding_radius, body.policy) for body in obstacles]
+    if target is not None:
+        radii["target"] = target.radius
+        followers.append(("target", ("target",), target.radius, target.policy))
+    radii |= {body.name: body.bounding_radius for body in obstacles}
+    seen: set[Path] = set()
+    for _, path, radius, policy in followers:
+        if not isinstance(policy, Follow) or path in seen:
+            continue
+        seen.add(path)
+        own, leader = [each for each, at, *_ in followers if at == path], policy.leader
+        where: Path = (*path, "policy", "leader")
+        if leader in own:
+            yield Finding(where, f"found {leader}, the body itself; expected another one")
+        elif leader not in radii:
+            words = f"found {shown(leader)}; expected a robot, a target, an obstacle or an opponent"
+            yield Finding(where, words + did_you_mean(leader, radii))
+        elif policy.distance <= (least := radius + radii[leader]):
+            words = (
+                f"found {policy.distance:g} m between centers; expected more than {least:.4g} m, both radii"
+            )
+            yield Finding((*path, "policy", "distance"), words)
 
 
 def _unfit(policy: Learned, axes: int) -> str:
@@ -54,7 +90,7 @@ def _unfit(policy: Learned, axes: int) -> str:
     return f"found {given} inputs and {answered} outputs; expected {inputs(axes)} and {axes} in {axes} axes"
 
 
-def _moving(target: Target) -> list[int]:
+def _moving(target: Target | TeamTarget) -> list[int]:
     """Return the axes on which a target's position depends on time."""
     return [
         axis

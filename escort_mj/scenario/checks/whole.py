@@ -33,7 +33,7 @@ from escort_mj.scenario.checks.obstacles import (
     check_walls,
 )
 from escort_mj.scenario.checks.passage import check_doors, check_radii
-from escort_mj.scenario.checks.policies import check_guards, check_opponents, check_policy
+from escort_mj.scenario.checks.policies import check_guards, check_leaders, check_opponents, check_policy
 from escort_mj.scenario.checks.robots import (
     check_heights,
     check_kinds,
@@ -141,7 +141,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_walls, ("axes", "walls")),
     (check_environment, ("axes", "environment")),
     (check_body, ("axes", "physics", "target")),
-    (check_policy, ("axes", "target", "opponents")),
+    (check_policy, ("axes", "target", "opponents", "teams")),
     (check_opponents, ("axes", "physics", "target", "opponents", "teams")),
     (check_team_targets, ("axes", "duration", "physics", "teams")),
 )
@@ -155,6 +155,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_behaviors, ("mission",)),
     (check_trigger, ("mission",)),
     (check_guards, ("mission", "opponents")),
+    (check_leaders, ("axes", "seed", "target", "robots", *AROUND)),
     (check_video, ("duration", "video")),
     (check_supervisor, ("duration", "robots", "mission", *AROUND)),
     (check_one_way, ("mission",)),

@@ -35,7 +35,7 @@ class Body(NamedTuple):
         motion: How it moves; None for what stands still.
         drive: Mass and drive of what moves; None for what stands still.
         color: Name of its color; None for the default.
-        policy: What an opponent wants; None for what follows its motion.
+        policy: What an opponent or a target of a team wants; None for what follows its motion.
     """
 
     name: str

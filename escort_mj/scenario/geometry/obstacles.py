@@ -42,7 +42,8 @@ def fixed_obstacles(scenario: Scenario) -> tuple[Body, ...]:
 def _resolved(scenario: Scenario) -> tuple[Body, ...]:
     placed = fixed_obstacles(scenario)
     placed = (*placed, *drawn(scenario, placed))
-    return (*placed, *opponent_bodies(scenario, placed), *team_targets(scenario))
+    placed = (*placed, *team_targets(scenario))
+    return (*placed, *opponent_bodies(scenario, placed))
 
 
 def _obstacles(scenario: Scenario) -> Iterator[Body]:

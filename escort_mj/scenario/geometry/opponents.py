@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.geometry.obstacle_body import Body, clear_of
+from escort_mj.scenario.geometry.teams import team_center
 from escort_mj.scenario.geometry.trajectory import target_trajectory
 from escort_mj.scenario.schema.obstacle_tables import Motion
 from escort_mj.scenario.schema.opponents import Opponents
@@ -32,6 +33,8 @@ def opponent_bodies(scenario: Scenario, placed: Sequence[Body]) -> Iterator[Body
     """
     random = np.random.Generator(np.random.Philox([scenario.seed, STARTS]))
     center, bodies = target_trajectory(scenario).position(0.0), [*placed]
+    if scenario.teams:
+        center = np.mean([team_center(team, scenario.axes) for team in scenario.teams], axis=0)
     for index, group in enumerate(scenario.opponents):
         for number in range(group.count):
             if group.positions is not None:

@@ -30,6 +30,7 @@ def team_targets(scenario: Scenario) -> Iterator[Body]:
                 path=("teams", index, "targets", place),
                 motion=target,
                 drive=target.body,
+                policy=target.policy,
                 color=TEAMS[index % len(TEAMS)],
             )
 

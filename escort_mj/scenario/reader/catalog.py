@@ -31,9 +31,11 @@ from escort_mj.scenario.reader.plugins import Plugin, load_all, load_plugin, sou
 from escort_mj.scenario.schema.expectations import expectation_of
 from escort_mj.scenario.schema.fields import one_of_kinds
 from escort_mj.scenario.schema.knowledge import Knowledge
+from escort_mj.scenario.schema.opponents import Opponents
 from escort_mj.scenario.schema.plugin_source import PluginSource
 from escort_mj.scenario.schema.robots import RobotOverride, Robots
 from escort_mj.scenario.schema.scenario import Mission, Phase, Scenario, Target
+from escort_mj.scenario.schema.teams import MOST_TARGETS, MOST_TEAMS, Team, TeamTarget
 
 Members = tuple[type[Any], ...]
 
@@ -134,7 +136,11 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     phase = _with(Phase, behaviors=behaviors)
     phases = Annotated[tuple[phase, ...], Field(max_length=32)]  # type: ignore[valid-type]
     mission = _with(Mission, behaviors=behaviors, supervisor=phases)
-    target = _with(Target, policy=one_of_kinds(catalog.policies, "policy") | None)
+    policy = one_of_kinds(catalog.policies, "policy")
+    target, quarry = _with(Target, policy=policy | None), _with(TeamTarget, policy=policy | None)
+    opponents = _with(Opponents, policy=policy)
+    quarries = Annotated[tuple[quarry, ...], Field(min_length=1, max_length=MOST_TARGETS)]  # type: ignore[valid-type]
+    team = _with(Team, targets=quarries)
     knowledge = _with(Knowledge, estimator=one_of_kinds(catalog.estimators, "estimator", "predict"))
     robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
@@ -148,6 +154,8 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         expect=expect,
         robots=robots,
         target=target | None,
+        opponents=Annotated[tuple[opponents, ...], Field(max_length=20)],  # type: ignore[valid-type]
+        teams=Annotated[tuple[team, ...], Field(max_length=MOST_TEAMS)],  # type: ignore[valid-type]
         knowledge=knowledge | None,
         controller=one_of_kinds(catalog.laws, "law", "apd_smc"),
         mission=mission,

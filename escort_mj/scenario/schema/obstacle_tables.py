@@ -10,6 +10,7 @@ from escort_mj.components.waypoint import Waypoint
 from escort_mj.scenario.schema.fields import BODY_NAME, Component
 
 SPHERE_RADIUS = 0.5
+HEAVY, LIGHT = 1000.0, 1.0  # kg, of bodies with a path, and with a policy
 MOST_VERTICES = 500
 MOST_CLUTTER = 500
 Shape = Literal["sphere", "box", "cylinder", "capsule", "ellipsoid", "mesh"]
@@ -63,14 +64,18 @@ class Motion(Parameters):
 class Drive(Parameters):
     """A body with mass that a force drives along its path: it pushes other bodies and can be pushed."""
 
-    mass: Mass = 1000.0
-    """Mass [kg]; with the default, robots hardly affect the body."""
+    mass: Mass | None = None
+    """Mass [kg]; null: 1000 kg, which robots hardly affect, or 1 kg for a body with a policy."""
     force_limit: Force | None = None
     """Largest driving force [N]; null: no limit."""
     gain: Annotated[float, Field(gt=0.0, le=1e3)] = 10.0
     """Rate at which the body returns to its path [1/s]."""
     drag: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
     """Linear drag [N s/m]; with a force limit, it limits the speed."""
+
+    def mass_of(self, policy: object) -> float:
+        """Return the mass of a body with a policy, or without one (None) [kg]."""
+        return self.mass or (HEAVY if policy is None else LIGHT)
 
 
 class Obstacle(Parameters):

@@ -20,7 +20,8 @@ class Opponents(Parameters):
     count: Annotated[int, Field(ge=1, le=MOST_OPPONENTS)] = 1
     """Number of opponents."""
     positions: tuple[Vector, ...] | None = None
-    """Start of each [m]; null: random directions from the target's start."""
+    """Start of each [m]; null: random directions from the target's start, or from the middle of the teams'
+    targets."""
     distance: Radius = 10.0
     """Distance of random starts from the target's start [m]."""
     radius: Radius = 0.2

@@ -5,6 +5,7 @@ from typing import Annotated
 from pydantic import Field, NonNegativeFloat, PositiveInt
 
 from escort_mj.components.parameters import Parameters, Radius
+from escort_mj.scenario.schema.fields import Policy
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion, Name
 from escort_mj.scenario.schema.robots import MAX_ROBOTS
 
@@ -13,7 +14,7 @@ MOST_TARGETS = 20
 
 
 class TeamTarget(Motion):
-    """A target of a team. It is driven along its path, and counts among the obstacles."""
+    """A target of a team. It is driven along its path or by a policy, and counts among the obstacles."""
 
     name: Name
     """Name in figures and verdicts."""
@@ -21,6 +22,8 @@ class TeamTarget(Motion):
     """Radius of the body [m]."""
     body: Drive = Drive()
     """Mass and drive of the body."""
+    policy: Policy | None = None
+    """What the target wants; null: to follow its path. With a policy, the target starts at `position`."""
 
 
 class Demand(Parameters):

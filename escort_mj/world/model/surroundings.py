@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.mjcf import child_named, copied, section, set_attributes
+from escort_mj.policies import Policy
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.schema.environment import Environment
 from escort_mj.scenario.schema.obstacle_tables import Drive
@@ -55,7 +56,7 @@ def add_obstacles(
             else:
                 set_attributes(geom, type=body.shape, size=body.size, quat=body.orientation)
             if body.drive is not None:
-                _set_free(copy, geom, name, body.drive, stage, body.position)
+                _set_free(copy, geom, name, body.drive, body.policy, stage, body.position)
 
 
 def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence[Stage], count: int) -> None:
@@ -82,7 +83,8 @@ def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence
         set_attributes(geom, size=scenario.target.radius, rgba=[*palette.TARGET, 1.0], group=stage.number)
         if scenario.target.drive is not None:
             del body.attrib["mocap"]
-            _set_free(body, geom, name, scenario.target.drive, stage, start)
+            will = scenario.target.policy
+            _set_free(body, geom, name, scenario.target.drive, will, stage, start)
         if stage.is_abacus:  # bars across all columns: at the target, and as far from it as robots can be
             half = stage.width(count) / 2
             set_attributes(geom, type="box", size=[half, THIN * radius, THIN * radius])
@@ -99,9 +101,11 @@ def add_target(tree: Element, scenario: Scenario, start: Array, stages: Sequence
             )
 
 
-def _set_free(body: Element, geom: Element, name: str, drive: Drive, stage: Stage, start: Array) -> None:
+def _set_free(
+    body: Element, geom: Element, name: str, drive: Drive, policy: Policy | None, stage: Stage, start: Array
+) -> None:
     """Let a body slide along the mission's axes, with its mass; its weight is borne."""
-    set_attributes(geom, mass=drive.mass)
+    set_attributes(geom, mass=drive.mass_of(policy))
     set_attributes(body, gravcomp=1.0)
     for axis, value in zip(stage.directions, start[stage.axes], strict=True):
         joint = SubElement(body, "joint", name=f"{name}_{axis}")

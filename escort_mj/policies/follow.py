@@ -1,0 +1,82 @@
+"""Follow: behind another body, as a trailer."""
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, PositiveFloat, PrivateAttr
+
+from escort_mj.components.component import Component
+from escort_mj.policies.policy import ACTS, Policy, PolicyView
+
+NEAR = 1e-9  # m
+
+
+class Follow(Policy):
+    """Behind a leader, at a distance: it is drawn along the line between them, as a trailer.
+
+    With y from the body to the leader and w the leader's velocity, it wants the velocity
+    (u . w + gain (abs(y) - distance)) u along u = y / abs(y). So it comes to follow in the leader's track,
+    and makes way for a leader that comes nearer.
+    """
+
+    python_only: ClassVar[frozenset[str]] = Component.python_only | {"leader"}
+    policy: Literal["follow"] = "follow"
+    leader: str = "robot_1"
+    """Name of the body that it follows, as in verdicts: `robot_1` and so on, `target`, or the name of an
+    obstacle, of a team's target or of an opponent."""
+    distance: Annotated[float, Field(gt=0.0, le=1e6)] = 2.0
+    """Distance between centers that it keeps [m]."""
+    gain: PositiveFloat = 2.0
+    """Gain of the distance that is left [1/s]."""
+    _place: int = PrivateAttr(default=0)  # of the leader: robots come first, then the target, then obstacles
+
+    @classmethod
+    def numbers(cls) -> dict[str, type]:
+        """Return what kernels read: also which body the leader is."""
+        return super().numbers() | {"place": int}
+
+    def packed(self, setup: Any = None) -> dict[str, float]:
+        """Return its parameters as numbers."""
+        return {
+            "speed": self.speed, "distance": self.distance, "gain": self.gain, "place": float(self._place),
+        }  # fmt: skip
+
+    def among(self, bodies: Sequence[str]) -> Self:
+        """Return it in a mission with bodies of these names."""
+        found = self.model_copy()
+        found._place = bodies.index(self.leader)
+        return found
+
+    def velocity(self, view: PolicyView, body: int) -> int:
+        """Write the velocity along the line to the leader."""
+        places = np.vstack([view.q, view.target_position, view.obstacle_position])
+        speeds = np.vstack([view.v, view.target_velocity, view.obstacle_velocity])
+        way = places[self._place] - view.mover_position[body]
+        far = float(np.linalg.norm(way))
+        rate = speeds[self._place] @ way / max(far, NEAR) + self.gain * (far - self.distance)
+        view.mover_wish[body] = min(max(rate, -self.speed), self.speed) * way / max(far, NEAR)
+        return ACTS
+
+    def velocity_kernel(self: Any, view: PolicyView, body: int) -> int:
+        """Write the same, compiled."""
+        n, p = view.q.shape
+        square = along = 0.0
+        for k in range(p):
+            place, speed = view.target_position[k], view.target_velocity[k]
+            if self.place < n:
+                place, speed = view.q[int(self.place), k], view.v[int(self.place), k]
+            elif self.place > n:
+                j = int(self.place) - n - 1
+                place, speed = view.obstacle_position[j, k], view.obstacle_velocity[j, k]
+            way = place - view.mover_position[body, k]
+            view.mover_wish[body, k] = way
+            square += way * way
+            along += way * speed
+        far = math.sqrt(square)
+        rate = along / max(far, NEAR) + self.gain * (far - self.distance)
+        share = min(max(rate, -self.speed), self.speed) / max(far, NEAR)
+        for k in range(p):
+            view.mover_wish[body, k] *= share
+        return ACTS
