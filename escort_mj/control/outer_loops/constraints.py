@@ -65,7 +65,7 @@ def find_constraints(
         shared: Result: 1 for teammates that follow the same target, `SHARED` for those with goals of their
             own, 0 for all else, shape (MOST,).
         gaps: Result: how far the robot goes, at its speed limit, before each body could touch it if it went
-            to meet it, shape (MOST,) [m].
+            to meet it, shape (MOST,) [m]. A teammate that is heard is where it is most likely to be.
 
     Returns:
         Number of constraints; where there are more than MOST, those that could be violated most are kept.
@@ -150,7 +150,7 @@ def _consider(
     """
     n, p = state.q.shape
     m, q = plan.obstacle_radius.shape[0], state.q_measured
-    share, along, mate, straight, ball = 1.0, 0.0, other - m, 0.0, 0.0
+    share, along, mate, straight = 1.0, 0.0, other - m, 0.0
     followed, teams = rules.target_radius > 0.0, plan.team_radius.shape[0] > 0
     heard = mate - n - 1 if mate > n else -1
     if heard >= 0:
@@ -158,7 +158,6 @@ def _consider(
         if mate < 0:
             return count
         reach = avoid.heard_distance + covered
-        ball = covered - float(avoid.measure) * (plan.robot_radius[robot] + plan.robot_radius[mate])
     elif mate == n:
         if rules.target_distance <= 0.0:
             return count
@@ -175,7 +174,7 @@ def _consider(
             plan.sensing_robots, plan.sensing_obstacles,
         ):  # fmt: skip
             return count
-    margin, gap = apart - reach, apart - ball - plan.robot_radius[robot]
+    margin, gap = apart - reach, apart - plan.robot_radius[robot]
     gap -= (
         rules.target_radius if mate == n else plan.seen_radius[other] if mate < 0 else plan.robot_radius[mate]
     )
@@ -319,6 +318,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
     )
     if heard is not None:
         seen[:, m:][heard.known] = 0.0
+        gaps = gaps + np.hstack([np.zeros((n, m)), heard.ball])
     frame = now.c_dot * setup.target_feedforward
     share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
     ways = (frame[:, None] - frame) * (now.members is not None)
