@@ -163,7 +163,7 @@ def test_a_killed_run_opens_and_says_how_far_it_came(tmp_path: Path) -> None:
     assert (tmp_path / "run" / "trace.nc").is_file()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_an_interrupted_run_ends_in_order(tmp_path: Path, number: signal.Signals) -> None:
     child = started(tmp_path / "run")
     os.kill(child.pid, number)

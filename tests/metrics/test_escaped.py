@@ -10,9 +10,9 @@ TIME = np.linspace(0.0, 4.0, 9)
 
 def recomputed_escaped(again):
     """Over a mission of `test_recomputed`."""
-    rows = zip(again.q - again.target[:, None], again.alive, strict=True)
-    inside = [row for row, (around, alive) in enumerate(rows) if by_hand(around[alive]) >= 0.0]
-    last = max(inside, default=-1)
+    around = again.q - again.target[:, None]
+    inside = (row for row in reversed(range(again.steps)) if by_hand(around[row][again.alive[row]]) >= 0.0)
+    last = next(inside, -1)
     return math.inf if last == again.steps - 1 else float(again.time[last + 1])
 
 

@@ -89,7 +89,9 @@ def test_every_cause_computed_again(law: str, make_world, record_steps) -> None:
     np.testing.assert_allclose(total, record["lyapunov"], rtol=0, atol=1e-11 * size)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(
+    "law", [law if law == "apd_smc" else pytest.param(law, marks=pytest.mark.slow) for law in LAWS]
+)
 def test_what_is_unexplained_shrinks_with_the_timestep(law: str, make_world, record_steps) -> None:
     """MuJoCo's semi-implicit Euler steps have order 1: half the timestep, half of what is unexplained."""
     left = []

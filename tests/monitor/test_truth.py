@@ -97,9 +97,9 @@ def test_the_law_feels_nothing_of_the_truth(name, make_world, record_steps) -> N
             memory = getattr(plant.state, field)
             memory[...] = 1e6 * random.standard_normal(memory.shape)
 
-    without = record_steps(make_world(**WORLDS[name]), 600)
-    with_it = record_steps(make_world(**WORLDS[name], **TRUTH), 600)
-    spoiled = record_steps(make_world(**WORLDS[name], **TRUTH), 600, after=spoil)
+    without = record_steps(make_world(**WORLDS[name]), 300)
+    with_it = record_steps(make_world(**WORLDS[name], **TRUTH), 300)
+    spoiled = record_steps(make_world(**WORLDS[name], **TRUTH), 300, after=spoil)
     assert not told & set(without) and told <= set(with_it)
     for signal, values in without.items():
         assert values.tobytes() == with_it[signal].tobytes(), signal

@@ -31,9 +31,7 @@ def write_run(path: Path, made) -> None:
         folder.finish(Outcome.COMPLETED, "it ended", build_trace(*made), {}, [])
 
 
-EVERY_PLACE = [
-    pytest.param(k, marks=() if k in (0, 1, 6, 13, 18, 19) else pytest.mark.slow) for k in range(20)
-]
+EVERY_PLACE = [pytest.param(k, marks=() if k in (0, 6, 19) else pytest.mark.slow) for k in range(20)]
 
 
 @pytest.mark.parametrize("place", EVERY_PLACE)

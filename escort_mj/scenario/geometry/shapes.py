@@ -193,12 +193,14 @@ def _on_ellipsoid(x: Array, solid: Solid) -> tuple[Array, Mask]:
     square = np.array(solid.size) ** 2
     inside = np.asarray((x * x / square).sum(axis=1) < 1.0)
     y = np.where(x == 0.0, 1e-12 * np.sqrt(square), np.abs(x))  # on a plane of symmetry: a step off it
-    more = square - square.min()
-    low = np.max(np.sqrt(square) * y - more, axis=1)  # one term alone is 1 there
-    high = np.linalg.norm(np.sqrt(square) * y, axis=1)  # all terms are at most 1 in all
+    more, scaled = square - square.min(), np.sqrt(square) * y
+    low = np.max(scaled - more, axis=1)  # one term alone is 1 there
+    high = np.linalg.norm(scaled, axis=1)  # all terms are at most 1 in all
     for _ in range(BISECTIONS):
         s = 0.5 * (low + high)
-        beyond = ((np.sqrt(square) * y / (s[:, None] + more)) ** 2).sum(axis=1) > 1.0
+        if ((s == low) | (s == high)).all():  # no number is between them
+            break
+        beyond = ((scaled / (s[:, None] + more)) ** 2).sum(axis=1) > 1.0
         low, high = np.where(beyond, s, low), np.where(beyond, high, s)
     surface = square * y / (0.5 * (low + high)[:, None] + more)
     return np.copysign(surface, x), inside

@@ -11,6 +11,7 @@ import re
 import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from ruamel.yaml import YAML
@@ -119,6 +120,11 @@ def read_document(text: str, source: str) -> Document:
     Raises:
         ScenarioError: If it is not YAML, or uses what is refused; carries every fault found.
     """
+    return _read(text, source).copy()
+
+
+@lru_cache(maxsize=16)  # who runs or checks one scenario often reads it once
+def _read(text: str, source: str) -> Document:
     reader = _Reader(source)
     try:
         document = reader.whole(iter(YAML(typ="safe", pure=True).parse(text)))

@@ -1,4 +1,5 @@
 import json
+from functools import cache
 from pathlib import Path
 
 import jsonschema
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 
 from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.errors import ScenarioError
-from escort_mj.recognize import scenarios_folder, scenarios_in
+from escort_mj.recognize import scenarios_in
 from escort_mj.scenario import Scenario, dump_scenario, json_schema, load_file, parse_scenario
 from escort_mj.scenario.reader.document import SMALLEST, read_document
 from escort_mj.scenario.reader.dump import flow, short_dump
@@ -16,6 +17,7 @@ from escort_mj.scenario.reader.load import tuples
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SHIPPED = list(scenarios_in(SCENARIOS))
+loaded = cache(load_file)
 
 bounds = st.floats(allow_nan=False, allow_infinity=False).filter(lambda x: x == 0.0 or abs(x) >= SMALLEST)
 numbers = st.floats(-1e6, 1e6).map(lambda number: 0.0 if abs(number) < SMALLEST else number)
@@ -75,8 +77,8 @@ def test_the_short_form_has_only_what_differs():
 
 
 def test_the_short_form_of_what_ships_reads_back_the_same():
-    for path in scenarios_in(scenarios_folder()):
-        scenario = load_file(path)
+    for path in SHIPPED:
+        scenario = loaded(path)
         data = read_document(short_dump(scenario), str(path)).data
         assert type(scenario).model_validate(tuples(data), strict=True) == scenario
 
@@ -132,7 +134,7 @@ def validator() -> jsonschema.Draft202012Validator:
 @pytest.mark.parametrize("path", SHIPPED, ids=[str(path.relative_to(SCENARIOS)) for path in SHIPPED])
 class TestShipped:
     def test_it_loads_and_dumps(self, path: Path):
-        scenario = load_file(path)
+        scenario = loaded(path)
         assert parse_scenario(dump_scenario(scenario)) == scenario
         assert scenario.name == path.stem
         assert scenario.description

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,8 +19,8 @@ from tests.study.jobs import Job, sleep, stumble, work
 LOCAL = pytest.param(lambda: local(2), id="local")
 
 
-def backends() -> list[object]:
-    found: list[object] = [
+def backends() -> list[Any]:
+    found: list[Any] = [
         pytest.param(lambda: local(1), id="here"),
         LOCAL,
     ]
@@ -31,6 +32,10 @@ def backends() -> list[object]:
 
 
 THREADS = pytest.param(lambda: threads(2), id="threads")
+
+
+def slow(cases: list[Any]) -> list[Any]:
+    return [pytest.param(*case.values, id=case.id, marks=pytest.mark.slow) for case in cases]
 
 
 Make = Callable[[], AbstractContextManager[Backend[Job, int]]]
@@ -54,10 +59,7 @@ def test_a_worker_that_dies_takes_nothing_with_it(make: Make, tmp_path: Path) ->
     assert sorted(results) == [(job, job.number**2) for job in jobs]
 
 
-@pytest.mark.parametrize(
-    "make",
-    [LOCAL, *(pytest.param(*each.values, id=each.id, marks=pytest.mark.slow) for each in backends()[2:])],
-)
+@pytest.mark.parametrize("make", [LOCAL, *slow(backends()[2:])])
 def test_a_job_that_kills_every_worker_becomes_a_result(make: Make, tmp_path: Path) -> None:
     jobs = [Job(number, tmp_path, deaths=99 if number == 5 else 0) for number in range(12)]
     with make() as backend:
@@ -65,7 +67,7 @@ def test_a_job_that_kills_every_worker_becomes_a_result(make: Make, tmp_path: Pa
     assert results == {job: None if job.number == 5 else job.number**2 for job in jobs}
 
 
-@pytest.mark.parametrize("make", [*backends(), THREADS])
+@pytest.mark.parametrize("make", [*backends()[:2], *slow(backends()[2:]), THREADS])
 def test_an_error_of_the_job_is_an_error(make: Make, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="job 0"), make() as backend:
         list(backend(stumble, iter([Job(0, tmp_path)])))
@@ -130,7 +132,9 @@ def test_a_script_that_its_workers_cannot_import_is_told_so(tmp_path: Path) -> N
     assert '__name__ == "__main__"' in ended.stderr.splitlines()[-1]
 
 
-@pytest.mark.parametrize("begun", ["", "parallel.side_by_side(str, [1, 2], 2)"])
+@pytest.mark.parametrize(
+    "begun", [pytest.param("", marks=pytest.mark.slow), "parallel.side_by_side(str, [1, 2], 2)"]
+)
 def test_an_interrupt_does_not_wait_until_workers_can_be_forked(begun: str, tmp_path: Path) -> None:
     (tmp_path / "slow_to_import.py").write_text("import time\ntime.sleep(60.0)\n")
     program = f"""
@@ -153,7 +157,7 @@ if __name__ == "__main__":
     assert done.returncode == 130  # and nobody holds its output any longer
 
 
-@pytest.mark.parametrize("make", backends()[1:])
+@pytest.mark.parametrize("make", [LOCAL, *slow(backends()[2:])])
 def test_an_interrupt_leaves_no_worker(make: Make, tmp_path: Path) -> None:
     def interrupt() -> None:
         until(lambda: len(list(tmp_path.iterdir())) == 2)

@@ -41,10 +41,10 @@ def scenario(axes: int) -> Scenario:
 
 
 def way_out(solid: Solid, point: np.ndarray) -> float:
-    """How far the shortest of 720 rays in the plane goes until it leaves a shape, by bisection [m]."""
-    turn = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
-    rays = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(720)])
-    low, high = np.zeros(720), np.full(720, 4.0)
+    """How far the shortest of 360 rays in the plane goes until it leaves a shape, by bisection [m]."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False)
+    rays = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(360)])
+    low, high = np.zeros(360), np.full(360, 4.0)
     for _ in range(45):
         middle = 0.5 * (low + high)
         inside = nearest(solid, point + middle[:, None] * rays)[1] < 0.0
