@@ -13,6 +13,7 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
 from escort_mj.native.on_demand import on_demand
+from escort_mj.numerics.vectors import make_unit
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
@@ -131,16 +132,9 @@ def may_be(
     fastest, acceleration = max(plan.max_speed, math.sqrt(square)), plan.mate_acceleration[mate]
     carried = min(age, fastest / acceleration)
     ball = 0.5 * acceleration * carried * (carried + plan.timestep) + fastest * (age - carried)
-    square = 0.0
     for k in range(p):
         away[k] = state.q_measured[robot, k] - place_of(robot, place, carried, k, state)
-        square += away[k] * away[k]
-    distance = math.sqrt(square)
-    for k in range(p):
-        if distance > 0.0:
-            away[k] /= distance
-        else:
-            away[k] = 1.0 if k == 0 else 0.0
+    distance = make_unit(away)
     return mate, distance, to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate]) + ball
 
 

@@ -19,10 +19,11 @@ from escort_mj.control.outer_loops.constraints import (
 )
 from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS, nearest, nearest_velocity
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
-from escort_mj.control.outer_loops.passing import Rules, length_of
+from escort_mj.control.outer_loops.passing import Rules
 from escort_mj.native.fields import Array
 from escort_mj.native.kernels import DOUBLE, matrix_at, stack_memory, vector_at
 from escort_mj.native.lanes import WIDTH
+from escort_mj.numerics.vectors import length_of
 
 if TYPE_CHECKING:
     from escort_mj.control.outer_loops.outer_loop import Mask

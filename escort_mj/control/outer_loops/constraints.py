@@ -28,6 +28,7 @@ from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.numerics.neighbors import ALL, find_near
+from escort_mj.numerics.vectors import make_unit
 from escort_mj.sensing.measure import in_range
 
 if TYPE_CHECKING:
@@ -251,17 +252,9 @@ def _keep(
 @inlined
 def _from_point(robot: int, q: Array, point: Array, direction: Array) -> float:
     """Distance of a robot from a point [m], and the unit vector that leads away; the first axis at it."""
-    square = 0.0
     for k in range(point.shape[0]):
         direction[k] = q[robot, k] - point[k]
-        square += direction[k] * direction[k]
-    distance = math.sqrt(square)
-    for k in range(point.shape[0]):
-        if distance > 0.0:
-            direction[k] /= distance
-        else:
-            direction[k] = 1.0 if k == 0 else 0.0
-    return distance
+    return make_unit(direction)
 
 
 # The same in plain NumPy.

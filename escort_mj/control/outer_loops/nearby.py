@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles
 from escort_mj.behaviors.avoid_obstacles import POLAR
 from escort_mj.native.kernels import inlined
+from escort_mj.numerics.vectors import make_unit
 
 if TYPE_CHECKING:
     from escort_mj.behaviors.task import Situation
@@ -84,18 +85,10 @@ def bearing(robot: int, other: int, q: Array, obstacle_position: Array, directio
         obstacle_position: Centers, shape (m, p) [m].
         direction: Result, shape (p,); the first axis where both are in one place.
     """
-    axes, mate = q.shape[1], other - obstacle_position.shape[0]
-    square = 0.0
-    for k in range(axes):
+    mate = other - obstacle_position.shape[0]
+    for k in range(q.shape[1]):
         direction[k] = q[robot, k] - (obstacle_position[other, k] if mate < 0 else q[mate, k])
-        square += direction[k] * direction[k]
-    distance = math.sqrt(square)
-    for k in range(axes):
-        if distance > 0.0:
-            direction[k] /= distance
-        else:
-            direction[k] = 1.0 if k == 0 else 0.0
-    return distance
+    return make_unit(direction)
 
 
 @inlined

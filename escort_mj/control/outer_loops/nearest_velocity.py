@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.control.outer_loops.nearby import turn, turned
-from escort_mj.control.outer_loops.passing import length_of
 from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, stack_memory, vector_at
+from escort_mj.numerics.vectors import length_of
 
 Array = NDArray[np.float64]
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.control.outer_loops.nearby import turn, turned
 from escort_mj.native.kernels import inlined
+from escort_mj.numerics.vectors import length_of
 
 Array = NDArray[np.float64]
 
@@ -56,15 +57,6 @@ def horizon(speed: float, rules: Rules) -> float:
     if speed * rules.rate <= rules.braking:
         return speed / rules.rate
     return 0.5 * (speed * speed / rules.braking + rules.braking / (rules.rate * rules.rate))
-
-
-@inlined
-def length_of(vector: Array) -> float:
-    """Return the length of a vector."""
-    square = 0.0
-    for k in range(vector.shape[0]):
-        square += vector[k] * vector[k]
-    return math.sqrt(square)
 
 
 @inlined

@@ -47,7 +47,7 @@ from escort_mj.control.outer_loops.nearest_velocity import (
     step_aside,
 )
 from escort_mj.control.outer_loops.outer_loop import OuterLoop, runs_now, slow_down, slowed, split
-from escort_mj.control.outer_loops.passing import FASTER, Rules, breadth_of, lead_of, length_of
+from escort_mj.control.outer_loops.passing import FASTER, Rules, breadth_of, lead_of
 from escort_mj.knowledge.belief import target_rows, target_speed, target_velocity_rows
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.fields import Array
@@ -67,6 +67,7 @@ from escort_mj.native.lanes import (
 )
 from escort_mj.numerics.elementary import root
 from escort_mj.numerics.neighbors import seen_neighbors
+from escort_mj.numerics.vectors import length_of
 
 if TYPE_CHECKING:
     from escort_mj.control.outer_loops.outer_loop import Mask
