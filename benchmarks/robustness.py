@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 os.environ.setdefault("MUJOCO_GL", "disable")
 
 import numpy as np  # noqa: E402
-from scipy.stats import binomtest  # noqa: E402
 
 from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
 from escort_mj.api import scenarios_folder  # noqa: E402
@@ -172,6 +171,8 @@ def draw(path: Path, maps: list[Map]) -> None:
 
 def main(arguments: Any = None) -> None:
     """Makes the runs that are missing, and writes figure, tables and sentences into the docs if asked."""
+    from scipy.stats import binomtest  # slow to import, and tests import this module
+
     write = wants_docs(__doc__, PAGE, arguments)
     maps = [measured(factor) for factor in FACTORS]
     runs = maps[0].runs

@@ -6,7 +6,6 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from escort_mj import Scenario
 from escort_mj.behaviors import Surface
@@ -108,6 +107,8 @@ def bound(measure: str, variance: float, states: Array) -> Array:
 @pytest.mark.parametrize("measure", NOISE)
 def test_kalman_is_near_the_bound_and_consistent(measure: str, radius: float) -> None:
     """Also where robots do not know exactly where they are: errors from a ball of this radius [m]."""
+    from scipy.stats import chi2  # slow to import
+
     errors, covariances, states = flown(measure, Sensors(position=Channel(noise=radius)))
     late = slice(round(SETTLED / STEP / LOOKS), None)
     rms = np.sqrt((errors[..., :2] ** 2).sum(axis=3).mean(axis=0))[late]

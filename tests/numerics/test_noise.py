@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
 
 from escort_mj.behaviors import Surface
 from escort_mj.control.reference import ReferenceController
@@ -106,6 +105,8 @@ def drawn(n: int, axes: int, seed: int, steps: Sequence[int], counts: tuple[int,
 @pytest.mark.parametrize("axes", [2, 3])
 @pytest.mark.parametrize("channel", [0, 1])
 def test_noise_is_uniform_in_the_ball(axes: int, channel: int) -> None:
+    from scipy import stats  # slow to import
+
     x = drawn(4, axes, 1, range(DRAWS // 4))[:, :4, channel].reshape(-1, axes)
     radius = np.linalg.norm(x, axis=1)
     assert radius.max() <= 1.0

@@ -90,6 +90,7 @@ def test_a_diverged_run_draws_and_says_so(make_run, monkeypatch):
         assert has_color(pixels(bad)[:150], palette.from_hex("B00020"))
 
 
+@pytest.mark.slow
 def test_other_formats(make_run, monkeypatch):
     monkeypatch.setattr(figures, "PLOTS", figures.PLOTS[:1])
     (first, *_) = draw(make_run(samples=5, count=1, obstacles=0), ("pdf",))
@@ -143,7 +144,9 @@ def test_running_rms_of_a_sine():
     assert rms[5000:-5000] == pytest.approx(np.sqrt(0.5), rel=2e-3)
 
 
-@pytest.mark.parametrize("name", ["panels", "tasks", "paths", "forces"])
+@pytest.mark.parametrize(
+    "name", ["panels", "paths", *(pytest.param(name, marks=pytest.mark.slow) for name in ("tasks", "forces"))]
+)
 def test_narrow_figures_hold_all_their_words(make_run, name):
     canvas = figure_of(read_run(make_run()).trace, name, look=look_of("column", font_size=6.5))
     assert canvas.get_figwidth() == 3.5

@@ -47,7 +47,8 @@ def test_where_a_lost_robot_drifts_is_not_in_the_picture(trace) -> None:
     assert (high - low).max() < 100.0
 
 
-@pytest.mark.parametrize("axes", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("axes", [2, 3])
 def test_figures_without_a_warning(make_run, monkeypatch, axes: int) -> None:
     monkeypatch.setattr(style, "DPI", 60)
     with warnings.catch_warnings():

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import t as student_t
 
 from escort_mj.study.sweeps.statistics import (
     LEVEL,
@@ -63,6 +62,8 @@ def test_the_bootstrap_is_the_same_every_time_and_near_the_normal_interval() -> 
 
 @pytest.mark.parametrize("n", [10, pytest.param(40, marks=pytest.mark.slow)])
 def test_intervals_of_normal_values_cover_the_mean_as_often_as_theory_says(n: int) -> None:
+    from scipy.stats import t as student_t  # slow to import
+
     # It is nearly mean +- 1.96 s / sqrt(n), s with divisor n: Student's t knows how often that covers.
     trials, rng = 600, np.random.default_rng(2)
     theory = 2.0 * student_t.cdf(1.959964 * math.sqrt((n - 1) / n), n - 1) - 1.0
