@@ -15,7 +15,6 @@ import argparse
 import json
 import time
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +44,7 @@ LAWS: dict[str, list[object]] = {  # behaviors of a defender that is not trained
     "intercept": [INTERCEPT],
     "intercept, alert 8": [INTERCEPT | {"alert": 8}, "surface"],
 }
-GENERATIONS, POPULATION, ELITES, MISSIONS, TRIALS = 60, 16, 4, 6, 48
+GENERATIONS, POPULATION, ELITES, TRIALS = 56, 16, 4, 48
 ROBOT, OPPONENT = 6, 11  # vectors that each observes
 CHASE, RUN = {4: 3.0}, {0: 3.0}  # to the intruder that comes; to the target
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])
@@ -56,14 +55,6 @@ def matrix(weights: Array) -> Array:
     return np.hstack([stretch * np.eye(2) + turn * TURN for stretch, turn in weights.reshape(-1, 2)])
 
 
-class Played(NamedTuple):
-    """One mission: the intruder's reward, whether it got in, and where both were, shape (k, 2, 2)."""
-
-    earned: float
-    won: bool
-    path: Array
-
-
 def prepare(law: str | None) -> Simulation:
     """Return the mission with a defender that is commanded, or has behaviors."""
     side: Side = "both" if law is None else "opponents"
@@ -71,17 +62,16 @@ def prepare(law: str | None) -> Simulation:
     return Simulation(load_scenario("pursuit/perimeter", MISSION | behaviors), side=side)
 
 
-def play(simulation: Simulation, robot: Array, opponent: Array, seed: int) -> Played:
-    """Play one mission; a defender with behaviors does not use `robot`."""
+def play(simulation: Simulation, robot: Array, opponent: Array, seed: int) -> tuple[float, bool]:
+    """Return the intruder's reward, and whether it got in; a defender with behaviors does not use `robot`."""
     chase, run, earned = matrix(robot), matrix(opponent), 0.0
     simulation.reset(seed)
-    rivals, state, path = simulation.rivals, simulation.plant.state, []
+    rivals = simulation.rivals
     assert rivals is not None
     while simulation.outcome is Outcome.RUNNING and not rivals.over.any():
-        path.append([state.q[0].copy(), state.mover_position[-1].copy()])
         simulation.step(within_speed(simulation.observe() @ chase.T), rivals.observed @ run.T)
         earned += float(rivals.rewards[0])
-    return Played(earned, bool(rivals.over.any() and rivals.rewards[0] > 0.0), np.array(path))
+    return earned, bool(rivals.over.any() and rivals.rewards[0] > 0.0)
 
 
 class Trainee:
@@ -99,24 +89,28 @@ class Trainee:
 
 
 def train(
-    simulation: Simulation, both: list[Trainee], sides: list[Trainee], dice: np.random.Generator
+    simulation: Simulation,
+    both: list[Trainee],
+    sides: list[Trainee],
+    missions: int,
+    dice: np.random.Generator,
 ) -> None:
     """Improve each of the sides, one after the other, against what the other one does now."""
     for side in sides:
         tried = side.mean + side.spread * dice.normal(size=(POPULATION, len(side.mean)))
         tried[0] = side.mean
-        seeds = dice.integers(2**31, size=MISSIONS)
+        seeds = dice.integers(2**31, size=missions)
         earned = []
         for each in tried:
             robot, opponent = (each if one is side else one.mean for one in both)
-            tries = [play(simulation, robot, opponent, int(seed)).earned for seed in seeds]
+            tries = [play(simulation, robot, opponent, int(seed))[0] for seed in seeds]
             earned.append(float(np.mean(tries)))
         side.improve(earned, tried)
 
 
 def share(simulation: Simulation, robot: Array, opponent: Array, tests: int) -> str:
     """Return how often the intruder gets in, in missions that were not used before, with its interval."""
-    found = proportion_of([play(simulation, robot, opponent, 2000 + k).won for k in range(tests)], "wilson")
+    found = proportion_of([play(simulation, robot, opponent, 2000 + k)[1] for k in range(tests)], "wilson")
     low, high = (100 * bound for bound in found.interval)
     return f"{100 * found.share:.0f} ({low:.0f} to {high:.0f})"
 
@@ -125,6 +119,7 @@ def main(arguments: list[str] | None = None) -> None:
     """Train, and say how often the intruder gets in."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--generations", type=int, default=GENERATIONS, help="of each side")
+    parser.add_argument("--missions", type=int, default=6, help="that each attempt is played in")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--law", choices=LAWS, help="behaviors of the defender, which is then not trained")
     parser.add_argument("--tests", type=int, default=300, help="missions of each pair at the end")
@@ -136,9 +131,10 @@ def main(arguments: list[str] | None = None) -> None:
     for generation in range(asked.generations + 1):
         if generation:
             began = time.process_time()
-            train(simulation, [robots, opponents], [opponents, *[robots] * (not asked.law)], dice)
+            sides = [opponents, *[robots] * (not asked.law)]
+            train(simulation, [robots, opponents], sides, asked.missions, dice)
             spent += time.process_time() - began
-        won = [play(simulation, robots.mean, opponents.mean, 1000 + k).won for k in range(TRIALS)]
+        won = [play(simulation, robots.mean, opponents.mean, 1000 + k)[1] for k in range(TRIALS)]
         curve.append({"won": float(np.mean(won)), "spent": spent})
         print(f"{generation:3d}: {100 * curve[-1]['won']:3.0f} % get in after {spent:.0f} s", flush=True)
     intruders = {"first": first[1], "trained": opponents.mean}

@@ -150,3 +150,17 @@ def test_a_notebook_runs_and_prints_what_it_shows(
 def words(text: str) -> str:
     """Text without its digits: they depend on the processor."""
     return re.sub(r"[\d.]+", "#", text)
+
+
+def test_train_both_sides(
+    compiled: None, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trainer = example("train_both_sides")
+    for name, few in (("POPULATION", 3), ("ELITES", 2), ("TRIALS", 2), ("LAWS", {"guard": ["guard"]})):
+        monkeypatch.setattr(trainer, name, few)
+    trainer.main([*"--generations 1 --missions 1 --tests 2 --folder".split(), str(tmp_path)])
+    found = json.loads((tmp_path / "curve.json").read_text())
+    assert [*found["table"]] == ["first", "trained", "guard"] and len(found["curve"]) == 2
+    with np.load(tmp_path / "intruder.npz") as network:
+        assert network["weights_1"].shape == (2, 22)
+    assert "trained: first intruder" in capsys.readouterr().out
