@@ -1,1 +1,1 @@
-"""Laws and behaviors of plugins: what they see, how their parameters travel, and how they are called."""
+"""Components of plugins: what they see, how their parameters travel, and how they are called."""

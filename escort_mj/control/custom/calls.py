@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class CustomState(Fields):
-    """What plugins' laws and behaviors write and what is kept for them."""
+    """What plugins' components write, and what is kept for them."""
 
     law_memory: Annotated[Array, "memories", "n", "p", Value("1", "what is integrated for a law")]
     law_memory_rate: Annotated[Array, "memories", "n", "p", Value("1/s", "its rates")]

@@ -105,7 +105,7 @@ def ready(model: type[Component], axes: int) -> int:
                 slot = _called_back(model, forms.python, layout)
             place = _table[0]
             if place >= MOST:
-                raise PluginError(f"more than {MOST} laws and behaviors of plugins in one process")
+                raise PluginError(f"more than {MOST} components of plugins in one process")
             _table[1 + 2 * place], _table[2 + 2 * place] = number, slot.address
             _slots[number] = slot
             _table[0] = place + 1
