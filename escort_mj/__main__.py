@@ -15,9 +15,10 @@ def main() -> None:
     """Run a command: an interrupt becomes one line and exit code 130.
 
     Linear algebra gets one thread, unless the environment says how many: its matrices are small, and other
-    cores compute other missions.
+    cores compute other missions. Pydantic is not to look for plugins in everything that is installed.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "true")
     gc.set_threshold(OBJECTS)
     try:
         stopping.command(_run)

@@ -1,7 +1,5 @@
 """What every law and behavior is made of, of the package or of a plugin: parameters, forms of its method."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple, get_args, get_origin
@@ -26,7 +24,7 @@ class ComponentParameters(Fields):
     parameters: Annotated[Array, "parameters", Value("1", "blocks one behind the other")]
 
 
-def number_of(member: Component, known: Sequence[type[Component]]) -> int:
+def number_of(member: "Component", known: "Sequence[type[Component]]") -> int:
     """Return the place of a component's class among those that ship; one past them for a plugin's."""
     return known.index(type(member)) if type(member) in known else len(known)
 
@@ -110,7 +108,7 @@ class Component(Parameters):
             found[name] = kind
         return found
 
-    def packed(self, setup: Setup | None = None) -> dict[str, float]:
+    def packed(self, setup: "Setup | None" = None) -> dict[str, float]:
         """Return its parameters as numbers.
 
         Args:

@@ -1,7 +1,5 @@
 """What all parameter tables share: typed, bounded, frozen, no unknown keys, no NaN or infinity."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import textwrap
@@ -33,7 +31,9 @@ class Parameters(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True)
 
     @classmethod
-    def __get_pydantic_json_schema__(cls, core_schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+    def __get_pydantic_json_schema__(
+        cls, core_schema: Any, handler: "GetJsonSchemaHandler"
+    ) -> dict[str, Any]:
         """Return the JSON Schema, in which the docstring below a field is its description."""
         schema = handler(core_schema)
         properties = handler.resolve_ref_schema(schema).get("properties", {})

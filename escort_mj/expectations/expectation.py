@@ -1,7 +1,5 @@
 """What an expectation is, shipped or a plugin's: parameters, what they demand, how a run is judged."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
@@ -84,7 +82,7 @@ class Expectation(Parameters):
         """
         raise NotImplementedError
 
-    def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
+    def judge_run(self, trace: "Recorded", outcome: "Outcome") -> Judgment:
         """Whether it holds of a run: what `judge` says of its window, and that there is a sample in it.
 
         Args:
@@ -156,11 +154,11 @@ class OfTeam(Expectation):
     team: str | None = None
     """Name of the team, in scenarios with `teams`; null: all robots."""
 
-    def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
+    def judge_run(self, trace: "Recorded", outcome: "Outcome") -> Judgment:
         """Whether it holds of a run, as `judge` says of its window of what is its team's."""
         return super().judge_run(self.seen(trace), outcome)
 
-    def seen(self, trace: Recorded) -> Recorded:
+    def seen(self, trace: "Recorded") -> "Recorded":
         """Return what its team has of a trace."""
         return trace if self.team is None else of_team(trace, self.team)
 

@@ -1,7 +1,5 @@
 """Base of outer loops: how a robot's behaviors become one velocity."""
 
-from __future__ import annotations
-
 import math
 from typing import TYPE_CHECKING, ClassVar
 
@@ -41,7 +39,7 @@ class OuterLoop(Component):
 
     loop: str
 
-    def target_margin(self, setup: Setup) -> float:
+    def target_margin(self, setup: "Setup") -> float:
         """Return the distance that it keeps to the target [m]."""
         return 0.0
 
@@ -56,14 +54,14 @@ class OuterLoop(Component):
 
 
 @merged
-def runs_now(robot: int, phase: int, plan: Plan, state: State) -> bool:
+def runs_now(robot: int, phase: int, plan: "Plan", state: "State") -> bool:
     """Whether a robot is left and runs its outer loop now, by the priority stack of a phase."""
     now = plan.alike or (int(state.phase[robot]) == phase and state.fresh[robot] != 0.0)
     return now and state.lost[robot] == 0.0
 
 
 @merged
-def slow_down(robot: int, plan: Plan, state: State) -> None:
+def slow_down(robot: int, plan: "Plan", state: "State") -> None:
     """Keeps the speed limit, along the same direction."""
     square = 0.0
     for k in range(state.q.shape[1]):

@@ -3,8 +3,6 @@
 Cross-checks that need more than one key stand in `checks.py`; reading files in `load.py`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -246,7 +244,7 @@ class Scenario(Parameters, metaclass=_Checked):
     expect: tuple[AnyExpectation, ...] = ()
     """Conditions that the run must meet to pass."""
 
-    def replace(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> Self:
+    def replace(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> "Self":
         """Return a validated copy with some values replaced.
 
         `scenario.replace({"robots.mass": 2})`, `scenario.replace(duration=20, seed=3)`.
@@ -262,6 +260,6 @@ class Scenario(Parameters, metaclass=_Checked):
         changed: Self = again(self, changes, kind=type(self)) if changes or not more else self
         return again(changed, more, kind=type(self)) if more else changed
 
-    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> "Self":
         """Return a copy; with values to update, what `replace` returns."""
         return self.replace(update) if update else super().model_copy(deep=deep)
