@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
-from typing import Annotated, Any, NamedTuple, get_args, get_origin
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,8 +103,9 @@ def declared(kind: type) -> dict[str, Declared]:
 @cache
 def _own(owner: type) -> Mapping[str, Declared]:
     """Return the fields that a class itself annotates."""
-    hints = inspect.get_annotations(owner, eval_str=True)
-    return MappingProxyType({name: _declared(hint) for name, hint in hints.items()})
+    names = inspect.get_annotations(owner)
+    hints = get_type_hints(owner, include_extras=True) if names else {}
+    return MappingProxyType({name: _declared(hints[name]) for name in names})
 
 
 def _declared(hint: Any) -> Declared:
