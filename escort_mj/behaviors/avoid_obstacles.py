@@ -59,8 +59,8 @@ class AvoidObstacles(Behavior):
     measure: Literal["center", "surface"] = "surface"
     """Measure of distances: `surface` to surface, or `center` to center (the paper's points)."""
     teammates: Literal[True, False, "heard"] = True
-    """Whether a teammate that comes too close counts as an obstacle (remark 2): `true`, as far as it is seen;
-    `heard`, wherever it may be by now after what it has sent; `false`, not at all."""
+    """Whether a teammate that comes too close counts as an obstacle (remark 2): `true`, if the robot sees it;
+    `heard`, anywhere it could be by now according to its messages; `false`, never."""
     teammate_distance: PositiveFloat | None = None
     """Safe distance to teammates [m]; null: `safe_distance`, but at most half the spacing of the formation.
     """

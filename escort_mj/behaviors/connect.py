@@ -23,16 +23,17 @@ Array = NDArray[np.float64]
 
 
 class Connect(Behavior):
-    """Stay within a distance of those teammates that hold the team together.
+    """Stay within a distance of the teammates that hold the team together.
 
-    These are a robot's neighbors in the relative neighborhood graph of what it knows (Toussaint 1980): no
-    third robot is nearer to both. This graph contains the minimum spanning tree, so while its links hold, the
-    team is in one piece. The farthest of these neighbors counts, and only beyond the distance.
+    These are a robot's neighbors in the relative neighborhood graph (Toussaint 1980) of the robots that it
+    knows of: no third robot is closer to both. This graph contains the minimum spanning tree, so the team
+    stays connected while its links hold. Only the farthest of these neighbors counts, and only beyond the
+    distance.
     """
 
     behavior: Literal["connect"] = "connect"
     distance: PositiveFloat
-    """Distance of the centers that a robot does not exceed [m]; less than the range of the radio."""
+    """Largest distance between centers [m]; must be less than the radio's range to keep the link."""
     gain: PositiveFloat = 2.0
     """Gain of the distance [1/s]."""
 

@@ -68,7 +68,7 @@ class Formation(Headed):
     position: tuple[float | str, ...] | None = None
     """Position of the frame per axis [m]: numbers, or expressions in t; null: see `waypoints`."""
     waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
-    """Timed waypoints of the frame; null, like `position`: the frame goes with the target."""
+    """Timed waypoints of the frame; null, like `position`: the frame moves with the target."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline."""
     heading: float | str = 0.0

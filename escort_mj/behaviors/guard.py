@@ -37,22 +37,24 @@ NEAR = 1e-9  # m
 
 
 class Guard(Behavior):
-    """Send a robot between each opponent and the target; the other robots are left to lower priorities.
+    """Send a robot between each opponent and the target; the other robots follow lower priorities.
 
-    Each opponent that comes gets one robot, the most urgent one first. With y from the target to the opponent
-    and w its velocity relative to the target's, the robot goes to distance y / abs(y) from the target, and
-    along with this point at distance (I - y y^T / abs(y)^2) w / abs(y).
+    Each approaching opponent is assigned one robot, the most urgent opponent first. With y the vector from
+    the target to the opponent and w the opponent's velocity relative to the target, the robot goes to the
+    point `distance` * y / abs(y) from the target and moves with it, at `distance` * (I - y y^T / abs(y)^2) w
+    / abs(y).
     """
 
     frame: ClassVar[Literal["target", "world"]] = "world"
 
     behavior: Literal["guard"] = "guard"
     distance: PositiveFloat | None = None
-    """Distance from the target at which robots stand [m]; null: `mission.radius`, or that of their team."""
+    """Distance from the target at which robots take up position [m]; null: `mission.radius`, or that of their
+    team."""
     alert: PositiveFloat | None = None
     """Distance of an opponent from the target within which robots guard against it [m]; null: any."""
     gain: PositiveFloat = 2.0
-    """Gain of the distance that is left [1/s]."""
+    """Gain of the remaining distance [1/s]."""
 
     @property
     def guards(self) -> bool:

@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 
 
 class Intercept(Behavior):
-    """Send each robot to where it meets the target on the target's present straight course.
+    """Send each robot to where it meets the target if the target keeps its course and speed.
 
-    From a robot of speed s, the target is at y and moves at w. The robot heads for y + w t with the least
-    t >= 0 for which abs(y + w t) = s t (Apollonius' circle; Isaacs, Differential Games, 1965). Where a faster
-    target gets away, it heads for the point of the course where it comes nearest to the target. Near the
-    target, the velocity relative to it is at most `gain` times the distance that is left, unless the robot
-    then misses a faster target.
+    With s the speed of a robot, y the vector from it to the target and w the target's velocity, the robot
+    heads for y + w t with the least t >= 0 for which abs(y + w t) = s t (Apollonius' circle; Isaacs,
+    Differential Games, 1965). If a faster target gets away, the robot heads for the point of the course at
+    which it comes closest to the target. Near the target, the velocity relative to it is at most `gain` times
+    the remaining distance, unless the robot would then miss a faster target.
     """
 
     frame: ClassVar[Literal["target", "world"]] = "world"
@@ -50,16 +50,16 @@ class Intercept(Behavior):
 
     behavior: Literal["intercept"] = "intercept"
     quarry: Literal["target", "opponents"] = "target"
-    """What robots go for: the target, or each the opponent that it guards against."""
+    """What robots pursue: the target, or the opponent that each of them guards against."""
     alert: PositiveFloat | None = None
-    """With opponents: distance from the target within which robots go for them [m]; null: any."""
+    """With opponents: distance from the target within which robots pursue them [m]; null: any."""
     speed: PositiveFloat | None = None
     """Speed of the robots [m/s], at most `mission.max_speed`; null: `mission.max_speed`."""
     within: PositiveFloat = 0.5
-    """Distance from the target at which robots have caught it, center to center [m]; they then go along with
-    it."""
+    """Center-to-center distance at which a robot has caught the target [m]; it then moves along with the
+    target."""
     gain: PositiveFloat = 2.0
-    """Gain of the distance that is left [1/s]."""
+    """Gain of the remaining distance [1/s]."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

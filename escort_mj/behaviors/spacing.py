@@ -27,18 +27,18 @@ TURN = 2.0 * math.pi
 
 
 class Spacing(Behavior):
-    """Spread evenly over a circle: each robot moves to the middle between its two neighbors.
+    """Spread evenly over a circle: each robot moves toward the midpoint between its two neighbors.
 
     A neighbor is the next robot around the target, one on each side, among those that the robot knows of
     (Marshall, Broucke, Francis 2004; Kim, Sugie 2007). The angles are those in the plane of the first two
-    axes. It needs no places assigned to robots, and no more than the directions of two teammates.
+    axes. The behavior assigns no places to robots and needs only the directions of two teammates.
     """
 
     spreads: ClassVar[bool] = True
 
     behavior: Literal["spacing"] = "spacing"
     gain: PositiveFloat = 0.8
-    """Gain of the way to the middle [1/s]."""
+    """Gain of the distance to the midpoint [1/s]."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task across the way to the target: half the difference of both angles, as a way."""

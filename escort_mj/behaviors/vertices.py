@@ -71,8 +71,8 @@ class Vertices(Behavior):
     gain: PositiveFloat = 0.8
     """Gain of the tangential distance to the vertex [1/s]."""
     assignment: Literal["nearest", "auction"] = "nearest"
-    """Who decides which robot takes which vertex: everybody's start, before the mission (`nearest`), or the
-    robots by what they tell each other (`auction`)."""
+    """How vertices are assigned to robots: before the mission, from all initial positions (`nearest`), or by
+    the robots themselves, which exchange bids (`auction`)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "assignment"})
 

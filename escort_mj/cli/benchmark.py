@@ -27,17 +27,17 @@ def benchmark_command(
         typer.Option(metavar="FILE|NAME", help="File of worlds, or shipped worlds: n8, n32 [default: n8]."),
     ] = None,
     agents: Annotated[
-        int | None, typer.Option(min=1, help="Draw worlds by the published rules, with so many agents.")
+        int | None, typer.Option(min=1, help="Draw worlds by the published rules, with this many agents.")
     ] = None,
     area: Annotated[float, typer.Option(min=0.5, help="Side of the square of drawn worlds [m].")] = 4.0,
     obstacles: Annotated[int, typer.Option(min=0, help="Number of boxes of drawn worlds.")] = 8,
     travel: Annotated[
         float | None,
-        typer.Option(min=0.5, help="Farthest along an axis from start to goal in drawn worlds [m]."),
+        typer.Option(min=0.5, help="Largest distance along an axis from start to goal in drawn worlds [m]."),
     ] = None,
     episodes: Annotated[
         int | None,
-        typer.Option(min=1, help="Number of worlds [default: all of a file, 32 drawn ones]."),
+        typer.Option(min=1, help="Number of worlds [default: all in a file, or 32 drawn worlds]."),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of drawn worlds.")] = 0,
     environment: Annotated[
@@ -47,7 +47,7 @@ def benchmark_command(
     scenario: Annotated[
         str | None,
         typer.Option(
-            help="Scenario whose behaviors, law and sensing fly [default: that of the environment].",
+            help="Scenario that gives behaviors, law and sensing [default: that of the environment].",
             autocompletion=complete.scenarios,
         ),
     ] = None,

@@ -93,7 +93,8 @@ def render_command(
         str | None,
         typer.Option(
             metavar="LENGTH",
-            help="Width of the figures: column (3.5in), page (7.2in) or such as 8.8cm [default: page].",
+            help="Width of the figures: column (3.5in), page (7.2in) or a length such as 8.8cm "
+            "[default: page].",
         ),
     ] = None,
     font: Annotated[str | None, typer.Option(metavar="FAMILY", help="Font of the figures.")] = None,
@@ -103,7 +104,7 @@ def render_command(
 ) -> None:
     """Redraw the figures and the video of a run folder.
 
-    Without an option, the video is as in the scenario's table `video`.
+    Without options, the video follows the scenario's table `video`.
 
     Example: escort-mj render renders/main --no-figures --camera follow --from 10 --to 20
 

@@ -171,11 +171,14 @@ def check_plugin_command(
 def check_robot_command(
     robot: Annotated[Path, typer.Argument(help="MJCF file of a robot.")],
     body: Annotated[
-        str | None, typer.Option("--body", help="Body that the law moves; default: the only one that can.")
+        str | None,
+        typer.Option("--body", help="Body that the law moves; default: the only one that can move."),
     ] = None,
     drive: Annotated[
         str | None,
-        typer.Option("--drive", help="force, thrust, steer, wheels, omni or velocity; default: found."),
+        typer.Option(
+            "--drive", help="force, thrust, steer, wheels, omni or velocity; default: found from the model."
+        ),
     ] = None,
     figure: Annotated[
         Path | None, typer.Option("--figure", help="Where to draw the step response: .png, .pdf or .svg.")
@@ -184,8 +187,8 @@ def check_robot_command(
 ) -> None:
     """Show what is found in a robot's MJCF, and how it answers a step of velocity along each axis.
 
-    Exit codes: 0 if it comes within 5 % of each step and overshoots by less than 30 %, 1 if not, 2 if it
-    cannot be read or driven.
+    Exit codes: 0 if the robot comes within 5 % of each step and overshoots by less than 30 %, 1 if not, 2 if
+    it cannot be read or driven.
 
     Example: escort-mj check-robot rover.xml --figure rover.png
     """

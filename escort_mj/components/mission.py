@@ -69,8 +69,7 @@ class DriveSignals(Fields):
         "p",
         Recorded(
             "N",
-            "force that the actuators are commanded to make, within their ranges; 0 where "
-            "servos decide on it",
+            "force commanded from the actuators, within their ranges; 0 where servos determine it",
         ),
     ]
 

@@ -69,7 +69,7 @@ class TeamSignals(Fields):
 
     member_of: Annotated[Array, "members", Recorded("1", "team of the robot, from 1", "int8")]
     team_center: Annotated[Array, "teams", "p", Recorded("m", "middle of the targets of each team")]
-    team_velocity: Annotated[Array, "teams", "p", Recorded("m/s", "velocity of this middle")]
+    team_velocity: Annotated[Array, "teams", "p", Recorded("m/s", "velocity of `team_center`")]
 
 
 class TeamState(Fields):

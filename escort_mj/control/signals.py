@@ -83,7 +83,7 @@ class OpponentSignals(Fields):
     opponent_status: Annotated[
         Array,
         "opponents",
-        Recorded("1", "0 before an opponent comes, 1 while it comes, 2 intercepted, 3 at the target", "int8"),
+        Recorded("1", "0 before the opponent sets out, 1 on its way, 2 intercepted, 3 at the target", "int8"),
     ]
     interceptor: Annotated[
         Array, "opponents", Recorded("1", "robot that intercepted an opponent; 0 for none", "int16")

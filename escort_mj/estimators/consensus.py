@@ -11,15 +11,15 @@ from escort_mj.knowledge.belief import Belief
 
 
 class Consensus(CovarianceIntersection):
-    """A Kalman filter on each robot, and a consensus with those that it hears (Battistelli, Chisci 2014).
+    """A Kalman filter on each robot, and consensus with teammates in range (Battistelli, Chisci 2014).
 
     Each message moves the belief by a fixed share toward the sender's, in the sense of the Kullback-Leibler
-    average: covariance intersection with a weight that does not depend on who is surer.
+    average: covariance intersection with a weight that does not depend on which of the two is more certain.
     """
 
     estimator: Literal["consensus"] = "consensus"  # type: ignore[assignment]
     share: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.3
-    """Weight of what is heard [1]."""
+    """Weight of the sender's belief [1]."""
 
     def weight(self, own: Belief, other: Belief, axes: int) -> float:
         """Return the weight of a robot's own belief."""

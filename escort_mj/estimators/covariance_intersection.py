@@ -13,10 +13,10 @@ from escort_mj.native.kernels import inlined
 
 
 class CovarianceIntersection(Kalman):
-    """A Kalman filter on each robot; teammates' beliefs by covariance intersection (Julier, Uhlmann 1997).
+    """A Kalman filter on each robot, and covariance intersection of beliefs (Julier, Uhlmann 1997).
 
-    P^-1 = w P_1^-1 + (1 - w) P_2^-1, which is consistent whatever both have in common; w follows from the
-    traces (Niehsen 2002).
+    P^-1 = w P_1^-1 + (1 - w) P_2^-1, which is consistent whatever information the two share; w follows from
+    the traces (Niehsen 2002).
     """
 
     estimator: Literal["covariance_intersection"] = "covariance_intersection"  # type: ignore[assignment]

@@ -8,7 +8,7 @@ from escort_mj.estimators.estimator import Estimator, EstimatorView
 
 
 class Hold(Estimator):
-    """The newest measurement that a robot has made or heard of, and nothing else."""
+    """Use the newest measurement that a robot has made or heard, unchanged."""
 
     predicts: ClassVar[bool] = False
     needs: ClassVar[tuple[tuple[str, ...], ...]] = (("position", "velocity"),)

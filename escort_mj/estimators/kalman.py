@@ -17,17 +17,17 @@ from escort_mj.native.kernels import DOUBLE, inlined, merged, stack_memory, vect
 class Kalman(Estimator):
     """A Kalman filter of the target on each robot (Bar-Shalom, Li, Kirubarajan 2001, sections 5.2, 10.3).
 
-    Its model is a target of constant velocity or acceleration that white noise disturbs; ranges and bearings
-    are linearized. Of what teammates believe, a robot takes over what is surer than its own belief: unlike a
-    mixture of both, that stays consistent, however the two depend on each other.
+    The model is a target of constant velocity or acceleration, disturbed by white noise; ranges and bearings
+    are linearized. A robot adopts a teammate's belief if it is more certain than its own: unlike a mixture of
+    the two, this remains consistent however they are correlated.
     """
 
     estimator: Literal["kalman"] = "kalman"
     model: Literal["velocity", "acceleration"] = "velocity"
-    """What the target keeps but for noise: its `velocity` or its `acceleration`."""
+    """Motion model of the target: constant `velocity` or constant `acceleration`, except for noise."""
     noise: PositiveFloat = 0.5
-    """Root of the spectral density of this noise: of the acceleration [m/s^1.5] or, for the model
-    `acceleration`, of the jerk [m/s^2.5]."""
+    """Square root of the spectral density of this noise, in the acceleration [m/s^1.5] or, for the model
+    `acceleration`, in the jerk [m/s^2.5]."""
 
     @property
     def orders(self) -> int:

@@ -6,7 +6,7 @@ from escort_mj.estimators.hold import Hold
 
 
 class Predict(Hold):
-    """The newest measurement that a robot has made or heard of, moved on with its velocity since then."""
+    """Use the newest measurement that a robot has made or heard, extrapolated at its velocity."""
 
     predicts: ClassVar[bool] = True
     estimator: Literal["predict"] = "predict"  # type: ignore[assignment]

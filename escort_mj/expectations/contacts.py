@@ -42,8 +42,8 @@ class ContactExpectation(Windowed):
     contacts: sides("none", "any")  # type: ignore[valid-type]
     """Two groups or bodies; `any`: any two bodies except the floor; `none`: no touch between such bodies."""
     at_most: NonNegativeInt | None = None
-    """Maximum number of touches; each is one unbroken contact of two bodies; null: 0 if there is no other
-    bound."""
+    """Maximum number of touches; each is one unbroken contact between two bodies; null: 0 if there is no
+    other bound."""
     at_least: NonNegativeInt | None = None
     """Minimum number of touches."""
     touch_time: NonNegativeFloat | None = None

@@ -192,7 +192,7 @@ class Deadline(Expectation):
     window_key = "by"
 
     by: NonNegativeFloat
-    """Latest time from which it holds [s]."""
+    """Latest time from which the condition must hold [s]."""
     before: PositiveFloat | None = None
     """End of the window [s]; null: the end of the run."""
 

@@ -20,9 +20,7 @@ class KnowledgeSignals(Fields):
         Array,
         "informed",
         "p*p",
-        Recorded(
-            "m^2", "covariance of the error of `target_estimate` that the robot expects; 0 if it does not say"
-        ),
+        Recorded("m^2", "covariance of the error of `target_estimate` that the robot expects; 0 if unknown"),
     ]
     target_seen: Annotated[
         Array, "informed", Recorded("1", "1 if the robot measured the target at its last look", "int8")

@@ -68,13 +68,13 @@ def arrived(trace: Recorded) -> Measure:
 
 @metric(unit="m", grows=True, watched=False, rank=34)
 def path_length(trace: Recorded) -> Measure:
-    """Mean length of the ways of the robots, straight between samples."""
+    """Mean length of the robots' paths, taken as straight between samples."""
     return Measure(float(np.linalg.norm(np.diff(trace["q"].values, axis=0), axis=2).sum(axis=0).mean()))
 
 
 @metric(unit="1", watched=False, rank=35)
 def stuck(trace: Recorded) -> Measure:
-    """Number of robots that are not at their goals and have not left a circle of their own size for 5 s."""
+    """Number of robots that end away from their goals and have stayed in a circle of their size for 5 s."""
     if "goal" not in trace:
         return Measure(None, reason=NO_GOALS)
     time = trace["time"].values

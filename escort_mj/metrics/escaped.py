@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @metric(unit="s", watched=False, more_is_better=True, dear=takes_long, of_team=True)
 def escaped(trace: Recorded) -> Measure:
-    """Time from which on the target is outside the robots' convex hull until the end."""
+    """Time from which the target stays outside the robots' convex hull until the end."""
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
     time, found = trace["time"].values, list(teams(trace))

@@ -44,7 +44,7 @@ def takes_long(trace: Recorded) -> bool:
 
 @metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=takes_long, of_team=True)
 def hull_margin(trace: Recorded) -> Measure:
-    """Minimum depth of the target in the convex hull of the robots; outside, minus the distance to it."""
+    """Minimum depth of the target in the robots' convex hull; outside, the negative distance to the hull."""
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
     best, when = math.inf, 0

@@ -45,7 +45,7 @@ class ClearanceSignals(Fields):
         Recorded(
             "m",
             "minimum surface-to-surface distance to any body of the group since the "
-            "previous sample; negative by their overlap, inf for no body",
+            "previous sample; negative if they overlap, inf if there is no such body",
         ),
     ]
     clearance_body: Annotated[
@@ -154,7 +154,7 @@ class TruthSignals(Fields):
 class LyapunovSignals(Fields):
     """V1 of the paper's proof; `judged` is `known` where the law has V1, else 0."""
 
-    lyapunov: Annotated[Array, "judged", Recorded("J", "share of the robot in the Lyapunov function V1")]
+    lyapunov: Annotated[Array, "judged", Recorded("J", "the robot's share of the Lyapunov function V1")]
     lyapunov_change: Annotated[Array, "judged", len(CAUSES), Recorded("J", "change of V1 so far, by cause")]
 
 

@@ -16,11 +16,11 @@ AXES = 3
 
 
 class Avoid(Policy):
-    """Along the direction nearest to the target's that leads past all robots within sight.
+    """Move along the direction closest to the target's that leads past all robots within sight.
 
-    A direction leads past a robot if the robot lies behind, or far enough to the side. Where none does, the
-    body goes straight. The direction is chosen again at an interval, in steps of one degree in the plane and
-    of about four in space.
+    A direction leads past a robot that lies behind the body or far enough to the side. If no direction leads
+    past all, the body heads straight for the target. The direction is chosen again at an interval, in steps
+    of one degree in the plane and of about four in space.
     """
 
     seeks: ClassVar[bool] = True
@@ -28,9 +28,9 @@ class Avoid(Policy):
     sight: Annotated[float, Field(gt=0.0, le=1e6)] = 3.0
     """Distance between centers within which a robot is seen [m]."""
     berth: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
-    """Distance from a robot's center to pass at [m]."""
+    """Distance from a robot's center at which the body passes [m]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
-    """Time between two choices [s]."""
+    """Time between choices [s]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity past the robots."""

@@ -16,13 +16,13 @@ NEAR = 1e-9  # m
 
 
 class Breach(Policy):
-    """Toward the point of a circle or sphere around the target where the body is ahead of all robots by most.
+    """Move to the point of a circle or sphere around the target where the lead over the robots is largest.
 
-    Robots are taken to move along the perimeter, by the shorter way. At a point, the body is ahead by the
-    time that the nearest robot takes less its own; points that it would have to cross the disc for are left
-    out. This is the intruder's best response in perimeter defense (Shishika, Kumar, Local-game decomposition
-    for multiplayer perimeter-defense problem, CDC 2018), up to the steps of one degree in the plane and of
-    about four in space. Inside the perimeter, the body goes straight for the target.
+    Robots are assumed to move along the perimeter, the shorter way around. The lead at a point is the time
+    that the nearest robot needs to get there minus the body's own; points behind the disc, seen from the
+    body, are left out. This is the intruder's best response in perimeter defense (Shishika, Kumar, Local-game
+    decomposition for multiplayer perimeter-defense problem, CDC 2018), up to the steps of one degree in the
+    plane and of about four in space. Inside the perimeter, the body goes straight for the target.
     """
 
     seeks: ClassVar[bool] = True
@@ -32,7 +32,7 @@ class Breach(Policy):
     rival_speed: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
     """Speed of the robots along the perimeter [m/s]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
-    """Time between two choices [s]."""
+    """Time between choices [s]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity toward the point."""

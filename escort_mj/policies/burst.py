@@ -12,10 +12,10 @@ IN_ANGLE = 1
 
 
 class Burst(Policy):
-    """Rest for a while, then dash straight through the middle of the largest gap between robots, and again.
+    """Rest for a while, dash straight through the middle of the largest gap between robots, and repeat.
 
-    The gap is chosen at the start of each dash, by angle as seen from the body, in steps of one degree in the
-    plane and of about four in space. During a dash the direction stays.
+    The gap is chosen at the start of each dash, by its angle as seen from the body, in steps of one degree in
+    the plane and of about four in space. The direction does not change during a dash.
     """
 
     policy: Literal["burst"] = "burst"

@@ -10,7 +10,7 @@ from escort_mj.policies.policy import ACTS, RESTS, Policy, PolicyView
 
 
 class Flee(Policy):
-    """Straight away from the nearest robot, as long as one is within sight."""
+    """Move straight away from the nearest robot while one is within sight."""
 
     policy: Literal["flee"] = "flee"
     sight: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0

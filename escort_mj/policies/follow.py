@@ -14,22 +14,22 @@ NEAR = 1e-9  # m
 
 
 class Follow(Policy):
-    """Behind a leader, at a distance: it is drawn along the line between them, as a trailer.
+    """Follow a leader at a distance, as if towed.
 
-    With y from the body to the leader and w the leader's velocity, it wants the velocity
-    (u . w + gain (abs(y) - distance)) u along u = y / abs(y). So it comes to follow in the leader's track,
-    and makes way for a leader that comes nearer.
+    With y the vector from the body to the leader, u = y / abs(y) and w the leader's velocity, the desired
+    velocity is (u . w + gain (abs(y) - distance)) u. The body thus falls in behind the leader, and makes way
+    if the leader comes closer.
     """
 
     python_only: ClassVar[frozenset[str]] = Component.python_only | {"leader"}
     policy: Literal["follow"] = "follow"
     leader: str = "robot_1"
-    """Name of the body that it follows, as in verdicts: `robot_1` and so on, `target`, or the name of an
-    obstacle, of a team's target or of an opponent."""
+    """Name of the leader, as in verdicts: `robot_1` and so on, `target`, or the name of an obstacle, of a
+    team's target or of an opponent."""
     distance: Annotated[float, Field(gt=0.0, le=1e6)] = 2.0
-    """Distance between centers that it keeps [m]."""
+    """Distance to keep between centers [m]."""
     gain: PositiveFloat = 2.0
-    """Gain of the distance that is left [1/s]."""
+    """Gain of the remaining distance [1/s]."""
     _place: int = PrivateAttr(default=0)  # of the leader: robots come first, then the target, then obstacles
 
     @classmethod

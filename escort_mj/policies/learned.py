@@ -27,12 +27,12 @@ Numbers = Annotated[tuple[float, ...], Field(min_length=1, max_length=WIDEST)]
 
 
 class Layer(Parameters):
-    """One layer of a network: tanh(weights x + bias), of the last one without tanh."""
+    """One layer of a network: tanh(weights x + bias); the last layer has no tanh."""
 
     weights: Annotated[tuple[Numbers, ...], Field(min_length=1, max_length=WIDEST)]
-    """A row for each output."""
+    """Weights, one row per output."""
     bias: Numbers
-    """A number for each output."""
+    """Biases, one per output."""
 
     @model_validator(mode="after")
     def _shaped(self) -> Layer:
@@ -52,19 +52,20 @@ def _or_file(schema: dict[str, Any]) -> None:
 
 
 class Learned(Policy):
-    """The velocity that a network answers, as a share of the speed.
+    """Move at the velocity that a network computes, as a share of the speed.
 
-    It is given, in shares of the mission's radius and of the speed, the way to the target, the target's
-    velocity, its own, and the ways to the four nearest robots with their velocities; 0 where there is no such
-    robot, and at most 10.
+    The network's inputs are the vector to the target, the target's velocity, the body's own velocity, and the
+    vectors to the four nearest robots with their velocities. Distances are divided by the mission's radius
+    and velocities by the speed; inputs are limited to 10, and 0 where there is no such robot.
     """
 
     python_only: ClassVar[frozenset[str]] = Component.python_only | {"network"}
     policy: Literal["learned"] = "learned"
     network: Annotated[tuple[Layer, ...], Field(max_length=MOST_LAYERS, json_schema_extra=_or_file)] = ()
-    """Layers; or the name of a .npz file beside the scenario, with weights_1, bias_1, weights_2 and so on."""
+    """Layers, or the name of a .npz file next to the scenario, with weights_1, bias_1, weights_2 and so on.
+    """
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.02
-    """Time between two answers [s]."""
+    """Time between evaluations of the network [s]."""
 
     @model_validator(mode="after")
     def _chained(self) -> Learned:

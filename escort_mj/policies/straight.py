@@ -11,7 +11,7 @@ NEAR = 1e-9  # m
 
 
 class Straight(Policy):
-    """Toward the target, whatever stands in between."""
+    """Move straight toward the target, whatever is in between."""
 
     seeks: ClassVar[bool] = True
     policy: Literal["straight"] = "straight"

@@ -12,18 +12,18 @@ IN_CELL = 2
 
 
 class Voronoi(Policy):
-    """Along the direction in which the body's own Voronoi cell reaches farthest; out of it where it is open.
+    """Move where the body's own Voronoi cell extends farthest, or out of the cell where it is open.
 
-    The cell holds the points that are nearer to the body than to any robot: those that it reaches first if
-    nobody is faster (Zhou, Zhang, Ding, Huang, Stipanovic, Tomlin, Automatica 2016, 72, 64-72). The direction
-    is chosen again at an interval.
+    The cell contains the points that are closer to the body than to any robot: those that it reaches first if
+    no robot is faster (Zhou, Zhang, Ding, Huang, Stipanovic, Tomlin, Automatica 2016, 72, 64-72). The
+    direction is chosen again at an interval.
     """
 
     policy: Literal["voronoi"] = "voronoi"
     wait: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
-    """Rest before it runs [s]."""
+    """Rest before the body moves [s]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
-    """Time between two choices [s]."""
+    """Time between choices [s]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity along the longest way."""

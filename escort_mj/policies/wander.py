@@ -14,11 +14,11 @@ ARRIVED = 0.05  # of the reach
 
 
 class Wander(Policy):
-    """To a random place around the start, and from there to the next one."""
+    """Move to a random place around the start, and from there to the next one."""
 
     policy: Literal["wander"] = "wander"
     reach: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
-    """Half-size of the box around the start in which places are drawn [m]."""
+    """Half the side of the box around the start from which places are drawn [m]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity toward the place."""

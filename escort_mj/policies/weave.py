@@ -12,12 +12,12 @@ NEAR = 1e-9  # m
 
 
 class Weave(Policy):
-    """Toward the target, turned by an angle to either side in the plane of the first two axes."""
+    """Move toward the target, swinging to either side in the plane of the first two axes."""
 
     seeks: ClassVar[bool] = True
     policy: Literal["weave"] = "weave"
     angle: Annotated[float, Field(gt=0.0, le=1.5)] = 0.8
-    """Largest angle to the straight way [rad]."""
+    """Largest angle to the straight line [rad]."""
     period: Annotated[float, Field(gt=0.0, le=1e3)] = 4.0
     """Time from one side to the other and back [s]."""
 

@@ -22,9 +22,9 @@ TIRE_WIDTH = 0.05  # half width of a wheel, of the track
 class DiffDrive(RobotKind):
     """A differential drive: two wheels driven by torque, two casters, friction on the floor (axes 2).
 
-    The law acts at the hand point ahead of the axle, where a force along the robot is the sum of the wheels'
-    pushes and a force across it their moment. The hull is a sphere with the robot's radius about the hand
-    point; it contains the robot.
+    The law acts at the hand point ahead of the axle, where the sum of the wheels' forces acts along the robot
+    and their moment acts across it. The hull is a sphere with the robot's radius about the hand point; it
+    contains the robot.
     """
 
     part: ClassVar[str] = "diff_drive"
@@ -38,20 +38,20 @@ class DiffDrive(RobotKind):
 
     kind: Literal["diff_drive"] = "diff_drive"
     track: Radius | None = None
-    """Distance between the wheels [m]; null: 0.8 of the radius."""
+    """Distance between the wheels [m]; null: 0.8 times the radius."""
     wheel_radius: Radius | None = None
-    """Radius of the wheels [m]; null: 0.165 of the radius."""
+    """Radius of the wheels [m]; null: 0.165 times the radius."""
     hand_point: Radius | None = None
-    """Distance of the point that the law controls ahead of the axle [m]; null: 0.4 of the radius."""
+    """Distance from the axle forward to the point that the law controls [m]; null: 0.4 times the radius."""
     wheel_share: Annotated[float, Field(gt=0, le=0.4)] = 0.03
     """Mass of each wheel, a uniform disc, as a share of the robot's mass [1]."""
     rotor_inertia: NonNegativeFloat = 0.0
-    """Moment of inertia of each motor with its gears, as its wheel feels it [kg m^2]."""
+    """Moment of inertia of each motor and its gears, reflected to the wheel [kg m^2]."""
     inertia: PositiveFloat | None = None
     """Moment of inertia of the chassis about its vertical axis [kg m^2]; null: that of a uniform disc."""
     torque_limit: PositiveFloat | None = None
-    """Largest torque on each wheel [N m]; null: 0.25 of the robot's weight (at 9.81 m/s^2) at the wheel's
-    radius."""
+    """Largest torque on each wheel [N m]; null: 0.25 times the robot's weight (at 9.81 m/s^2) times the
+    wheel's radius."""
     heading: Annotated[float, Field(ge=-7, le=7)] = 0.0
     """Direction of the robot at the start, counterclockwise from the x axis [rad]."""
 

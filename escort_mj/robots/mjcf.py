@@ -29,7 +29,8 @@ class FileKind(ModeledKind):
     body: Name | None = None
     """Name of the body that the law moves; null: the only one that can move."""
     drive: Drive = DriveKeys()
-    """How it is driven: a name, or a table; null values are found from what actuators do to the base."""
+    """How it is driven: a name, or a table; null values are determined from the effect of the actuators on
+    the base."""
     sha256: Digest | None = None
     """Required SHA-256 digest of the content; null: any. Every run writes it into its scenario."""
 
@@ -63,7 +64,7 @@ class FileKind(ModeledKind):
 
 
 class Mjcf(FileKind):
-    """A robot from an MJCF file in the scenario's folder: anything that its actuators can push."""
+    """A robot from an MJCF file in the scenario's folder: any model whose actuators can move it."""
 
     kind: Literal["mjcf"] = "mjcf"
     file: Name
@@ -80,7 +81,7 @@ class Mjcf(FileKind):
 
 
 class Menagerie(FileKind):
-    """A model of MuJoCo's Menagerie, by the package `mujoco-menagerie`; missions download nothing."""
+    """A model of the MuJoCo Menagerie, from the package `mujoco-menagerie`; missions download nothing."""
 
     kind: Literal["menagerie"] = "menagerie"
     model: Name

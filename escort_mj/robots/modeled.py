@@ -26,10 +26,11 @@ class DriveKeys(Parameters):
     kind: Literal["force", "thrust", "steer", "wheels", "omni", "velocity"] | None = None
     """Kind of drive; null: found from the effect of each actuator."""
     point: PositiveFloat | None = None
-    """`wheels` and `steer`: distance of the point that the law controls ahead of the axle or the center of
-    mass [m]; null: half the track, or the radius of gyration."""
+    """`wheels` and `steer`: distance from the axle or the center of mass forward to the point that the law
+    controls [m]; null: half the track, or the radius of gyration."""
     tilt_limit: float | None = Field(default=None, gt=0, le=1.4)
-    """`thrust`: largest commanded tilt [rad]; null: what can be reached in half a second, at most 0.7."""
+    """`thrust`: largest commanded tilt [rad]; null: the tilt that can be reached in half a second, at most
+    0.7."""
     attitude_frequency: float | None = Field(default=None, gt=0, le=1e3)
     """Natural frequency of the attitude loop [rad/s]; null: found from torques and moments of inertia."""
 

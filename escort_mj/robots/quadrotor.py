@@ -60,7 +60,7 @@ class Quadrotor(RobotKind):
 
     kind: Literal["quadrotor"] = "quadrotor"
     arm: Radius | None = None
-    """Distance of the rotors from the center [m]; null: 0.7 of the radius."""
+    """Distance of the rotors from the center [m]; null: 0.7 times the radius."""
     inertia: Annotated[tuple[PositiveFloat, ...], Field(min_length=3, max_length=3)] | None = None
     """Moments of inertia about the body axes [kg m^2]; null: those of a uniform disc with the radius of the
     arms."""

@@ -38,9 +38,9 @@ Coefficient = Annotated[float, Field(ge=-1e12, le=1e12)]
 class SurfaceVessel(RobotKind):
     """A vessel with two stern thrusters, added mass and damping of the water after Fossen (axes 2).
 
-    The law acts at the hand point ahead of midship, where a force along the vessel is the sum of the thrusts
-    and a force across it their moment. The hull is a sphere with the robot's radius about the hand point; it
-    contains the vessel. What is null is that of the model ship CyberShip II (1.255 m, 23.8 kg), scaled to
+    The law acts at the hand point ahead of midship, where the sum of the thrusts acts along the vessel and
+    their moment acts across it. The hull is a sphere with the robot's radius about the hand point; it
+    contains the vessel. Null values are those of the model ship CyberShip II (1.255 m, 23.8 kg), scaled to
     the vessel's length and mass by Froude's law.
     """
 
@@ -53,26 +53,27 @@ class SurfaceVessel(RobotKind):
 
     kind: Literal["surface_vessel"] = "surface_vessel"
     length: Radius | None = None
-    """Length of the vessel [m]; null: 1.05 of the radius."""
+    """Length of the vessel [m]; null: 1.05 times the radius."""
     hand_point: Radius | None = None
-    """Distance of the point that the law controls ahead of midship [m]; null: 0.4 of the length."""
+    """Distance from midship forward to the point that the law controls [m]; null: 0.4 times the length."""
     center_of_gravity: Annotated[float, Field(ge=-1e5, le=1e5)] | None = None
-    """Distance of the center of gravity ahead of midship [m]; null: 0.037 of the length."""
+    """Distance from midship forward to the center of gravity [m]; null: 0.037 times the length."""
     inertia: PositiveFloat | None = None
     """Moment of inertia about the vertical axis through the center of gravity, without water [kg m^2]; null:
-    scaled, as all below."""
+    scaled, like all keys below."""
     added_mass: Annotated[tuple[Coefficient, ...], Field(min_length=4, max_length=4)] | None = None
-    """Added mass in surge and sway [kg], in yaw [kg m^2] and of sway with yaw [kg m], at midship."""
+    """Added mass in surge and sway [kg], in yaw [kg m^2] and between sway and yaw [kg m], at midship."""
     surge_damping: Annotated[tuple[Coefficient, ...], Field(min_length=3, max_length=3)] | None = None
     """Resistance in surge: coefficients of u, abs(u) u and u^3 [kg/s, kg/m, kg s/m^2]."""
     sway_damping: Annotated[tuple[Coefficient, ...], Field(min_length=6, max_length=6)] | None = None
-    """Resistance in sway: of v, abs(v) v, abs(r) v, r, abs(v) r and abs(r) r, at midship."""
+    """Resistance in sway: coefficients of v, abs(v) v, abs(r) v, r, abs(v) r and abs(r) r, at midship."""
     yaw_damping: Annotated[tuple[Coefficient, ...], Field(min_length=6, max_length=6)] | None = None
-    """Resisting moment in yaw: of v, abs(v) v, abs(r) v, r, abs(v) r and abs(r) r, at midship."""
+    """Resisting moment in yaw: coefficients of v, abs(v) v, abs(r) v, r, abs(v) r and abs(r) r, at midship.
+    """
     thruster_spacing: Radius | None = None
-    """Distance between the thrusters [m]; null: 0.3 of the length."""
+    """Distance between the thrusters [m]; null: 0.3 times the length."""
     thrust_limit: PositiveFloat | None = None
-    """Largest thrust of each thruster, ahead and astern [N]; null: 0.05 of the weight."""
+    """Largest thrust of each thruster, ahead and astern [N]; null: 0.05 times the weight."""
     heading: Annotated[float, Field(ge=-7, le=7)] = 0.0
     """Direction of the vessel at the start, counterclockwise from the x axis [rad]."""
 

@@ -70,7 +70,7 @@ class LidarSignals(Fields):
         Array,
         "returned",
         "rays",
-        Recorded("m", "distance along each ray of the robot's lidar; inf where nothing returned"),
+        Recorded("m", "distance along each ray of the robot's lidar; inf if the ray hits nothing"),
     ]
 
 

@@ -44,8 +44,8 @@ class BarrierFilter(OuterLoop):
     looks_far: ClassVar[bool] = True
     loop: Literal["barrier_filter"] = "barrier_filter"
     rate: PositiveFloat = 1.0
-    """Share of the remaining margin that a robot may use up per second, or of a missing margin that it
-    recovers [1/s]."""
+    """Share of the margin that a robot may use up per second or, where the margin is negative, must recover
+    [1/s]."""
 
     def velocities(self, behaviors: tuple[Behavior, ...], now: Situation) -> tuple[Array, Mask]:
         """Return the escort behaviors' velocities, changed by as little as safety takes, and whose are.

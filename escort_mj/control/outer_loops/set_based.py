@@ -78,12 +78,12 @@ if TYPE_CHECKING:
 class SetBased(OuterLoop):
     """Escort behaviors by priority, within the velocities that keep every distance safe (Moe et al. 2016).
 
-    A robot may come nearer to an obstacle, a teammate or the target only as fast as its margin allows, the
-    distance beyond the safe distance of avoid_obstacles. With r the unit vector away from the body and u the
-    body's velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the
-    margin and, farther out, what braking stops in time. The velocity is the one nearest to that of the
-    behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two robots take
-    half of the closing speed each, also those of different teams. With `patience`, a robot that is blocked
+    A robot may approach an obstacle, a teammate or the target only as fast as its margin allows: its distance
+    minus the safe distance of avoid_obstacles. With r the unit vector away from the body and u the body's
+    velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the margin and,
+    farther out, the speed from which braking stops in time. The velocity is the one closest to that of the
+    behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two robots,
+    even of different teams, take half of the closing speed each. With `patience`, a robot that is blocked
     follows the boundary of what blocks it.
     """
 
@@ -92,23 +92,23 @@ class SetBased(OuterLoop):
     looks_far: ClassVar[bool] = True
     loop: Literal["set_based"] = "set_based"
     activation: Literal["smooth", "tangent_cone"] = "smooth"
-    """When a condition holds: always, so that a robot slows down before (`smooth`), or only within the safe
+    """When a condition applies: always, so that a robot slows down early (`smooth`), or only within the safe
     distance, where it may not go deeper (`tangent_cone`)."""
     rate: PositiveFloat = 4.0
-    """Share of the margin that a robot may use up per second, or of a missing margin that it recovers
+    """Share of the margin that a robot may use up per second or, where the margin is negative, must recover
     [1/s]."""
     braking: PositiveFloat | None = None
-    """Deceleration with which a robot can stop [m/s^2]; null: half of what the force limit gives the heaviest
-    robot for its force, without a force limit any."""
+    """Deceleration at which a robot can brake [m/s^2]; null: half the smallest ratio of force limit to mass
+    in the team, or unlimited without a force limit."""
     target_distance: NonNegativeFloat | None = None
     """Safe distance to the target [m]; null: `safe_distance`, but at most half the gap between the target and
     the sphere around it; 0: the target is not avoided."""
     patience: PositiveFloat | None = None
-    """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits, as
-    escorts of a moving target should."""
+    """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits, which
+    is best when escorting a moving target."""
     turn_back: PositiveFloat = 12.0
-    """Time after which a robot follows the boundary the other way around [s]; each further time after
-    twice as long."""
+    """Time after which a robot turns back and follows the boundary the other way around [s]; it doubles each
+    time."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

@@ -88,8 +88,7 @@ def _tag(table: Node) -> str:
 def _words(node: Node) -> str:
     """Return the description of a key or table in one line, without the sections of a docstring."""
     text = re.split(r"\n\s*(?:Args|Attributes|Raises):\n", node.get("description", ""))[0]
-    linked = re.sub(r"\(docs/(\w+)\.md\)", r"([\1](\1.md))", " ".join(text.split()))
-    return linked.replace("|", "\\|")
+    return re.sub(r"\(docs/(\w+)\.md\)", r"([\1](\1.md))", " ".join(text.split()))
 
 
 def _default(node: Node) -> str:

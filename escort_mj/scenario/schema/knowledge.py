@@ -31,13 +31,13 @@ class SightNoise(Parameters):
     """Standard deviations of the normal errors of measurements of the target."""
 
     position: NonNegativeFloat = 0.0
-    """Of the position, per axis [m]."""
+    """Standard deviation of the position, per axis [m]."""
     velocity: NonNegativeFloat = 0.0
-    """Of the velocity, per axis [m/s]."""
+    """Standard deviation of the velocity, per axis [m/s]."""
     range: NonNegativeFloat = 0.0
-    """Of the distance [m]."""
+    """Standard deviation of the distance [m]."""
     bearing: Annotated[float, Field(ge=0.0, le=0.5)] = 0.0
-    """Of the direction [rad]."""
+    """Standard deviation of the direction [rad]."""
 
 
 class Outliers(Parameters):
@@ -55,9 +55,9 @@ class TargetSight(Parameters):
     robots: Robots | None = None
     """Numbers of the robots that can see the target; null: all."""
     range: PositiveFloat | None = None
-    """Distance up to which they see it, surface to surface [m]; null: any."""
+    """Distance up to which robots see the target, surface to surface [m]; null: any."""
     field_of_view: Annotated[float, Field(gt=0.0, lt=2.0 * math.pi)] | None = None
-    """Opening angle of the cone around a robot's heading in which it sees the target [rad]; null: all around.
+    """Opening angle of the cone around its heading in which a robot sees the target [rad]; null: all around.
     """
     hidden: bool = False
     """Whether obstacles and walls hide the target."""
@@ -77,31 +77,31 @@ class TargetSight(Parameters):
     """Normal errors of the measurements, added to those of `sensing.target_position` and
     `sensing.target_velocity`."""
     dropout: Share = 0.0
-    """Probability that nothing comes of a look [1]."""
+    """Probability that a look yields no measurement [1]."""
     outliers: Outliers | None = None
     """Measurements that are wrong by more than the noise; null: none."""
 
 
 class InitialKnowledge(Parameters):
-    """Standard deviations of what each robot knows of the target at the start."""
+    """Standard deviations of each robot's initial knowledge of the target."""
 
     position: NonNegativeFloat = 0.0
-    """Of the position, per axis [m]."""
+    """Standard deviation of the position, per axis [m]."""
     velocity: NonNegativeFloat = 0.0
-    """Of the velocity, per axis [m/s]."""
+    """Standard deviation of the velocity, per axis [m/s]."""
     acceleration: NonNegativeFloat = 0.0
-    """Of the acceleration, per axis [m/s^2]; for estimators of it."""
+    """Standard deviation of the acceleration, per axis [m/s^2]; for estimators with acceleration."""
 
 
 class Knowledge(Parameters):
-    """What robots know of the target: what they see and, with `communication`, what they hear."""
+    """What robots know about the target: what they see and, with `communication`, what they hear."""
 
     target: TargetSight = TargetSight()
     """How robots measure the target."""
     estimator: Estimator = Predict()
-    """What each robot makes of what it sees and hears: a name, or a table with parameters."""
+    """How each robot estimates the target from what it sees and hears: a name, or a table with parameters."""
     initial: InitialKnowledge = InitialKnowledge()
-    """How well robots know the target at the start."""
+    """Accuracy of the robots' initial knowledge of the target."""
 
 
 class Loss(Parameters):
@@ -114,7 +114,7 @@ class Loss(Parameters):
 
 
 class Nearest(Parameters):
-    """Each robot hears those that are nearest to it."""
+    """Each robot hears the robots nearest to it."""
 
     nearest: Annotated[int, Field(ge=1, le=64)]
     """Number of teammates that a robot hears."""
@@ -128,16 +128,17 @@ class Edges(Parameters):
 
 
 class Blackout(Parameters):
-    """A time in which some messages do not pass. Without `robots` and `groups`, none does."""
+    """A period in which some messages do not get through. Without `robots` and `groups`, none does."""
 
     after: NonNegativeFloat = 0.0
     """Start [s]."""
     before: PositiveFloat | None = None
     """End [s]; null: the end of the run."""
     robots: Robots | None = None
-    """Robots whose radio fails: they hear nobody, and nobody hears them."""
+    """Robots whose radio fails: they neither hear other robots nor are heard."""
     groups: Annotated[tuple[Robots, ...], Field(min_length=2)] | None = None
-    """Groups of robots that hear each other, but not the others; robots not listed form one more group."""
+    """Groups of robots that hear each other but not other groups; the robots not listed form one more group.
+    """
 
 
 def _graph_of(value: Any) -> str | None:
@@ -181,10 +182,10 @@ class Communication(Parameters):
     """How robots communicate. Each sends its position, its velocity and its estimate of the target."""
 
     graph: Graph = "complete"
-    """Who can hear whom: `complete`, `ring` in the order of the numbers, `{nearest: k}` or
-    `{edges: [[1, 2], ...]}`."""
+    """Which robots can hear each other: `complete`, `ring` in the order of the robots' numbers, `{nearest:
+    k}` or `{edges: [[1, 2], ...]}`."""
     range: PositiveFloat | None = None
-    """Largest distance of two robots that hear each other [m]; null: any."""
+    """Largest distance between robots that hear each other [m]; null: any."""
     measure: Literal["center", "surface"] = "center"
     """Whether this distance is measured between centers or surfaces."""
     blocked: bool = False
@@ -195,15 +196,15 @@ class Communication(Parameters):
     delay: Delay = 0.0
     """Time that a message takes [s]: one number, or the bounds of a uniform distribution."""
     jitter: NonNegativeFloat = 0.0
-    """Largest time by which a message is sent late [s], uniformly distributed."""
+    """Largest random delay before a message is sent [s], uniformly distributed."""
     loss: AnyLoss = 0.0
     """Share of lost messages [1], independently, or in bursts: `{mean: 0.2, burst: 5}`."""
     timeout: PositiveFloat | None = 1.0
-    """Age from which on what a robot has heard of a teammate does not count [s]; null: never."""
+    """Age beyond which a robot disregards what it has heard from a teammate [s]; null: never."""
     neighbors: Annotated[int, Field(ge=1, le=64)] | None = None
     """Largest number of teammates that a robot hears at once; null: all in a team of up to 17, else 8."""
     blackouts: Annotated[tuple[Blackout, ...], Field(max_length=64)] = ()
-    """Times in which messages do not pass."""
+    """Periods in which messages do not get through."""
 
 
 def sight_of(knowledge: Knowledge, timestep: float, count: int) -> Sight:

@@ -65,7 +65,7 @@ class Drive(Parameters):
     """A body with mass that a force drives along its path: it pushes other bodies and can be pushed."""
 
     mass: Mass | None = None
-    """Mass [kg]; null: 1000 kg, which robots hardly affect, or 1 kg for a body with a policy."""
+    """Mass [kg]; null: 1000 kg, which robots can hardly move, or 1 kg for a body with a policy."""
     force_limit: Force | None = None
     """Largest driving force [N]; null: no limit."""
     gain: Annotated[float, Field(gt=0.0, le=1e3)] = 10.0

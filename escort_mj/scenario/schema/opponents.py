@@ -20,8 +20,8 @@ class Opponents(Parameters):
     count: Annotated[int, Field(ge=1, le=MOST_OPPONENTS)] = 1
     """Number of opponents."""
     positions: tuple[Vector, ...] | None = None
-    """Start of each [m]; null: random directions from the target's start, or from the middle of the teams'
-    targets."""
+    """Initial position of each [m]; null: at `distance` in random directions from the target's start, or from
+    the middle of the teams' targets."""
     distance: Radius = 10.0
     """Distance of random starts from the target's start [m]."""
     radius: Radius = 0.2
@@ -29,12 +29,13 @@ class Opponents(Parameters):
     body: Drive = Drive(mass=1.0, force_limit=20.0)
     """Mass and drive of the bodies."""
     policy: Policy = Straight()
-    """What each of them wants."""
+    """Policy of each opponent."""
     start: NonNegativeFloat = 0.0
-    """Time at which the first one comes [s]; until then, it rests."""
+    """Time at which the first opponent sets out [s]; until then, it rests."""
     interval: NonNegativeFloat = 0.0
-    """Time between the starts of two successive ones [s]."""
+    """Time between the starts of successive opponents [s]."""
     capture_distance: NonNegativeFloat = 0.3
-    """Gap to a robot at which an opponent is intercepted [m]; it then goes back to its start."""
+    """Gap to a robot at which an opponent counts as intercepted [m]; it then returns to its start."""
     reach_distance: NonNegativeFloat = 0.1
-    """Gap to the target at which an opponent has reached it [m]; it then goes back to its start."""
+    """Gap to the target at which an opponent counts as having reached it [m]; it then returns to its start.
+    """

@@ -61,15 +61,15 @@ class Physics(Parameters):
 
 
 class Target(Motion):
-    """The escorted target. Set `position` or `waypoints`; without either it rests at the origin."""
+    """The escorted target. Set `position` or `waypoints`; without either, it rests at the origin."""
 
     radius: Radius = 0.3
     """Radius of the body [m]."""
     body: Drive | None = None
-    """Mass and drive of a target that can be pushed; null: kinematic, it follows its path whatever it meets,
-    or, with a policy, 1 kg driven by up to 20 N."""
+    """Mass and drive of a target that can be pushed; null: with a policy, 1 kg driven by up to 20 N; without
+    one, the target is kinematic and follows its path whatever it meets."""
     policy: Policy | None = None
-    """What the target wants; null: to follow its path. With a policy, the target starts at `position` and can
+    """Policy of the target; null: it follows its path. With a policy, the target starts at `position` and can
     be blocked, pushed and caught."""
 
     @property
@@ -208,7 +208,7 @@ class Scenario(Parameters, metaclass=_Checked):
     physics: Physics = Physics()
     """Settings of the physics engine."""
     target: Target | None = Target()
-    """The body that the robots escort; null: none, and behaviors such as `goal` say where robots go."""
+    """The body that the robots escort; null: none, and behaviors such as `goal` determine where robots go."""
     robots: Robots = Robots()
     """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
@@ -218,7 +218,7 @@ class Scenario(Parameters, metaclass=_Checked):
     clutter: Clutter | None = None
     """Random obstacles; null: none."""
     opponents: Annotated[tuple[Opponents, ...], Field(max_length=20)] = ()
-    """Bodies that want to reach the target, and that robots can intercept (docs/pursuit.md)."""
+    """Bodies that try to reach the target and that robots can intercept (docs/pursuit.md)."""
     teams: Annotated[tuple[Team, ...], Field(max_length=MOST_TEAMS)] = ()
     """Teams of robots with targets of their own, in place of `target` (docs/teams.md); empty: all robots are
     one team."""
@@ -232,7 +232,7 @@ class Scenario(Parameters, metaclass=_Checked):
     sensing: Sensing = Sensing()
     """Sensors of the robots and their errors."""
     knowledge: Knowledge | None = None
-    """What each robot knows of the target by itself; null: all know what the team's sensors show."""
+    """What each robot knows about the target by itself; null: all robots share the team's measurements."""
     communication: Communication | None = None
     """Messages between the robots; null: all know each other's positions at once."""
     uncertainty: Uncertainty = Uncertainty()

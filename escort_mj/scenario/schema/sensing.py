@@ -70,15 +70,16 @@ class Lidar(Parameters):
     """Rays from the center of each robot that measure the distance to the first obstacle or wall."""
 
     rays: Annotated[int, Field(ge=8, le=4096)] | None = None
-    """Number of rays, evenly around in two axes and over the sphere in three; null: 72 or 500."""
+    """Number of rays, spread evenly over the circle in two axes and over the sphere in three; null: 72 or
+    500."""
     range: Radius = 10.0
-    """Distance up to which a ray returns [m]."""
+    """Largest distance that a ray measures [m]."""
     noise: NonNegativeFloat = 0.0
     """Standard deviation of the normal error of each distance [m]."""
     rate: PositiveFloat | None = None
     """Scans per second [1/s], a whole number of physics steps apart; null: at every step."""
     record: bool = False
-    """Whether to record the distance along each ray, `lidar_range`."""
+    """Whether to record `lidar_range`, the distance along each ray."""
 
 
 class Sensing(Parameters):
@@ -95,8 +96,8 @@ class Sensing(Parameters):
     radius: SensingRadius = SensingRadius()
     """Range at which robots detect obstacles and each other."""
     lidar: Lidar | None = None
-    """Lidar on each robot, whose returns are all that it knows of obstacles; null: robots know their shapes.
-    """
+    """Lidar on each robot, which is then its only knowledge of obstacles; null: robots know the obstacles'
+    shapes."""
 
     @property
     def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:

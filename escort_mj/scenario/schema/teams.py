@@ -23,14 +23,14 @@ class TeamTarget(Motion):
     body: Drive = Drive()
     """Mass and drive of the body."""
     policy: Policy | None = None
-    """What the target wants; null: to follow its path. With a policy, the target starts at `position`."""
+    """Policy of the target; null: it follows its path. With a policy, the target starts at `position`."""
 
 
 class Demand(Parameters):
-    """How many robots a team needs from some time on."""
+    """Number of robots that a team needs from a given time on."""
 
     after: NonNegativeFloat = 0.0
-    """From when on [s]."""
+    """Time from which it applies [s]."""
     robots: PositiveInt
     """Number of robots that it needs."""
 
@@ -41,11 +41,11 @@ class Team(Parameters):
     name: Name
     """Name in figures and verdicts."""
     robots: Annotated[tuple[PositiveInt, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
-    """Its members at the start: numbers of robots, from 1."""
+    """Initial members: numbers of robots, from 1."""
     targets: Annotated[tuple[TeamTarget, ...], Field(min_length=1, max_length=MOST_TARGETS)]
-    """Its targets; robots stay around the middle of them."""
+    """Its targets; the robots surround the point in the middle of them."""
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
-    """Numbers of robots that it needs, in order of time. A team with too few robots gets the nearest ones
-    that other teams can spare."""
+    """Number of robots that it needs over time, in order of time. A team with too few robots gets the nearest
+    ones that other teams can spare."""
