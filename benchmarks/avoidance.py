@@ -182,13 +182,13 @@ def costs() -> Iterator[list[str]]:
 def main() -> None:
     """Flies all."""
     docs = wants_docs(__doc__, PAGE)
-    head = ["mission", "noise", "way", "to obstacles [m]", "between robots [m]", "slip [m/s]"]
+    head = ["mission", "noise", "method", "to obstacles [m]", "between robots [m]", "slip [m/s]"]
     head += ["chattering [N/s]", "energy [J]", "settles [s]"]
     tables = {
         "avoidance missions": table(head, missions()),
         "avoidance costs": table(["mission", "bare [us]", "nsb / bare", "set-based / bare"], costs()),
         "avoidance approaches": table(
-            ["way", *(f"{speed:g} m/s" for speed in SPEEDS)], approaches()
+            ["method", *(f"{speed:g} m/s" for speed in SPEEDS)], approaches()
         ),
         "avoidance blocked": table(["world", "nsb", "barrier filter", "set-based"], worlds_that_block()),
     }  # fmt: skip

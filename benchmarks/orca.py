@@ -118,7 +118,7 @@ def main() -> None:
         line("here", "sphere of 100", [mine], [mine]),
         [*line("straight through each other", "sphere of 100", [least], [mine])[:-1], ""],
     ]
-    head = ["starts", "way", "arrive", "makespan [s] (ratio)", "mean way [m] (ratio)", "least gap [m]"]
+    head = ["starts", "method", "arrive", "makespan [s] (ratio)", "mean path [m] (ratio)", "least gap [m]"]
     publish(PAGE, {"orca": table(head, rows)}, docs)
 
 

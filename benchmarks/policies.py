@@ -133,7 +133,7 @@ def main(arguments: Any = None) -> None:
     write = wants_docs(__doc__, PAGE, arguments)
     gains = trained()
     units = ("radius error [m]", "spacing error [m]", "to robots [m]", "to obstacles [m]", "force [N]")
-    head = ["controller", "verdicts held", "missions with a touch", *units]
+    head = ["controller", "verdicts passed", "missions with a touch", *units]
     found = [
         [f"`{name}`", f"{hand:g}", f"{value:.3g}"]
         for (name, hand), value in zip(BY_HAND.items(), gains, strict=True)

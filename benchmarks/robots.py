@@ -154,7 +154,7 @@ def main(arguments: Any = None) -> None:
     )
     found = dict(zip(todo, side_by_side(attempt, todo, cores(), progress), strict=True))
     measured = [
-        "verdicts held",
+        "verdicts passed",
         "tail error, worst [mm]",
         "to obstacles [m]",
         "to robots [m]",

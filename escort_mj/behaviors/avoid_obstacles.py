@@ -71,7 +71,7 @@ class AvoidObstacles(Behavior):
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
     sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
     """Minimum tangential velocity around an intruder, as a share of the velocity that it blocks, so that
-    head-on approaches do not stop (remark 6); 0: none, only noise ends such a stop (the paper)."""
+    robots do not stop in front of it (remark 6); 0: none, and only noise ends such a stop (the paper)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "teammates"})
 

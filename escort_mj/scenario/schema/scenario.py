@@ -92,7 +92,7 @@ class Phase(Parameters):
     when: Condition | None = None
     """Condition for the phase; null: time alone decides."""
     team: str | None = None
-    """Name of the team that the phase rules, in scenarios with `teams`; null: all robots."""
+    """Name of the team to which the phase applies, in scenarios with `teams`; null: all robots."""
 
 
 class Mission(Parameters):
@@ -157,7 +157,7 @@ class Video(Parameters):
     """Direction in which the camera looks, above the horizon [deg]; -90 looks straight down; null: chosen for
     the mission."""
     distance: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """Distance of the camera from the point it looks at [m]; null: as near as it can be."""
+    """Distance of the camera from the point it looks at [m]; null: as close as possible."""
     start: Annotated[float, Field(ge=0, le=1e6)] | None = None
     """Simulated time at which the video begins [s]; null: the start of the run."""
     end: Annotated[float, Field(gt=0, le=1e6)] | None = None
@@ -228,7 +228,7 @@ class Scenario(Parameters, metaclass=_Checked):
     """The task of the robots: the outer loop."""
     controller: Law = ApdSmc()
     """The law of the inner loop: a name, or a table with gains (law: apd_smc if omitted). `gains: auto`
-    computes gains that fit the robots (docs/gains.md); the stored scenario has the numbers."""
+    computes gains that fit the robots (docs/gains.md); the stored scenario contains the numbers."""
     sensing: Sensing = Sensing()
     """Sensors of the robots and their errors."""
     knowledge: Knowledge | None = None
