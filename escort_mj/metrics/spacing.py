@@ -27,7 +27,8 @@ def spacing_error(trace: Recorded) -> np.ndarray | None:
         return None
     q = trace["q"].values
     apart = np.linalg.norm(q[:, pairs[:, 0] - 1] - q[:, pairs[:, 1] - 1], axis=2)
-    broken = lost(trace)[:, np.unique(pairs) - 1].any(axis=1, keepdims=True)
+    concerned = np.isin(np.arange(q.shape[1]), pairs - 1)
+    broken = lost(trace)[:, concerned].any(axis=1, keepdims=True)
     return np.where(broken, np.nan, apart - trace["spacing"].values)
 
 

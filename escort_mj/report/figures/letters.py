@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import matplotlib
+from matplotlib.artist import Artist
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager, get_font
 from matplotlib.text import Text
@@ -31,9 +32,25 @@ def legible(words: str) -> str:
 
 def finish_texts(figure: Figure) -> None:
     """Make every text of a figure appear as it was written."""
-    texts: list[Any] = figure.findobj(Text)
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis, *([axes.zaxis] if hasattr(axes, "zaxis") else [])):
+            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
+                _spell(axis.get_ticklabels(which="both"))
+                axis.set_major_formatter(_Literal(axis.get_major_formatter()))
+            elif type(axis.get_major_formatter()) is ScalarFormatter:
+                axis.set_major_formatter(_Numbers())
+    texts = list(_texts(figure))
     _spell(texts)
-    _take_literally(figure, texts)
+    for text in texts:
+        text.set_parse_math(False)
+
+
+def _texts(artist: Artist) -> Iterator[Text]:
+    """Texts of a figure except for numbers along its axes, which alone are mathematics."""
+    for child in [artist.label] if isinstance(artist, Axis) else artist.get_children():
+        if isinstance(child, Text):
+            yield child
+        yield from _texts(child)
 
 
 def _spell(texts: Iterable[Text]) -> None:
@@ -54,21 +71,6 @@ def _spell(texts: Iterable[Text]) -> None:
             text.set_fontweight("normal")  # which every font has
         if words != text.get_text():
             text.set_text(words)
-
-
-def _take_literally(figure: Figure, texts: Iterable[Text]) -> None:
-    r"""Draw `$`, `^`, `_` and `\` of every text as they stand; only numbers along an axis are mathematics."""
-    numbers: set[Text] = set()
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis, *([axes.zaxis] if hasattr(axes, "zaxis") else [])):
-            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
-                axis.set_major_formatter(_Literal(axis.get_major_formatter()))
-            elif type(axis.get_major_formatter()) is ScalarFormatter:
-                axis.set_major_formatter(_Numbers())
-            numbers |= {axis.get_offset_text(), *axis.get_ticklabels(which="both")}
-    for text in texts:
-        if text not in numbers:
-            text.set_parse_math(False)
 
 
 class _Literal(Formatter):
