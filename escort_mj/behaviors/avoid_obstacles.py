@@ -57,7 +57,7 @@ class AvoidObstacles(Behavior):
     safe_distance: PositiveFloat = 2.0
     """Distance to an obstacle or a failed robot below which the behavior is active [m]."""
     measure: Literal["center", "surface"] = "surface"
-    """Measure of distances: `surface` to surface, or `center` to center (the paper's points)."""
+    """Measure of distances: `surface` to surface, or `center` to center (as for the paper's point robots)."""
     teammates: Literal[True, False, "heard"] = True
     """Whether a teammate that comes too close counts as an obstacle (remark 2): `true`, if the robot sees it;
     `heard`, anywhere it could be by now according to its messages; `false`, never."""

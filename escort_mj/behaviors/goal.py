@@ -131,8 +131,8 @@ class Goal(Headed):
 
     behavior: Literal["goal"] = "goal"
     goals: Goals
-    """One entry per robot, a point or a list of waypoints [m]; `opposite`: each robot's start, mirrored at
-    the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
+    """One entry per robot, a point or a list of waypoints [m]; `opposite`: each robot's start, mirrored
+    through the mean of all starts; a table: random points in a ball, drawn like `robots.placement`."""
 
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""

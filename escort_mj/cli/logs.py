@@ -39,7 +39,7 @@ def judge_command(
     scenario: Annotated[
         str,
         typer.Option(
-            help="Scenario file, or name of a shipped scenario: what the log is judged by.",
+            help="Scenario file, or name of a shipped scenario, against which the log is judged.",
             autocompletion=complete.scenarios,
         ),
     ],
@@ -66,7 +66,7 @@ def judge_command(
     report: ReportOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Judge a log of real robots by a scenario, and write it as a run folder.
+    """Judge a log of real robots against a scenario, and write it as a run folder.
 
     Verdicts about what the log does not contain are neither passed nor failed.
 

@@ -185,7 +185,7 @@ def check_robot_command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what is found in a robot's MJCF, and how it answers a step of velocity along each axis.
+    """Show what is found in a robot's MJCF, and how the robot responds to a velocity step along each axis.
 
     Exit codes: 0 if the robot comes within 5 % of each step and overshoots by less than 30 %, 1 if not, 2 if
     it cannot be read or driven.

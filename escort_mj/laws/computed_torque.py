@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class ComputedTorque(Law):
     """Inverse dynamics: tau = M (a_d + k_v e_dot + k_p e) + bias, with MuJoCo's M and bias force.
 
-    Without noise and disturbance, the error satisfies e'' + k_v e' + k_p e = 0 for any mass. a_d is the
+    Without noise or disturbance, the error satisfies e'' + k_v e' + k_p e = 0 for any mass. a_d is the
     backward difference of the outer loop's velocity over one physics step, after a first-order filter,
     because this velocity contains measurement noise.
 

@@ -21,8 +21,8 @@ class TerminalSmc(SlidingModeLaw):
 
     On z = 0 the error vanishes in finite time: the squared error speeds up convergence at large errors, the
     root of the velocity error at small ones. The equivalent part m |e_dot|^(1/2) sgn(e_dot) (1 + 2 a |e|) /
-    (3/2 b) contains no negative power and is not singular at e = 0. m is an assumed mass; the reaching
-    terms compensate its error. The recorded `s`, which anti-windup uses, remains e_dot + slope * e.
+    (3/2 b) contains no negative power and is not singular at e = 0. m is an assumed mass; the reaching terms
+    compensate for its error. The recorded `s`, which anti-windup uses, remains e_dot + slope * e.
 
     Yang, L.; Yang, J. Nonsingular fast terminal sliding-mode control for nonlinear dynamical systems. Int.
     J. Robust Nonlinear Control 2011, 21, 1865-1879, doi 10.1002/rnc.1666.

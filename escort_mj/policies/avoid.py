@@ -16,7 +16,7 @@ AXES = 3
 
 
 class Avoid(Policy):
-    """Move along the direction closest to the target's that leads past all robots within sight.
+    """Move in the direction closest to the target's that leads past all robots within sight.
 
     A direction leads past a robot that lies behind the body or far enough to the side. If no direction leads
     past all, the body heads straight for the target. The direction is chosen again at an interval, in steps

@@ -56,7 +56,7 @@ class Learned(Policy):
 
     The network's inputs are the vector to the target, the target's velocity, the body's own velocity, and the
     vectors to the four nearest robots with their velocities. Distances are divided by the mission's radius
-    and velocities by the speed; inputs are limited to 10, and 0 where there is no such robot.
+    and velocities by the speed; inputs are limited to the range from -10 to 10, and are 0 for missing robots.
     """
 
     python_only: ClassVar[frozenset[str]] = Component.python_only | {"network"}

@@ -21,7 +21,7 @@ HOVER = 0.5  # m, height above the floor of planar missions, below its hull
 
 
 class DriveKeys(Parameters):
-    """How a robot is driven, where it differs from what is found in the model."""
+    """Drive of a robot, where it differs from the one found in the model."""
 
     kind: Literal["force", "thrust", "steer", "wheels", "omni", "velocity"] | None = None
     """Kind of drive; null: found from the effect of each actuator."""

@@ -76,7 +76,7 @@ if TYPE_CHECKING:
 
 
 class SetBased(OuterLoop):
-    """Escort behaviors by priority, within the velocities that keep every distance safe (Moe et al. 2016).
+    """Escort behaviors by priority, restricted to velocities that keep every distance safe (Moe et al. 2016).
 
     A robot may approach an obstacle, a teammate or the target only as fast as its margin allows: its distance
     minus the safe distance of avoid_obstacles. With r the unit vector away from the body and u the body's
@@ -107,8 +107,8 @@ class SetBased(OuterLoop):
     """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits, which
     is best when escorting a moving target."""
     turn_back: PositiveFloat = 12.0
-    """Time after which a robot turns back and follows the boundary the other way around [s]; it doubles each
-    time."""
+    """Time after which a robot turns back and follows the boundary the other way around [s]; this time
+    doubles with every turn."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

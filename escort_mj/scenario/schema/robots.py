@@ -69,7 +69,7 @@ class Robots(Parameters):
     radius: Radius = 0.2
     """Radius of the body of each robot [m]."""
     force_limit: Force | None = 10.0
-    """Largest force per axis, of a motor or commanded to a quadrotor [N]; null: no limit."""
+    """Largest force per axis, of a motor or, for a quadrotor, of the command [N]; null: no limit."""
     actuators: Actuators = Actuators()
     """Errors of the motors."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None

@@ -96,8 +96,8 @@ class Sensing(Parameters):
     radius: SensingRadius = SensingRadius()
     """Range at which robots detect obstacles and each other."""
     lidar: Lidar | None = None
-    """Lidar on each robot, then its only source of knowledge about obstacles; null: robots know the
-    obstacles' shapes."""
+    """Lidar on each robot, which replaces knowledge of the obstacles' shapes; null: no lidar, robots know the
+    shapes."""
 
     @property
     def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:

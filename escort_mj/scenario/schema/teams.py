@@ -43,9 +43,9 @@ class Team(Parameters):
     robots: Annotated[tuple[PositiveInt, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
     """Initial members: numbers of robots, from 1."""
     targets: Annotated[tuple[TeamTarget, ...], Field(min_length=1, max_length=MOST_TARGETS)]
-    """Its targets; the robots surround the point in the middle of them."""
+    """Its targets; the robots surround their midpoint."""
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
-    """Number of robots that it needs over time, in order of time. A team with too few robots gets the nearest
-    ones that other teams can spare."""
+    """Required numbers of robots, in order of time. A team with too few robots gets the nearest ones that
+    other teams can spare."""

@@ -70,7 +70,7 @@ DIFFERENCES = (
     "Sight here: the nearest point of each box and the positions of other agents within the same distance; "
     "theirs: 32 rays, and positions and velocities of agents.",
     "In space: their LinearDrone has drag and is a point mass of 0.1 kg with 1 N per axis here; "
-    "their CrazyFlie is a quadrotor of 30 g here, with an attitude loop, motors and a law of its own.",
+    "their CrazyFlie is a quadrotor of 30 g here, with its own attitude loop, motors and law.",
 )
 
 
