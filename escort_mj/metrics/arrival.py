@@ -34,7 +34,7 @@ def at_goal(trace: Recorded, reach: float) -> NDArray[np.bool_]:
 
 @metric(unit="m", tail=True, grows=True, watched=False, rank=31)
 def goal_distance_max(trace: Recorded) -> Measure:
-    """Largest distance of a robot to its goal."""
+    """Largest distance of a robot from its goal."""
     distance = goal_distance(trace)
     if np.isnan(distance).all():
         return Measure(None, reason=NO_GOALS)
