@@ -30,7 +30,7 @@ def benchmark_command(
         int | None, typer.Option(min=1, help="Draw worlds by the published rules, with this many agents.")
     ] = None,
     area: Annotated[float, typer.Option(min=0.5, help="Side of the square of drawn worlds [m].")] = 4.0,
-    obstacles: Annotated[int, typer.Option(min=0, help="Number of boxes of drawn worlds.")] = 8,
+    obstacles: Annotated[int, typer.Option(min=0, help="Number of boxes in drawn worlds.")] = 8,
     travel: Annotated[
         float | None,
         typer.Option(min=0.5, help="Largest distance along an axis from start to goal in drawn worlds [m]."),
@@ -55,7 +55,7 @@ def benchmark_command(
     workers: WorkersOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Fly the worlds of a published benchmark, and compare with published controllers.
+    """Run the worlds of a published benchmark, and compare with published controllers.
 
     Example: escort-mj benchmark gcbf --worlds n32
 

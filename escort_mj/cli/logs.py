@@ -48,7 +48,7 @@ def judge_command(
         typer.Option(
             "--map",
             metavar="BODY=NAME",
-            help="What a body is called in the log, such as robot_1=/uav3/odom or robot_1=uav3; repeatable.",
+            help="Name of a body in the log, such as robot_1=/uav3/odom or robot_1=uav3; repeatable.",
         ),
     ] = None,
     start: Annotated[

@@ -119,7 +119,7 @@ def messages_lost_share(trace: Recorded) -> Measure:
 
 @metric(unit="1", watched=False, more_is_better=True, dear=_takes_long, rank=56)
 def connectivity_min(trace: Recorded) -> Measure:
-    """Smallest second eigenvalue of the Laplacian of the graph of who hears whom; 0 if it is disconnected."""
+    """Smallest second eigenvalue of the Laplacian of the communication graph; 0 if it is disconnected."""
     if "heard_from" not in trace:
         return Measure(None, reason=NO_RADIO)
     gone, lowest, when = lost(trace), np.inf, 0
@@ -137,7 +137,7 @@ def connectivity_min(trace: Recorded) -> Measure:
 
 @metric(unit="s", watched=False, rank=57)
 def disconnected_time(trace: Recorded) -> Measure:
-    """Time during which the graph of who hears whom is disconnected."""
+    """Time during which the communication graph is disconnected."""
     if "heard_from" not in trace:
         return Measure(None, reason=NO_RADIO)
     time, apart = trace["time"].values, parts(trace) > 1
