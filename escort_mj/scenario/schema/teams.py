@@ -47,5 +47,5 @@ class Team(Parameters):
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
-    """Required numbers of robots, in order of time. A team with too few robots gets the nearest ones that
+    """Numbers of robots required at successive times. A team with too few robots gets the nearest ones that
     other teams can spare."""
