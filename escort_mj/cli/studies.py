@@ -161,7 +161,7 @@ def sweep_command(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Make the missing runs of a study. Resumes if interrupted.
+    """Perform the missing runs of a study. Resumes if interrupted.
 
     Example: escort-mj sweep studies/minute --workers 2
 
