@@ -34,7 +34,7 @@ class BarrierFilter(OuterLoop):
     """Escort behaviors by priority, with a safety filter instead of the avoidance task (Ames et al. 2017).
 
     With the margin h = d - d_0 to an obstacle and the safe distance d_0 of avoid_obstacles, the velocity is
-    the one closest to that of the behaviors that satisfies h' >= -rate * h for each obstacle. Two teammates
+    the one closest to that of the behaviors among those with h' >= -rate * h for each obstacle. Two teammates
     share this condition equally (Wang, Ames, Egerstedt 2017). If no velocity satisfies all conditions, the
     sum of the squared violations is minimal.
     """
