@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles
+from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
 from escort_mj.memory.perception import SETTINGS, TEAMMATES, perception_of
+from escort_mj.numerics.thomson import even_points, nearest_edges
 from escort_mj.signals import columns
 from escort_mj.world.plant import Plant
 
@@ -30,6 +32,8 @@ SUSPICIOUS = 0.999  # of the distance to the target at which a mission ends
 @dataclass(frozen=True)
 class Reward:
     """What is asked of each robot at each command, as weights of terms without units.
+
+    In missions with teams, radius, target, teammates and the even formation are those of the robot's team.
 
     Attributes:
         radius: Of the distance to the sphere around the target, in radii.
@@ -85,14 +89,18 @@ class Senses:
         self._mates = min(self.robots - 1, TEAMMATES)
         self._opposed = bool(world.setup.opponents)
         self.width = (4 + self._mates + 2 * self._opposed) * self.axes
-        self._radius = world.setup.radius
+        self._least_radius = min([team.radius for team in world.setup.teams] or [world.setup.radius])
         self._speed = world.setup.max_speed if np.isfinite(world.setup.max_speed) else SPEED
         n, sizes = self.robots, self._sizes
         safe = [b.safe_distance for b in world.setup.behaviors if isinstance(b, AvoidObstacles)]
         settings = dict.fromkeys(SETTINGS, 0.0) | asdict(reward) | {"speed": self._speed}
         settings |= {"begin": columns("q", sizes).start, "end": columns("disturbance", sizes).stop}
         settings |= {"safe": max(safe)} if max(safe, default=0.0) > 0.0 else {"safe": 1.0, "clearance": 0.0}
-        self._settings = np.tile(np.array(list(settings.values()), dtype=float), (count, 1))
+        settings["sight"] = float(
+            not any(world.setup.hears(b) for b in world.setup.all_behaviors if isinstance(b, AvoidObstacles))
+        )
+        even = np.ones(max(len(world.setup.teams), 1) * n)
+        self._settings = np.tile(np.append(list(settings.values()), even), (count, 1))
         self._spacing = reward.spacing
         self.scale = np.full((count, n, 1), self._speed)
         self.commanded: Array = np.zeros((count, n, self.axes))
@@ -124,16 +132,18 @@ class Senses:
         if world.sizes != self._sizes:
             raise UsageError(f"missions of one environment have one size: {world.sizes}, not {self._sizes}")
         setup = world.setup
-        if setup.target_radius is None:
+        if setup.target_radius is None and not setup.teams:
             raise UsageError("target: found null; what robots of an environment observe is of a target")
         if self._command == "force":
             if not np.isfinite(setup.force_limit).all():
                 raise UsageError("commands of force are shares of robots.force_limit, which is null")
             self.scale[mission, :, 0] = setup.force_limit
-        even = float(setup.edges[1].min(initial=np.inf)) if self.robots > 1 else np.inf
-        wishes = {"even": even, "spacing": self._spacing} if even < np.inf else {"even": 1.0, "spacing": 0.0}
-        for name, value in (wishes | {"bound": SUSPICIOUS * bound}).items():
+        even = even_spacings(setup)
+        wishes = {"spacing": 0.0 if even is None else self._spacing, "bound": SUSPICIOUS * bound}
+        for name, value in wishes.items():
             self._settings[mission, SETTINGS.index(name)] = value
+        if even is not None:
+            self._settings[mission, len(SETTINGS) :] = even.ravel()
         self._found[mission] = 0.0
         settings, commanded, found = self._rows[mission]
         self._given[mission] = (*plant.addresses, settings, commanded, found)
@@ -158,7 +168,7 @@ class Senses:
         Args:
             bound: Distance to the target at which a mission ends [m]; teammates are at most twice as far.
         """
-        lengths, speeds = 2.0 * bound / self._radius, FASTEST
+        lengths, speeds = 2.0 * bound / self._least_radius, FASTEST
         parts = [lengths, speeds, speeds, *[lengths] * (1 + self._mates), *[lengths, speeds] * self._opposed]
         return np.repeat(np.array(parts, dtype=np.float32), self.axes)
 
@@ -176,3 +186,26 @@ class Senses:
             if np.isnan(found).any():
                 found[np.isnan(found)] = 0.0
             return found
+
+
+def even_spacings(setup: Setup) -> Array | None:
+    """Return the even spacing of each team by its number of robots [m]; None where there is no formation.
+
+    Args:
+        setup: Of a mission.
+
+    Returns:
+        Shape (teams, n), or (1, n) where all robots are one team, which then has n; infinite where a team has
+        nobody to keep a distance to, or never has so many robots.
+    """
+    spacing, n = setup.edges[1], setup.count
+    if not len(spacing):
+        return None
+    found = np.full((max(len(setup.teams), 1), n), np.inf)
+    if not setup.teams:
+        found[0, n - 1] = spacing.min()
+    for row, team in zip(found, setup.teams, strict=False):
+        for robots in range(1, n + 1) if setup.reforming else [len(team.robots)]:
+            lengths = nearest_edges(even_points(robots, setup.axes))[1]
+            row[robots - 1] = team.radius * lengths.min(initial=np.inf)
+    return found

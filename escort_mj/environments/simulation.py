@@ -195,6 +195,11 @@ class Simulation:
         relative to the robot, by distance; in a mission with opponents also the way to the nearest one that
         comes, and its velocity. Lengths in mission radii, velocities in largest velocities; 0 where there is
         nothing.
+
+        Where robots have knowledge of their own, the target is where a robot estimates it to be, teammates
+        are those that it has heard, where they may be by now, and other robots that it sees are obstacles.
+        Where robots are in teams, the target is the middle of their team's targets, teammates are members of
+        the team, other robots are obstacles, and lengths are in radii of the team.
         """
         return self._senses.observed[0].copy()
 

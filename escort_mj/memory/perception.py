@@ -11,21 +11,28 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
+from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
+from escort_mj.components.teams import radius_of
 from escort_mj.control.opponents import COMES, REACHED
+from escort_mj.knowledge.belief import target_place, target_speed
+from escort_mj.knowledge.teammates import know_teammates
 from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
 from escort_mj.native import artifacts
-from escort_mj.native.kernels import DOUBLE, matrix_at, merged, vector_at
+from escort_mj.native.fields import Array
+from escort_mj.native.kernels import DOUBLE, inlined, matrix_at, merged, vector_at
 from escort_mj.native.on_demand import CLASSES, callback, piece_of
+from escort_mj.sensing.lidar import FAR
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
 
 WEIGHTS = ("radius", "spacing", "command", "clearance", "touch", "breach", "capture")
-SETTINGS = (*WEIGHTS, "even", "safe", "speed", "bound", "begin", "end")
-"""Numbers that a mission is perceived with: weights of rewards; even spacing [m], safe distance [m], largest
-speed [m/s], distance to the target that is suspicious [m]; where in a record stands what must be finite."""
+SETTINGS = (*WEIGHTS, "safe", "speed", "bound", "begin", "end", "sight")
+"""Numbers that a mission is perceived with: weights of rewards; safe distance [m], largest speed [m/s],
+distance to the target that is suspicious [m]; where in a record stands what must be finite; 1 where robots
+see each other. The even spacings of teams of 1, 2 ... n robots follow, team by team [m]."""
 W_RADIUS, W_SPACING, W_COMMAND, W_CLEARANCE, W_TOUCH, W_BREACH, W_CAPTURE = range(7)
-EVEN, SAFE, SPEED, BOUND, BEGIN, END = range(7, 13)
+SAFE, SPEED, BOUND, BEGIN, END, SIGHT, EVEN = range(7, 14)
 TEAMMATES = 4  # that a robot observes, the nearest ones
 BROKEN = -1e6  # reward where a state is no longer a number
 NEAREST = 1e-9  # m at least to an obstacle's center
@@ -46,24 +53,27 @@ def perceive(plan: Plan, state: State, memory: int, settings: int, commanded: in
             last command, at most what stands there [m]; what it observes, shape (n, width).
     """
     n, p = state.q.shape
-    wish, shares = vector_at(settings, END + 1), matrix_at(commanded, n, p)
+    teams = max(plan.team_radius.shape[0], 1)
+    wish, shares = vector_at(settings, EVEN + teams * n), matrix_at(commanded, n, p)
     rewards, captures = vector_at(found + DOUBLE * 2, n), vector_at(found + DOUBLE * (2 + n), n)
     clearance, whole = vector_at(found + DOUBLE * (2 + 2 * n), n), vector_at(found, 2)
     near, reached = True, 0.0
     for o in range(state.opponent_status.shape[0]):
         reached += 1.0 if state.opponent_status[o] == REACHED else 0.0
     for i in range(n):
-        square, effort = 0.0, 0.0
+        center, radius = _middle(i, plan, state), radius_of(i, plan, state)
+        square, from_target, effort = 0.0, 0.0, 0.0
         for k in range(p):
-            square += (state.q[i, k] - state.target_position[k]) ** 2
+            square += (state.q[i, k] - center[k]) ** 2
+            from_target += (state.q[i, k] - state.target_position[k]) ** 2
             effort += shares[i, k] ** 2
         distance = math.sqrt(square)
-        near = near and distance < wish[BOUND]
+        near = near and math.sqrt(from_target) < wish[BOUND]
         for g in range(state.clearance.shape[1]):
             least = state.clearance[i, g]
             clearance[i] = clearance[i] if clearance[i] <= least else least
-        reward = -wish[W_RADIUS] * abs(distance - plan.radius) / plan.radius - wish[W_COMMAND] * effort / p
-        lack = 1.0 - state.robot_distance_min[i] / wish[EVEN]
+        reward = -wish[W_RADIUS] * abs(distance - radius) / radius - wish[W_COMMAND] * effort / p
+        lack = 1.0 - _spacing(i, wish, plan, state)
         reward -= wish[W_SPACING] * (0.0 if lack < 0.0 else lack)
         lack = 1.0 - clearance[i] / wish[SAFE]
         reward -= wish[W_CLEARANCE] * (0.0 if lack < 0.0 else 1.0 if lack > 1.0 else lack)
@@ -74,9 +84,35 @@ def perceive(plan: Plan, state: State, memory: int, settings: int, commanded: in
         reward += wish[W_CAPTURE] * (caught - captures[i]) - wish[W_BREACH] * (reached - whole[1])
         captures[i] = caught
         rewards[i] = reward if abs(reward) < math.inf else BROKEN
-        observe(i, plan, state, wish[SPEED], found + DOUBLE * (2 + 3 * n))
+        observe(i, plan, state, wish, found + DOUBLE * (2 + 3 * n))
     whole[1] = reached
     whole[0] = 1.0 if near and is_sound(plan, memory, int(wish[BEGIN]), int(wish[END])) else 0.0
+
+
+@merged
+def _middle(robot: int, plan: Plan, state: State) -> Array:
+    """Return where the target of a robot truly is: of its team, the middle of the targets [m]."""
+    if plan.team_radius.shape[0] > 0:
+        return state.team_center[int(state.member_of[robot]) - 1]
+    return state.target_position
+
+
+@inlined
+def _spacing(robot: int, wish: Array, plan: Plan, state: State) -> float:
+    """Return how far the nearest teammate of a robot is, as a share of the even spacing of its team."""
+    n, p = state.q.shape
+    if plan.team_radius.shape[0] == 0:
+        return state.robot_distance_min[robot] / wish[EVEN + n - 1]
+    nearest, team = math.inf, int(state.member_of[robot]) - 1
+    for j in range(n):
+        square = 0.0
+        for k in range(p):
+            square += (state.q[j, k] - state.q[robot, k]) ** 2
+        if j != robot and state.member_of[j] == team + 1.0 and state.lost[j] == 0.0:
+            nearest = min(nearest, square)
+    if nearest == math.inf or state.lost[robot] != 0.0:
+        return math.inf
+    return math.sqrt(nearest) / wish[EVEN + team * n + int(state.team_left[team]) - 1]
 
 
 @merged
@@ -95,71 +131,124 @@ def is_sound(plan: Plan, memory: int, begin: int, end: int) -> bool:
 
 
 @merged
-def observe(i: int, plan: Plan, state: State, speed: float, found: int) -> None:
-    """Write what a robot observes: see `Simulation.observe`.
+def observe(i: int, plan: Plan, state: State, wish: Array, found: int) -> None:
+    """Write what a robot observes, as far as the law knows it: see `Simulation.observe`.
 
     Args:
         i: Robot, from 0.
         plan: Of the mission.
-        state: After a step.
-        speed: That velocities are shares of [m/s].
+        state: After a step; `mate_...` are scratch.
+        wish: The numbers that `SETTINGS` names.
         found: Address of what robots observe, shape (n, width).
     """
     n, p = state.q.shape
     mates, opponents = min(n - 1, TEAMMATES), state.opponent_status.shape[0]
     count = 4 + mates + (2 if opponents > 0 else 0)
-    rows = matrix_at(found + DOUBLE * i * count * p, count, p)
+    rows, radius = matrix_at(found + DOUBLE * i * count * p, count, p), radius_of(i, plan, state)
+    center, motion = target_place(i, plan, state), target_speed(i, plan, state)
     for k in range(p):
-        rows[0, k] = (state.target_position_measured[k] - state.q_measured[i, k]) / plan.radius
-        rows[1, k] = state.target_velocity_measured[k] / speed
-        rows[2, k] = state.v_measured[i, k] / speed
+        rows[0, k] = (center[k] - state.q_measured[i, k]) / radius
+        rows[1, k] = motion[k] / wish[SPEED]
+        rows[2, k] = state.v_measured[i, k] / wish[SPEED]
         rows[3, k] = 0.0
-    m, least = plan.obstacle_radius.shape[0], math.inf
-    for j in range(m):
-        square = 0.0
-        for k in range(p):
-            square += (_place(i, j, k, plan, state) - state.q_measured[i, k]) ** 2
-        length = math.sqrt(square)
-        gap = length - plan.obstacle_radius[j] - plan.robot_radius[i]
-        if gap < least:
-            least = gap
-            for k in range(p):
-                way = _place(i, j, k, plan, state) - state.q_measured[i, k]
-                rows[3, k] = way * (gap / max(length, NEAREST)) / plan.radius
-    reached, last = -1.0, -1  # the teammate that was found before, and its distance squared
+    if plan.apart:
+        know_teammates(i, plan, state)
+    seen, least = _obstacles(i, plan, state), math.inf
+    for j in range(plan.obstacle_radius.shape[0]):
+        size = plan.seen_radius[j] if plan.apart else plan.obstacle_radius[j]
+        within = min(plan.sensing_obstacles, FAR) if plan.apart else math.inf
+        least = _nearer(i, seen[j], size, within, least, radius, plan, state, rows[3])
+    if plan.apart and wish[SIGHT] != 0.0:
+        for j in range(n):
+            if j != i and state.mate_unknown[j] != 0.0:
+                there, size, within = state.q_measured[j], plan.robot_radius[j], plan.sensing_robots
+                least = _nearer(i, there, size, within, least, radius, plan, state, rows[3])
+    reached, last, places = -1.0, -1, _teammates(plan, state)  # of the one that was found before
     for mate in range(mates):
         nearest, square_of_nearest = -1, math.inf
         for j in range(n):
             square = 0.0
             for k in range(p):
-                square += (state.q_measured[j, k] - state.q_measured[i, k]) ** 2
+                square += (places[j, k] - state.q_measured[i, k]) ** 2
             later = square > reached or (square == reached and j > last)
-            if j != i and later and square < square_of_nearest:
+            unknown = plan.apart and state.mate_unknown[j] != 0.0
+            if j != i and later and square < square_of_nearest and not unknown:
                 nearest, square_of_nearest = j, square
         for k in range(p):
-            there = state.q_measured[nearest, k] if nearest >= 0 else math.nan
-            rows[4 + mate, k] = (there - state.q_measured[i, k]) / plan.radius
+            there = places[nearest, k] if nearest >= 0 else state.q_measured[i, k]
+            rows[4 + mate, k] = (there - state.q_measured[i, k]) / radius
         reached, last = square_of_nearest, nearest
     if opponents > 0:
         rows[count - 2 :] = 0.0
-    least = math.inf
+    least, there = math.inf, _opponents(seen, plan, state)
     for o in range(opponents):
         square, j = 0.0, int(plan.opponent_obstacle[o])
         for k in range(p):
-            square += (state.obstacle_position[j, k] - state.q_measured[i, k]) ** 2
-        if state.opponent_status[o] == COMES and square < least:
+            square += (there[j, k] - state.q_measured[i, k]) ** 2
+        gap = math.sqrt(square) - plan.seen_radius[j] - plan.robot_radius[i]
+        visible = not plan.informed or gap <= min(plan.sensing_obstacles, FAR)
+        if state.opponent_status[o] == COMES and square < least and visible:
             least = square
             for k in range(p):
-                way = state.obstacle_position[j, k] - state.q_measured[i, k]
-                rows[count - 2, k] = way / plan.radius
-                rows[count - 1, k] = state.obstacle_velocity[j, k] / speed
+                speed = obstacle_speed(j, k, plan, state) if plan.informed else state.obstacle_velocity[j, k]
+                rows[count - 2, k] = (there[j, k] - state.q_measured[i, k]) / radius
+                rows[count - 1, k] = speed / wish[SPEED]
+
+
+@inlined
+def _nearer(
+    i: int, place: Array, size: float, within: float, least: float, radius: float, plan: Plan, state: State,
+    row: Array,
+) -> float:  # fmt: skip
+    """Write the way to the surface of a body that a robot sees, if none is nearer.
+
+    Args:
+        i: Robot, from 0.
+        place: Center of the body, or the point of it that the robot sees, shape (p,) [m].
+        size: Its radius around this [m].
+        within: How far robots see it, surface to surface [m].
+        least: Gap to the nearest body so far [m].
+        radius: That lengths are shares of [m].
+        plan: Of the mission.
+        state: Gives measured positions.
+        row: Result, shape (p,).
+
+    Returns:
+        The gap to the nearest body [m].
+    """
+    p, square = state.q.shape[1], 0.0
+    for k in range(p):
+        square += (place[k] - state.q_measured[i, k]) ** 2
+    length = math.sqrt(square)
+    gap = length - size - plan.robot_radius[i]
+    if not (gap < least and gap <= within):
+        return least
+    for k in range(p):
+        row[k] = (place[k] - state.q_measured[i, k]) * (gap / max(length, NEAREST)) / radius
+    return gap
 
 
 @merged
-def _place(i: int, j: int, k: int, plan: Plan, state: State) -> float:
-    """A coordinate of an obstacle as a robot finds it: of its center, or of the nearest point of a shape."""
+def _obstacles(robot: int, plan: Plan, state: State) -> Array:
+    """Return where a robot finds obstacles, shape (m, p) [m]: without knowledge or teams, past any lidar."""
     m = plan.obstacle_radius.shape[0]
-    return state.obstacle_point[i * m + j, k] if plan.shaped else state.obstacle_position[j, k]
+    if plan.apart:
+        return obstacles_seen(robot, plan, state)
+    if plan.shaped:
+        return state.obstacle_point[robot * m : (robot + 1) * m]
+    return state.obstacle_position
+
+
+@merged
+def _teammates(plan: Plan, state: State) -> Array:
+    """Return where a robot knows its teammates to be, shape (n, p) [m]."""
+    return state.mate_position if plan.apart else state.q_measured
+
+
+@merged
+def _opponents(seen: Array, plan: Plan, state: State) -> Array:
+    """Return where a robot knows opponents to be, among obstacles: with `knowledge`, where it sees them."""
+    return seen if plan.informed else state.obstacle_position
 
 
 @callback(*CLASSES)

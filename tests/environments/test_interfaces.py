@@ -12,13 +12,15 @@ gymnasium = pytest.importorskip("gymnasium")
 pytest.importorskip("pettingzoo")
 
 SHORT = {"duration": 0.6, "expect": []}
+NAMES = ["main", "paper/case1_3d", "knowledge/lines_of_sight", "pursuit/handover"]
 
 
 pytestmark = pytest.mark.filterwarnings("error:.*:UserWarning")  # of what the checkers find fault with
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("command", ["velocity", "force"])
-@pytest.mark.parametrize("name", ["main", "paper/case1_3d"])
+@pytest.mark.parametrize("name", NAMES)
 def test_pettingzoo(name: str, command: str) -> None:
     from pettingzoo.test import parallel_api_test, parallel_seed_test
 
@@ -31,13 +33,14 @@ def test_pettingzoo(name: str, command: str) -> None:
     parallel_seed_test(make, num_cycles=20)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("command", ["velocity", "force"])
-def test_gymnasium(command: str) -> None:
+@pytest.mark.parametrize("name", NAMES)
+def test_gymnasium(name: str, command: str) -> None:
     from gymnasium.utils.env_checker import check_env
 
-    environment = gymnasium.make(
-        "escort_mj/Escort-v0", scenario=load_scenario("main", SHORT), command=command
-    )
+    scenario = load_scenario(name, SHORT)
+    environment = gymnasium.make("escort_mj/Escort-v0", scenario=scenario, command=command)
     check_env(environment.unwrapped, skip_render_check=True)
 
 

@@ -59,7 +59,7 @@ def same(ours: Any, theirs: Any) -> bool:
 
 @pytest.mark.crossed
 @pytest.mark.parametrize("mode", AutoresetMode)
-@pytest.mark.parametrize("name", ["main", "paper/case1_3d"])
+@pytest.mark.parametrize("name", ["main", "paper/case1_3d", "knowledge/blind", "pursuit/handover"])
 def test_every_mission_has_the_bits_of_a_single_one(name: str, mode: AutoresetMode) -> None:
     environments = pair(load_scenario(name, SHORT), mode)
     ended = 0

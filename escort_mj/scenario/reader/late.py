@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 from escort_mj.scenario.findings import Finding
@@ -35,7 +37,7 @@ def late(document: Document, found: Sequence[Finding]) -> list[Finding]:
 
 
 def left_out(data: dict[str, Any], found: Sequence[Finding]) -> None:
-    """Marks expectations as not judged, and leaves out phases and failures that the run does not reach.
+    """Marks expectations as not judged, and leaves out phases, failures and demands that come too late.
 
     Args:
         data: The scenario's; changed in place.
@@ -48,6 +50,7 @@ def left_out(data: dict[str, Any], found: Sequence[Finding]) -> None:
                 f"{finding.late}, the run ends at {data['duration']:g} s"
             )
         else:
-            gone.add(finding.path[:3])
-    for holder, key, place in sorted(gone, key=lambda path: path[2], reverse=True):
-        del data[holder][key][place]
+            items = [depth for depth, key in enumerate(finding.path, 1) if isinstance(key, int)]
+            gone.add(finding.path[: max(items, default=None)])
+    for *table, place in sorted(gone, reverse=True):
+        del reduce(getitem, table, data)[place]

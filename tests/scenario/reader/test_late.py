@@ -49,6 +49,15 @@ def test_phases_and_failures_beyond_it_are_left_out() -> None:
     assert [failure.robot for failure in scenario.robots.failures] == [2]
 
 
+def test_demands_of_teams_and_the_start_of_the_video_are_left_out() -> None:
+    demand, target = "{robots: 1}, {after: 9, robots: 2}", "{name: van, position: [0, 0]}"
+    team = f"{{name: one, robots: [1, 2], demand: [{demand}], targets: [{target}]}}"
+    text = f"duration: 60\ntarget: null\nrobots: {{count: 2}}\nteams: [{team}]\nvideo: {{start: 5}}\n"
+    scenario = parse_scenario(text, "file.yaml", ("duration=3",))
+    assert [demand.robots for demand in scenario.teams[0].demand] == [1]
+    assert scenario.video.start is None
+
+
 def test_a_longer_run_is_judged_again() -> None:
     scenario = shortened("duration=3").replace(duration=60)
     assert notes(scenario) == [None] * 4
