@@ -34,6 +34,7 @@ MISSIONS: dict[str, tuple[str, list[str]]] = {
         "pursuit/handover",
         [*SHORT, "robots.failures[0].at=1", "teams[1].demand[1].after=0.5", "teams[0].demand[1].after=1"],
     ),
+    "laws of teams": ("pursuit/two_laws", [*SHORT, "teams[0].demand[1].after=0.5"]),
     "teams and opponents": ("pursuit/raid", [*SHORT, "opponents[0].start=0", "opponents[0].distance=10"]),
     "follow": ("pursuit/column", SHORT),
     "truth": ("truth", SHORT),

@@ -14,6 +14,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, distance
 from escort_mj.behaviors.wish import Wish, along
 from escort_mj.components.obstacles import obstacle_places
+from escort_mj.components.teams import slope_rows
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
@@ -111,7 +112,8 @@ class AvoidObstacles(Behavior):
         jacobian = np.where(active[:, None], distance(now.q, intruder).jacobian, 0.0)
         speed, error = np.linalg.norm(now.v, axis=1), np.linalg.norm(now.e, axis=1)
         rate = np.zeros(len(now.q))
-        gain = self.escape_gain(depth[active], speed[active], error[active], now.setup.law.slope)
+        slope = now.setup.by_robot("slope", now.members)[active]
+        gain = self.escape_gain(depth[active], speed[active], error[active], slope)
         rate[active] = gain * depth[active]
         return (Task(jacobian, rate),)
 
@@ -178,14 +180,14 @@ class AvoidObstacles(Behavior):
         worst = np.argmax(depth, axis=1)
         return depth[robots, worst], centers[robots, worst]
 
-    def escape_gain(self, depth: Array, speed: Array, error: Array, slope: float) -> Array:
+    def escape_gain(self, depth: Array, speed: Array, error: Array, slope: Array | float) -> Array:
         """Return the gain lambda = lambda* + rho by the quadratic of eq. 24, shape (k,) [1/s].
 
         Args:
             depth: sigma~, positive, shape (k,) [m].
             speed: |v|, shape (k,) [m/s].
             error: |e|, shape (k,) [m].
-            slope: gamma of the sliding surface [1/s].
+            slope: gamma of the sliding surface, one or shape (k,) [1/s].
         """
         g, printed = slope * error, self.gain == "printed"
         a, b = depth**2, 2.0 * depth * (speed - (2.0 * g if printed else g))
@@ -230,7 +232,7 @@ class AvoidObstacles(Behavior):
             set_row(x, k, where(distance > 0.0, row_of(x, k) / distance, aside))
             square = square + row_of(velocity, k) * row_of(velocity, k)
             error = error + row_of(offset, k) * row_of(offset, k)
-        speed, error = root(square), plan.slope * root(error)
+        speed, error = root(square), slope_rows(i, plan, state) * root(error)
         if int(self.gain) == PRINTED:
             # (b + sqrt(b^2 + 4ac)) / 2a with the printed b, multiplied out so that nothing cancels
             pull = speed - 2.0 * error + root(greatest(error * (5.0 * error - 2.0 * speed), 0.0))

@@ -6,7 +6,7 @@ import json
 import math
 import os
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -24,6 +24,9 @@ from escort_mj.cli.app import (
     shown_path,
 )
 from escort_mj.errors import UsageError
+
+if TYPE_CHECKING:
+    from escort_mj.scenario.schema.scenario import Scenario
 
 
 @app.command("new")
@@ -115,34 +118,51 @@ def gains_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Propose gains of the law that fit a scenario's robots: the numbers of `controller: {gains: auto}`.
+    """Propose gains of each law that fit its robots: the numbers of `controller: {gains: auto}`.
 
     Example: escort-mj gains robots/quadrotor
 
     Example: escort-mj gains main --set controller=asmc --set robots.actuators.lag=0.05
     """
     from escort_mj import api
-    from escort_mj.laws.gains import LAWS_WITH_A_RULE
-    from escort_mj.record.tables import aligned
-    from escort_mj.scenario.geometry.team_gains import proposal
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
-    found = proposal(mission)
+    own = [number for number, team in enumerate(mission.teams) if team.controller is not None]
+    lines: list[str] = []
+    told: dict[str, Any] = {}
+    if not own or len(own) < len(mission.teams):
+        lines, told = _proposed(scenario, mission)
+    for number in own:
+        name = mission.teams[number].name
+        more, facts = _proposed(scenario, mission, number)
+        lines += [f"team {name}", *(f"  {line}" for line in more)]
+        told["teams"] = told.get("teams", {}) | {name: facts}
+    finish("gains", as_json, lines, **told)
+
+
+def _proposed(
+    scenario: str, mission: Scenario, number: int | None = None
+) -> tuple[list[str], dict[str, Any]]:
+    """Return gains of a team's law, from 0, or of the mission's: lines for people, and numbers."""
+    from escort_mj.laws.gains import LAWS_WITH_A_RULE
+    from escort_mj.record.tables import aligned
+    from escort_mj.scenario.geometry.team_gains import law_of, proposal
+
+    law, found = law_of(mission, number), proposal(mission, number)
     if found is None:
         laws = ", ".join(LAWS_WITH_A_RULE)
-        raise UsageError(f"{scenario}: no rule for law {mission.controller.law} and its robots; laws: {laws}")
+        raise UsageError(f"{scenario}: no rule for law {law.law} and its robots; laws: {laws}")
     about, rate = found.about, found.rate
     limit = f"force limit {about.force_limit:.4g} N" if math.isfinite(about.force_limit) else "no force limit"
     rows = [("key", "scenario", "auto")]
-    rows += [(key, f"{getattr(mission.controller, key):g}", f"{new:g}") for key, new in found.gains.items()]
+    rows += [(key, f"{getattr(law, key):g}", f"{new:g}") for key, new in found.gains.items()]
     lines = [
         f"robot {found.robot}: effective mass {about.mass:.3g} kg, delay {about.delay:.3g} s, {limit}",
         f"{found.law}: velocity loop at {rate.value:.3g} /s, limited by {rate.reason}",
         *(f"  {line}" for line in aligned(rows)),
     ]
     told = {"law": found.law, "gains": found.gains, "robot": found.robot, "mass": about.mass}
-    told |= {"delay": about.delay, "rate": rate.value, "limited_by": rate.reason}
-    finish("gains", as_json, lines, **told)
+    return lines, told | {"delay": about.delay, "rate": rate.value, "limited_by": rate.reason}
 
 
 @app.command("check-plugin")

@@ -149,7 +149,7 @@ def advance(plan: Plan, state: State) -> bool:
         for i in range(n):
             for k in range(p):
                 state.q_d[i, k] = state.q[i, k]
-                state.rho_hat[i, k] = plan.estimate_at_start
+                state.rho_hat[i, k] = plan.estimate_at_start[i]
         for i in range(state.rotation.shape[0]):
             for a in range(p):
                 for b in range(p):

@@ -12,8 +12,8 @@ from escort_mj.components.dispatch import one_of
 from escort_mj.control.custom.calls import custom_law
 from escort_mj.laws import LAWS, ApdSmc, Law
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.kernels import data_address, inlined, reachable
-from escort_mj.native.lanes import WIDTH, Lanes, load, store, where
+from escort_mj.native.kernels import DOUBLE, data_address, inlined, reachable
+from escort_mj.native.lanes import WIDTH, Lanes, copy_lanes, load, store, where
 from escort_mj.native.on_demand import on_demand
 
 if TYPE_CHECKING:
@@ -21,27 +21,40 @@ if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
 
 
-class InnerLoopParameters(Fields):
-    """What the law is, and what all laws share."""
+OF_TEAMS = len(LAWS) + 1
+"""In place of a law's number: each team has its own."""
 
-    law: Annotated[int, Value("1", "place in LAWS; their number for a plugin's, OUTSIDE for none")]
+
+class InnerLoopParameters(Fields):
+    """What the law is, and what all laws share; of each team, where their laws differ."""
+
+    law: Annotated[
+        int, Value("1", "place in LAWS; their number for a plugin's, OF_TEAMS for several, OUTSIDE for none")
+    ]
     slope: Annotated[float, Value("1/s", "of the sliding variable")]
     anti_windup: Annotated[bool, Value("1", "whether estimate and reference are held at the limit")]
     acceleration_filter: Annotated[float, Value("s", "time constant of the filter in front of v_d_rate")]
-    estimate_at_start: Annotated[float, Value("N", "value at which rho_hat begins")]
+    estimate_at_start: Annotated[Array, "n", Value("N", "value at which rho_hat begins")]
     force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
+    team_law: Annotated[Array, "laws", Value("1", "law of each team; none where all have the same")]
+    team_law_place: Annotated[Array, "laws", Value("1", "where its numbers begin in `parameters`")]
+    team_slope: Annotated[Array, "laws", Value("1/s", "its slope")]
+    team_filter: Annotated[Array, "laws", Value("s", "its acceleration_filter")]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        law = setup.law
+        law, number = setup.law, OF_TEAMS if setup.laws else number_of(setup.law, LAWS)
         return {
-            "law": OUTSIDE if setup.outside == "force" else number_of(law, LAWS),
+            "law": OUTSIDE if setup.outside == "force" else number,
             "slope": law.slope,
             "anti_windup": law.anti_windup,
-            "acceleration_filter": getattr(law, "acceleration_filter", 0.0),
-            "estimate_at_start": law.estimate_at_start,
+            "acceleration_filter": law.filter_time,
+            "estimate_at_start": setup.by_robot("estimate_at_start"),
             "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), setup.axes, axis=1),
+            "team_law": [number_of(each, LAWS) for each in setup.laws],
+            "team_slope": [each.slope for each in setup.laws],
+            "team_filter": [each.filter_time for each in setup.laws],
         }
 
 
@@ -55,6 +68,9 @@ class InnerLoopState(Fields):
     differentiated: Annotated[Array, 1, Value("1", "whether v_d has been differentiated before")]
     model_mass: Annotated[Array, "modeled", "p*p", Value("kg", "mass matrix of each robot, row by row")]
     model_bias: Annotated[Array, "modeled", "p", Value("N", "bias force of each robot")]
+    team_tau: Annotated[Array, "mixed", "p", Value("N", "forces by the laws of robots' teams: scratch")]
+    team_rho_hat_rate: Annotated[Array, "mixed", "p", Value("N/s", "likewise")]
+    team_q_d_rate: Annotated[Array, "mixed", "p", Value("m/s", "likewise")]
 
 
 @inlined
@@ -67,7 +83,7 @@ def inner_loop(plan: Plan, state: State) -> None:
     if state.v_d_rate.shape[0] > 0:
         _differentiate(plan, state)
     if plan.law != OUTSIDE:
-        _force_of(plan.law, plan, state)
+        _force_of(plan.law, 0, plan, state)
 
 
 @on_demand
@@ -82,11 +98,12 @@ def _differentiate(plan: Plan, state: State) -> None:
 
 
 @inlined
-def _demand(plan: Plan, state: State, at: int, tau: Lanes, rate: Lanes) -> None:
+def _demand(anti_windup: bool, plan: Plan, state: State, at: int, tau: Lanes, rate: Lanes) -> None:
     """Demand forces, and let reference and estimate move on unless they would wind up.
 
     Args:
-        plan: Gives the force limits, and whether there is anti-windup.
+        anti_windup: Whether the law has it.
+        plan: Gives the force limits.
         state: Its `tau` and rates are written.
         at: First of eight axes, of all robots in a row.
         tau: The forces [N].
@@ -94,7 +111,7 @@ def _demand(plan: Plan, state: State, at: int, tau: Lanes, rate: Lanes) -> None:
     """
     store(state.tau, at, tau)
     velocity = load(state.v_d, at)
-    if plan.anti_windup:
+    if anti_windup:
         held = (abs(tau) > load(plan.force_limits, at)) & (tau * load(state.s, at) > 0.0)
         rate, velocity = where(held, 0.0, rate), where(held, load(state.v_measured, at), velocity)
     store(state.rho_hat_rate, at, rate)
@@ -102,27 +119,71 @@ def _demand(plan: Plan, state: State, at: int, tau: Lanes, rate: Lanes) -> None:
 
 
 def _loop_of(law: type[Law]) -> Callable[..., Any]:
-    """Return the kernel that has a law demand the forces of all robots."""
+    """Return the kernel that has a law demand the forces of all robots, with its numbers from a place on."""
     force, read = inlined(law.__dict__["force_lanes"]), reader(law)
 
-    def loop(plan: Plan, state: State) -> None:
-        parameters = read(data_address(plan.parameters), 0)
+    def loop(place: int, plan: Plan, state: State) -> None:
+        parameters = read(data_address(plan.parameters) + DOUBLE * place, 0)
         for at in range(0, state.q.shape[0] * state.q.shape[1], WIDTH):
             tau, rate = force(parameters, at, plan, state)
-            _demand(plan, state, at, tau, rate)
+            _demand(parameters.anti_windup, plan, state, at, tau, rate)
 
     return on_demand(reachable(loop, f"force_of_{law.model_fields['law'].default}"))
 
 
 @on_demand
-def _force_of_plugin(plan: Plan, state: State) -> None:
+def _force_of_plugin(place: int, plan: Plan, state: State) -> None:
     """Have a plugin's law demand the forces of all robots."""
     custom_law(plan, state)
     for at in range(0, state.q.shape[0] * state.q.shape[1], WIDTH):
-        _demand(plan, state, at, load(state.tau, at), load(state.rho_hat_rate, at))
+        _demand(plan.anti_windup, plan, state, at, load(state.tau, at), load(state.rho_hat_rate, at))
 
 
 _LOOPS = [_loop_of(law) for law in LAWS]
-_force_of = one_of([*_LOOPS, _force_of_plugin])
+_force_of_shipped = one_of(_LOOPS)
+
+
+@on_demand
+def _force_of_teams(place: int, plan: Plan, state: State) -> None:
+    """Have the law of each team demand the forces of all robots, and keep those of its members."""
+    n, p = state.q.shape
+    for i in range(n):
+        t = int(state.member_of[i]) - 1
+        for k in range(p):
+            state.s[i, k] = state.e_dot[i, k] + plan.team_slope[t] * state.e[i, k]
+            if state.v_d_rate.shape[0] > 0:
+                lag = plan.team_filter[t] + plan.timestep
+                state.v_d_rate[i, k] = (state.v_d[i, k] - state.v_d_filtered[i, k]) / lag
+    for t in range(plan.team_law.shape[0]):
+        _force_of_shipped(int(plan.team_law[t]), int(plan.team_law_place[t]), plan, state)
+        for i in range(n):
+            if state.member_of[i] == t + 1.0:
+                for k in range(p):
+                    state.team_tau[i, k] = state.tau[i, k]
+                    state.team_rho_hat_rate[i, k] = state.rho_hat_rate[i, k]
+                    state.team_q_d_rate[i, k] = state.q_d_rate[i, k]
+    copy_lanes(state.team_tau, state.tau, n * p)
+    copy_lanes(state.team_rho_hat_rate, state.rho_hat_rate, n * p)
+    copy_lanes(state.team_q_d_rate, state.q_d_rate, n * p)
+
+
+@inlined
+def change_law(i: int, old: int, new: int, plan: Plan, state: State) -> None:
+    """Let a robot take over the law of another team: the derivative of v_d goes on as it was.
+
+    Args:
+        i: The robot, from 0.
+        old: Its team until now, from 0.
+        new: Its team from now on.
+        plan: Gives the laws.
+        state: What is filtered moves to where the new filter gives the same derivative.
+    """
+    if plan.team_filter.shape[0] > 0 and state.v_d_rate.shape[0] > 0:
+        for k in range(state.q.shape[1]):
+            ahead = plan.team_filter[old] - plan.team_filter[new]
+            state.v_d_filtered[i, k] += ahead * state.v_d_rate[i, k]
+
+
+_force_of = one_of([*_LOOPS, _force_of_plugin, _force_of_teams])
 DEFAULT_FORCE = _LOOPS[LAWS.index(ApdSmc)]
 """The law of most missions: compiled with the callbacks."""

@@ -83,7 +83,7 @@ class ReferenceController:
     def reset(self, q0: Array) -> None:
         """Starts a mission at the true initial positions: q_d(0) = q(0), rho_hat(0) as the law says."""
         self.q_d = np.array(q0, dtype=np.float64)
-        self.rho_hat = np.full_like(self.q_d, self.setup.law.estimate_at_start)
+        self.rho_hat = self.setup.by_robot("estimate_at_start")[:, None] + np.zeros_like(self.q_d)
         self._time: float | None = None
         self._instruments = Instruments(self.setup)
         self._scanner = Scanner()
@@ -205,11 +205,11 @@ class ReferenceController:
         v_d, active = self._v_d, self._avoiding
         if moved:
             self._v_d_before, self._a_d_before = v_d if first else before, self._a_d
-        if law.differentiates:
-            lag = setup.law.acceleration_filter  # type: ignore[attr-defined]
+        if any(each.differentiates for each in setup.all_laws):
+            lag = setup.by_robot("filter_time", members)[:, None]
             self._a_d = (v_d - self._v_d_before + lag * self._a_d_before) / (lag + setup.timestep)
         e_dot = v_d - v_m
-        s = e_dot + law.slope * e
+        s = e_dot + setup.by_robot("slope", members)[:, None] * e
         mass = np.broadcast_to(np.eye(setup.axes), (*q.shape, setup.axes)) if mass is None else mass
         bias = np.zeros(q.shape) if bias is None else bias
         if moved:
@@ -219,10 +219,16 @@ class ReferenceController:
             mass.reshape(len(q), -1), bias, self._a_d, self.rho_hat, self._law_memory, np.zeros_like(e),
             np.zeros_like(e), np.zeros_like(self._law_memory),
         )  # fmt: skip
-        law.force(robots)  # type: ignore[attr-defined]
-        tau, rate, self._law_memory_rate = robots.tau, robots.rho_hat_rate, robots.law_memory_rate
+        tau, rate = np.zeros_like(e), np.zeros_like(e)
+        for number, each in enumerate(setup.all_laws):
+            mine = members == number if setup.laws else np.full(n, True)
+            robots.rho_hat_rate[:] = 0.0
+            each.force(robots)  # type: ignore[attr-defined]
+            tau[mine], rate[mine] = robots.tau[mine], robots.rho_hat_rate[mine]
+        self._law_memory_rate = robots.law_memory_rate
 
-        outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & law.anti_windup
+        anti_windup = setup.by_robot("anti_windup", members)[:, None] > 0.0
+        outward = (np.abs(tau) > setup.force_limit[:, None]) & (s * tau > 0.0) & anti_windup
         tau[lost] = 0.0
         self._q_d_rate = np.where(outward | lost[:, None], v_m, v_d)
         self._rho_hat_rate = np.where(outward | lost[:, None], 0.0, rate)

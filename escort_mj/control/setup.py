@@ -111,7 +111,8 @@ class Setup:
         timestep: Physics and control step [s].
         seed: Key of the measurement noise.
         behaviors: By priority, the most important first, while no phase rules.
-        law: The inner loop's law and gains.
+        law: The inner loop's law and gains; of the first team, where teams have different ones.
+        laws: Those of each team, where they differ; empty where all robots have one.
         radius: Distance to keep from the target [m].
         target_feedforward: Whether the target's velocity is added to the escort behaviors.
         max_speed: Largest reference speed [m/s]; inf for none.
@@ -199,6 +200,7 @@ class Setup:
     radio: Radio | None = None
     estimator: Estimator = Hold()
     start_deviation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    laws: tuple[Law, ...] = ()
 
     @property
     def informed(self) -> bool:
@@ -222,6 +224,26 @@ class Setup:
         for number, team in enumerate(self.teams):
             found[[*team.robots]] = number
         return found
+
+    @property
+    def all_laws(self) -> tuple[Law, ...]:
+        """The law of each team, or the one of all robots."""
+        return self.laws or (self.law,)
+
+    @property
+    def has_lyapunov(self) -> bool:
+        """Whether the proof's Lyapunov function V1 is that of the law, which all robots share."""
+        return self.law.has_lyapunov and not self.laws
+
+    def by_robot(self, name: str, members: NDArray[np.int64] | None = None) -> Array:
+        """Return a parameter of the law of each robot, shape (n,).
+
+        Args:
+            name: Of the parameter.
+            members: Team of each robot, from 0; None for the start.
+        """
+        values = np.array([float(getattr(law, name)) for law in self.all_laws])
+        return values[(self.members if members is None else members) * bool(self.laws)]
 
     @property
     def count(self) -> int:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from escort_mj.behaviors.vertices import turned
 from escort_mj.control.failure import placed
+from escort_mj.control.inner import change_law
 from escort_mj.native.kernels import inlined
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.reform import reform
@@ -60,6 +61,7 @@ def form_teams(plan: Plan, state: State) -> None:
             state.team_left[t] += 1.0
             state.team_changed[other] = state.team_changed[t] = 1.0
             state.member_of[i] = t + 1.0
+            change_law(i, other, t, plan, state)
     for i in range(n):
         state.own_radius[i] = plan.team_radius[int(state.member_of[i]) - 1]
         state.team_news[i] = 1.0

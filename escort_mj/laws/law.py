@@ -48,3 +48,8 @@ class Law(Component):
     def estimate_at_start(self) -> float:
         """What the loop integrates begins at `initial_estimate`, where the law has such a parameter [N]."""
         return float(getattr(self, "initial_estimate", 0.0))
+
+    @property
+    def filter_time(self) -> float:
+        """Return the time constant of the filter of the differentiated v_d, where the law has one [s]."""
+        return float(getattr(self, "acceleration_filter", 0.0))

@@ -148,7 +148,19 @@ def _mark() -> float:
 
 MAGIC = _mark()
 BY_ROBOT = (
-    *("n", "known", "judged", "headed", "informed", "turned", "guarding", "bidding", "apart", "members"),
+    *(
+        "n",
+        "known",
+        "judged",
+        "headed",
+        "informed",
+        "turned",
+        "guarding",
+        "bidding",
+        "apart",
+        "members",
+        "mixed",
+    ),
 )
 LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)
 LAYOUT.part(LawView)

@@ -53,7 +53,7 @@ def pack(
         samples: How many samples the callbacks keep until they are taken off, and the size of each.
         extra: Physics steps of further samples, ascending.
     """
-    n, p, law, lyapunov = setup.count, setup.axes, setup.law, truth and setup.law.has_lyapunov
+    n, p, lyapunov = setup.count, setup.axes, truth and setup.has_lyapunov
     values = _components(setup) | _functions(setup)
     for owner in Plan.__bases__:
         if issubclass(owner, Fields):
@@ -71,11 +71,13 @@ def pack(
     sizes |= {
         "coordinates": coordinates,
         "behaviors": len(setup.kinds),
-        "memories": law.memories,
+        "memories": setup.law.memories,
+        "mixed": n * bool(setup.laws),
         "turns": len(values["turns"]) // p,
         "known": n * truth,  # robots whose truth is recorded
         "judged": n * lyapunov,
-        "modeled": n * law.needs_model,  # robots whose law is given their model
+        "modeled": n
+        * any(law.needs_model for law in setup.all_laws),  # robots whose law is given their model
         "driven": n * setup.driven,
         "headed": n * setup.headed,
         "informed": n * setup.informed,
@@ -89,7 +91,7 @@ def pack(
         "bidding": n * setup.auctioned,
         "depth": setup.radio.depth if setup.radio else 0,
         "seen": (n + 1) * setup.shaped,
-        "differentiating": n * law.differentiates,
+        "differentiating": n * any(law.differentiates for law in setup.all_laws),
         "watched": watched,
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
@@ -159,6 +161,7 @@ def _components(setup: Setup) -> dict[str, Any]:
     blocks, places, end = [], [], 0
     willed = [mover.policy for mover in setup.movers if mover.policy is not None]
     members: list[Component] = [setup.law, setup.outer, setup.estimator, *setup.all_behaviors, *willed]
+    members += setup.laws
     for member in members:
         places.append(end)
         if type(member) in (*LAWS, *OUTER_LOOPS, *ESTIMATORS, *BEHAVIORS, *POLICIES):
@@ -167,11 +170,13 @@ def _components(setup: Setup) -> dict[str, Any]:
         else:
             blocks.append(block_of(member, setup.axes))
         end += len(blocks[-1])
-    by_policy = places[len(places) - len(willed) :]
+    by_law = places[len(members) - len(setup.laws) :]
+    by_policy = places[len(members) - len(setup.laws) - len(willed) :]
     return {
         "parameters": np.concatenate(blocks),
+        "team_law_place": by_law,
         "outer_place": places[1],
         "estimator_place": places[2],
-        "level_place": places[3 : len(places) - len(willed)],
+        "level_place": places[3 : 3 + len(setup.all_behaviors)],
         "mover_place": [0 if mover.policy is None else by_policy.pop(0) for mover in setup.movers],
     }

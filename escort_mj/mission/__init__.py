@@ -355,5 +355,7 @@ def _excess(block: Array, plant: Plant) -> str:
     if not len(rows):
         return ""
     row, robot = rows[0], robots[0]
-    law, force = plant.world.setup.law.law, demanded[row, robot]
-    return f"; the law {law} demanded {force:.3g} N of robot {robot + 1} at {block[row, TIME]:.2f} s"
+    law, force = plant.world.setup.law, demanded[row, robot]
+    if plant.world.setup.laws:
+        law = plant.world.setup.laws[int(block[row, columns("member_of", sizes)][robot]) - 1]
+    return f"; the law {law.law} demanded {force:.3g} N of robot {robot + 1} at {block[row, TIME]:.2f} s"

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated
 
+from escort_mj.components.teams import slope_of
 from escort_mj.monitor.lyapunov import account
 from escort_mj.monitor.mass import INT, mass_block
 from escort_mj.native.fields import Array, Fields, Value
@@ -107,15 +108,15 @@ def _reference_torque(i: int, plan: Plan, state: State, first: bool) -> None:
     is M'/2 but for its skew rest, which does no work on s. Derivatives are differences from the step before;
     at the first step they are zero.
     """
-    p = state.q.shape[1]
+    p, slope = state.q.shape[1], slope_of(i, plan, state)
     for a in range(p):
         state.reference_torque_before[i, a] = state.reference_torque[i, a]
         rho = state.bias_force[i, a]
         for b in range(p):
             rate = state.v_d[i, b] - state.v[i, b]
-            s = rate + plan.slope * (state.q_d[i, b] - state.q[i, b])
+            s = rate + slope * (state.q_d[i, b] - state.q[i, b])
             mass = state.mass_matrix[i, a * p + b]
-            rho += mass * plan.slope * rate
+            rho += mass * slope * rate
             if not first:
                 rho += mass * (state.v_d[i, b] - state.v_d_before[i, b]) / plan.timestep
                 rho += 0.5 * (mass - state.mass_before[i, a * p + b]) / plan.timestep * s

@@ -145,7 +145,6 @@ class Controller:
             ranges = Sensors(robots=setup.sensing.robots, obstacles=setup.sensing.obstacles)
             setup = replace(setup, sensing=ranges, disturbance=None, failures=(), reforming=None)
             setup = replace(setup, sight=None, radio=None)
-        self._law = setup.law.law
         self._surroundings = Surroundings(setup, self._bodies, paths, self._robots.mass)
         self._backend: Backend = BACKENDS[self._options["backend"]](setup)
         self._before: Knowledge | None = None
@@ -200,7 +199,9 @@ class Controller:
         force = np.array(self._backend.value("force"))
         if not is_finite(force):
             robot = int(np.argwhere(~np.isfinite(force))[0, 0]) + 1
-            raise EscortError(f"the law {self._law} gives no finite force for robot {robot} at {now:g} s")
+            raise EscortError(
+                f"the law {self.scenario.law_names} gives no finite force for robot {robot} at {now:g} s"
+            )
         return force
 
     def _advance(self, now: Knowledge) -> None:
@@ -295,4 +296,4 @@ class Controller:
         robots = f"{self.count} robot{'s' if self.count > 1 else ''} in {self.axes} axes"
         rate = 1.0 / self.timestep
         rate = round(rate) if math.isclose(rate, round(rate)) else rate
-        return f"<Controller {self.scenario.name}: {robots}, {self._law}, {rate:g} Hz>"
+        return f"<Controller {self.scenario.name}: {robots}, {self.scenario.law_names}, {rate:g} Hz>"

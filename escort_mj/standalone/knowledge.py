@@ -205,7 +205,8 @@ class Surroundings:
             mass: One mass per robot, shape (n,), or mass matrices, shape (n, p, p) [kg].
             bias: Bias forces, shape (n, p) [N].
         """
-        if mass is None and bias is None and not self.setup.law.needs_model:
+        needed = any(law.needs_model for law in self.setup.all_laws)
+        if mass is None and bias is None and not needed:
             return None, None
         n, p = self.setup.count, self.setup.axes
         given = self.masses if mass is None else mass
@@ -214,4 +215,4 @@ class Surroundings:
         else:
             matrices = numbers(given, "mass", (n, p, p), "one mass matrix per robot [kg]")
         forces = np.zeros((n, p)) if bias is None else numbers(bias, "bias", (n, p), "bias forces [N]")
-        return (matrices, forces) if self.setup.law.needs_model else (None, None)
+        return (matrices, forces) if needed else (None, None)

@@ -60,7 +60,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "attributes": {
             "title": scenario.name,
             "description": scenario.description,
-            "law": scenario.controller.law,
+            "law": scenario.law_names,
             "seed": scenario.seed,
             "timestep": scenario.physics.timestep,
             "contact_physics": str(contact_physics(scenario)),

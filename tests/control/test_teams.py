@@ -1,6 +1,8 @@
 """Teams: the NumPy form beside the kernel, and who changes over, by hand."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +26,13 @@ PHASES = [
 
 
 def mission(
-    axes: int, behaviors: list[object], failures: object = (), sensing: object = None, outer: object = "nsb"
+    axes: int,
+    behaviors: list[object],
+    failures: object = (),
+    sensing: object = None,
+    outer: object = "nsb",
+    laws: Sequence[object] = (None, None, None),
+    limit: float | None = None,
 ) -> Setup:
     """Nine robots in three teams, one with two targets; demands, and losses where given."""
     rest = [0.0] * (axes - 1)
@@ -40,11 +48,13 @@ def mission(
         {"name": "three", "robots": [7, 8], "radius": 2, "targets": targets[3:],
          "demand": [{"after": 4.0, "robots": 3}]},
     ]  # fmt: skip
+    for team, law in zip(teams, laws, strict=True):
+        team["controller"] = law
     return controller_setup(
         Scenario(
             axes=axes, physics={"timestep": STEP}, recording={"rate": 10}, seed=axes, target=None,
-            teams=teams, robots={"count": 9, "radius": 0.2, "failures": failures}, sensing=sensing or {},
-            obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
+            teams=teams, robots={"count": 9, "radius": 0.2, "failures": failures, "force_limit": limit},
+            sensing=sensing or {}, obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
             mission={"max_speed": 1.5, "outer": outer, "behaviors": behaviors, "supervisor": PHASES},
         )
     )  # fmt: skip
@@ -73,6 +83,37 @@ def test_they_agree_with_other_outer_loops(axes: int, outer: object, failures: l
     walk(axes, "vertices", 1e-8, outer=outer, failures=failures)
 
 
+@pytest.mark.crossed
+@pytest.mark.parametrize("limit", [None, 20.0])
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("laws", [
+    ("asmc", None, {"law": "pd_smc", "slope": 7.0}),
+    ({"law": "computed_torque", "acceleration_filter": 1.0}, {"law": "computed_torque"}, "pd"),
+    ({"law": "super_twisting", "anti_windup": False}, {"initial_estimate": 3.0}, "terminal_smc"),
+])  # fmt: skip
+def test_they_agree_where_each_team_has_a_law(laws: object, axes: int, limit: float | None) -> None:
+    """Robots change over, some saturate, and the gain of avoidance goes by the slope of their law."""
+    walk(axes, "vertices", laws=laws, limit=limit, failures=[{"robot": 4, "at": 1.0}])
+
+
+def test_the_derivative_goes_on_where_a_robot_changes_to_another_filter() -> None:
+    """A ramp of 1 m/s^2, of which a slow filter has shown 0.6: the fast one begins there, and not at 8."""
+    slow, fast = ({"law": "computed_torque", "acceleration_filter": lag} for lag in (2.0, 0.05))
+    setup = replace(mission(2, [AVOID, "surface"], laws=(fast, slow, slow)), outside="velocity")
+    kernel, q, members, rates = Kernel(setup), np.zeros((9, 2)), [], []
+    for step in range(STEPS):
+        kernel.state.v_d[:] = step * STEP
+        state = kernel.evaluate(step * STEP, q, np.zeros((9, 2)))
+        members.append(state.member_of.copy())
+        rates.append(state.v_d_rate[:, 0].copy())
+    changed = np.argwhere((np.diff(members, axis=0) != 0) & (np.array(members)[1:] == 1.0))
+    assert len(changed)
+    for step, robot in changed:
+        before, after = rates[step][robot], rates[step + 1][robot]
+        assert before < 0.7 and before < after < 1.0
+    assert np.max(rates) <= 1.0 + 1e-12
+
+
 def test_robots_of_two_teams_come_nearer_only_as_fast_as_their_margin_allows() -> None:
     teams = [
         {"name": name, "robots": [robot],
@@ -92,7 +133,7 @@ def test_robots_of_two_teams_come_nearer_only_as_fast_as_their_margin_allows() -
     assert v[0, 0] - v[1, 0] == pytest.approx(4.0 * margin, rel=2e-4)
 
 
-def walk(axes: int, spread: object, tolerance: float = TOLERANCE, **more: object) -> None:
+def walk(axes: int, spread: object, tolerance: float = TOLERANCE, **more: Any) -> Kernel:
     """Lets both go a way together, and compares them at each step."""
     stack = [AVOID, {"behavior": "connect", "distance": 3.0} if spread == "connect" else spread, "surface"]
     setup = mission(axes, stack, **more)
@@ -123,6 +164,7 @@ def walk(axes: int, spread: object, tolerance: float = TOLERANCE, **more: object
         seen |= {tuple(map(int, state.member_of)), *signals.phase}
         q = q + STEP * signals.v_d
     assert len(seen) >= 6 and seen >= {0.0, 1.0, 2.0}
+    return kernel
 
 
 def standing(**demand: list[dict[str, float]]) -> tuple[Teams, Formed, Setup]:

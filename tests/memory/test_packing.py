@@ -14,6 +14,7 @@ GIVEN_APART = {
         "estimator_place",
         "level_place",
         "mover_place",
+        "team_law_place",
     ),  # blocks of components, one behind the other
     *(
         "code",

@@ -41,6 +41,17 @@ FAST = {
         "behaviors": [{"behavior": "avoid_obstacles", "safe_distance": 0.8}, "vertices", "surface"],
     },
 }  # fmt: skip
+LAWS_OF_TEAMS = {
+    "target": None,
+    "robots": {"positions": [[4, 0.9], [1, 4], [-3, 2], [17, -2], [23, 0], [16, 1]], "force_limit": 40},
+    "teams": [
+        {"name": "one", "robots": [1, 2, 3], "targets": [{"name": "a"}], "controller": "asmc",
+         "demand": [{"after": 0.03, "robots": 4}]},
+        {"name": "two", "robots": [4, 5, 6], "targets": [{"name": "b", "position": [20, "0.5*t"]}],
+         "controller": "computed_torque"},
+    ],
+    "mission": {"radius": 2.5, "max_speed": 2.0},
+}  # fmt: skip
 FAILING = {
     "robots": {"count": 6, "failures": [{"robot": 2, "at": 1}, {"robot": 4, "at": 0.5, "kind": "stuck"}]}
 }
@@ -85,14 +96,15 @@ def test_on_a_plant_of_its_own_it_is_the_mission(keys: Any, seconds: float, comp
     assert steps * 0.002 == pytest.approx(found[-1]["time"] + 0.002)
 
 
-@pytest.mark.parametrize("keys", ["main", SPATIAL, SEEING, BLOCKED, FAST, FAILING])
+@pytest.mark.parametrize("keys", ["main", SPATIAL, SEEING, BLOCKED, FAST, FAILING, LAWS_OF_TEAMS])
 def test_both_backends_agree(keys: Any) -> None:
     native, numpy = (Controller(keys, backend=name, simulate=True) for name in ("native", "numpy"))
     random = np.random.default_rng(1)
     for step in range(30):
         q = native.start + random.normal(scale=0.1, size=native.start.shape)
         v = random.normal(size=q.shape)
-        target = (random.normal(size=native.axes), random.normal(size=native.axes)) if step % 3 else None
+        led = step % 3 and native.scenario.target is not None
+        target = (random.normal(size=native.axes), random.normal(size=native.axes)) if led else None
         given: dict[str, Any] = {"target": target}
         if keys is BLOCKED:
             seen = random.normal(scale=3.0, size=(4, 2, 2))

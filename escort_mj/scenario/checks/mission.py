@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from escort_mj.behaviors import AvoidObstacles, Behavior, Chords, Intercept
 from escort_mj.control.supervisor import Condition
+from escort_mj.laws import Law
 from escort_mj.numerics.formation import chords_exist, widest_spacing
 from escort_mj.scenario.findings import Finding, Path, key_path
 from escort_mj.scenario.geometry.obstacles import obstacles_of
@@ -25,6 +26,15 @@ def behaviors_of(scenario: Scenario) -> Iterator[tuple[Path, Behavior]]:
     """Every behavior with its place in the file."""
     for path, stack in _stacks(scenario):
         yield from (((*path, index), behavior) for index, behavior in enumerate(stack))
+
+
+def laws_of(scenario: Scenario) -> Iterator[tuple[Path, Law]]:
+    """Every law that some robot has, with its place in the file."""
+    for index, team in enumerate(scenario.teams):
+        if team.controller is not None:
+            yield ("teams", index, "controller"), team.controller
+    if not scenario.teams or any(team.controller is None for team in scenario.teams):
+        yield ("controller",), scenario.controller
 
 
 def check_behaviors(scenario: Scenario) -> Iterator[Finding]:

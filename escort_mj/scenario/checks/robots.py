@@ -7,6 +7,7 @@ from typing import Any
 
 from escort_mj.robots import RobotKind
 from escort_mj.robots.modeled import ModeledKind
+from escort_mj.scenario.checks.mission import laws_of
 from escort_mj.scenario.findings import Finding, Path
 from escort_mj.scenario.geometry.placement import gravity_of, kinds_of, robot_count
 from escort_mj.scenario.schema.robots import Actuators
@@ -93,9 +94,10 @@ def check_models(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(
             ("recording", "truth"), f"found true; {name}, whose mass matrix is not that of its hull"
         )
-    if scenario.controller.needs_model:
-        law = scenario.controller.law
-        yield Finding(("controller", "law"), f"found {law}, which is given each robot's mass matrix; {name}")
+    for path, law in laws_of(scenario):
+        if law.needs_model:
+            words = f"found {law.law}, which is given each robot's mass matrix; {name}"
+            yield Finding((*path, "law"), words)
     plain = Actuators()
     for robot in driven:
         path, own = _actuators(scenario, robot)

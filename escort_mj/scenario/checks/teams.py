@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface
-from escort_mj.scenario.checks.mission import behaviors_of
+from escort_mj.laws import LAWS
+from escort_mj.scenario.checks.mission import behaviors_of, laws_of
 from escort_mj.scenario.checks.motion import check_defined, check_order
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
@@ -86,6 +87,16 @@ def check_members(scenario: Scenario) -> Iterator[Finding]:
 def _needed(team: Team, moment: float) -> int:
     """Return how many robots a team has at least at a time: one, where it demands no more."""
     return max([1, *[demand.robots for demand in team.demand if demand.after <= moment][-1:]])
+
+
+def check_laws(scenario: Scenario) -> Iterator[Finding]:
+    """Laws that differ between teams are among those that ship."""
+    if len(scenario.laws) == 1:
+        return
+    for path, law in laws_of(scenario):
+        if type(law) not in LAWS:
+            words = f"found {law.law}, the law of a plugin; robots of other teams have other laws"
+            yield Finding(path, f"{words}: expected one law for all")
 
 
 def check_one_team(scenario: Scenario) -> Iterator[Finding]:

@@ -46,6 +46,7 @@ from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_
 from escort_mj.scenario.checks.space import check_body, check_clearance, check_dimensions
 from escort_mj.scenario.checks.teams import (
     check_circles,
+    check_laws,
     check_members,
     check_of_team,
     check_one_team,
@@ -112,7 +113,8 @@ def trace_size(scenario: Scenario) -> float:
         "coordinate": coordinates,
         "group": len(bodies_of(scenario).watched),
     }
-    sizes |= truth_sizes(axes, scenario.recording.truth, scenario.controller.has_lyapunov)
+    proven = len(scenario.laws) == 1 and scenario.laws[0].has_lyapunov
+    sizes |= truth_sizes(axes, scenario.recording.truth, proven)
     headed = any(isinstance(behavior, Headed) for stack in stacks for behavior in stack)
     communication = scenario.communication
     slots = senders_of(communication, count).shape[1] if communication else 0
@@ -161,6 +163,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_one_way, ("mission",)),
     (check_target, ("target", "mission", "expect", "teams")),
     (check_members, ("teams", "axes", "robots")),
+    (check_laws, ("teams", "controller")),
     (check_one_team, ("teams", "target", "knowledge", "communication", "sensing", "mission", *AROUND)),
     (check_circles, ("teams", "axes", "duration", "robots", "mission")),
     (check_of_team, ("teams", "mission", "expect")),
@@ -169,7 +172,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_radii, ("axes", "duration", "target", "robots", "mission")),
     (check_doors, ("axes", "duration", "target", "robots", "walls")),
     (check_motors, ("axes", "robots")),
-    (check_models, ("robots", "recording", "controller")),
+    (check_models, ("robots", "recording", "controller", "teams")),
     (check_heights, ("axes", "physics", "robots")),
     (check_weights, ("axes", "physics", "robots")),
     (check_delays, ("axes", "duration", "physics", "robots", "sensing")),

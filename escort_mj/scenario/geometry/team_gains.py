@@ -1,19 +1,21 @@
-"""Gains that fit a scenario's team: what the rule of `laws.gains` needs, read off the scenario."""
+"""Gains that fit a scenario's robots: what the rule of `laws.gains` needs, read off the scenario."""
 
 from __future__ import annotations
 
 import math
 from typing import NamedTuple
 
+from escort_mj.laws import Law
 from escort_mj.laws.gains import LAWS_WITH_A_RULE, Rate, Robot, gains_of, rate_of
-from escort_mj.scenario.geometry.placement import Placement, gravity_of, team
+from escort_mj.scenario.geometry.placement import Placement, gravity_of, robot_count
+from escort_mj.scenario.geometry.placement import team as placed
 from escort_mj.scenario.schema.scenario import Scenario
 
 STEPS = 1.5  # delay of a controller that samples, in steps: it holds its force for one
 
 
 class Proposal(NamedTuple):
-    """Gains that fit a team.
+    """Gains that fit robots with the same law.
 
     Attributes:
         law: Name of the law.
@@ -30,20 +32,41 @@ class Proposal(NamedTuple):
     rate: Rate
 
 
-def proposal(scenario: Scenario) -> Proposal | None:
-    """Return gains for a scenario's law and team; None where the law has no rule, or robots have servos.
+def law_of(scenario: Scenario, team: int | None) -> Law:
+    """Return the law of a team, from 0; None for the scenario's own."""
+    return (None if team is None else scenario.teams[team].controller) or scenario.controller
 
-    All robots have the same gains: those of the robot that allows the least m a.
+
+def proposal(scenario: Scenario, team: int | None = None) -> Proposal | None:
+    """Return gains for a law and its robots; None where the law has no rule, or robots have servos.
+
+    All these robots have the same gains: those of the robot that allows the least m a.
+
+    Args:
+        scenario: The mission.
+        team: Whose law, from 0; None for the scenario's own.
     """
-    law = str(scenario.controller.law)
-    robots = team(scenario)
-    each = [_robot(scenario, robots, index) for index in range(len(robots.mass))]
-    pushed = [(index, robot) for index, robot in enumerate(each) if robot is not None]
+    law = str(law_of(scenario, team).law)
+    robots = placed(scenario)
+    each = [(index, _robot(scenario, robots, index)) for index in _members(scenario, team)]
+    pushed = [(index, robot) for index, robot in each if robot is not None]
     if law not in LAWS_WITH_A_RULE or not pushed:
         return None
     index, robot = min(pushed, key=lambda pair: pair[1].mass * rate_of(law, pair[1]).value)
     rate = rate_of(law, robot)
     return Proposal(law, gains_of(law, robot, rate.value), index + 1, robot, rate)
+
+
+def _members(scenario: Scenario, team: int | None) -> list[int]:
+    """Return the robots that may have a team's law, from 0: all, where robots change over."""
+    own = [
+        robot - 1
+        for number, each in enumerate(scenario.teams)
+        if number == team or (team is None and each.controller is None)
+        for robot in each.robots
+    ]
+    changing = any(each.demand for each in scenario.teams)
+    return own if own and not changing else [*range(robot_count(scenario))]
 
 
 def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:

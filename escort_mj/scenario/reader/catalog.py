@@ -140,7 +140,8 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
     target, quarry = _with(Target, policy=policy | None), _with(TeamTarget, policy=policy | None)
     opponents = _with(Opponents, policy=policy)
     quarries = Annotated[tuple[quarry, ...], Field(min_length=1, max_length=MOST_TARGETS)]  # type: ignore[valid-type]
-    team = _with(Team, targets=quarries)
+    law = one_of_kinds(catalog.laws, "law", "apd_smc")
+    team = _with(Team, targets=quarries, controller=law | None)
     knowledge = _with(Knowledge, estimator=one_of_kinds(catalog.estimators, "estimator", "predict"))
     robot: Any = one_of_kinds(catalog.kinds, "kind")
     override = _with(RobotOverride, kind=robot | None)
@@ -157,7 +158,7 @@ def scenario_type(catalog: Catalog) -> type[Scenario]:
         opponents=Annotated[tuple[opponents, ...], Field(max_length=20)],  # type: ignore[valid-type]
         teams=Annotated[tuple[team, ...], Field(max_length=MOST_TEAMS)],  # type: ignore[valid-type]
         knowledge=knowledge | None,
-        controller=one_of_kinds(catalog.laws, "law", "apd_smc"),
+        controller=law,
         mission=mission,
     )
     made.__name__ = made.__qualname__ = Scenario.__name__

@@ -209,7 +209,8 @@ def _scenario(
             scenario, again = _checked(data, kind)
             findings = findings or again
         if auto and scenario is not None and not findings:
-            data, unknown = with_gains(data, scenario)
+            data, no_rule = with_gains(data, scenario, auto)
+            unknown += no_rule
             scenario, findings = _checked(data, kind)
         findings = findings + unknown
     faults = [

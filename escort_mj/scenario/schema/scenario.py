@@ -244,6 +244,19 @@ class Scenario(Parameters, metaclass=_Checked):
     expect: tuple[AnyExpectation, ...] = ()
     """Conditions that the run must meet to pass."""
 
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """The law of each team, or the one that all robots have."""
+        found = tuple(team.controller or self.controller for team in self.teams) or (self.controller,)
+        return found if len(set(found)) > 1 else found[:1]
+
+    @property
+    def law_names(self) -> str:
+        """Name of the law; of each team's, where they differ."""
+        if len(self.laws) == 1:
+            return str(self.laws[0].law)
+        return ", ".join(f"{law.law} ({team.name})" for law, team in zip(self.laws, self.teams, strict=True))
+
     def replace(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> "Self":
         """Return a validated copy with some values replaced.
 

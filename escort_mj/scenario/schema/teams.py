@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import Field, NonNegativeFloat, PositiveInt
 
 from escort_mj.components.parameters import Parameters, Radius
-from escort_mj.scenario.schema.fields import Policy
+from escort_mj.scenario.schema.fields import Law, Policy
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion, Name
 from escort_mj.scenario.schema.robots import MAX_ROBOTS
 
@@ -46,6 +46,8 @@ class Team(Parameters):
     """Its targets; the robots surround their midpoint."""
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
+    controller: Law | None = None
+    """The law of its robots: a name, or a table with gains, as in `controller`; null: `controller`."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
     """Numbers of robots required at successive times. A team with too few robots gets the nearest ones that
     other teams can spare."""

@@ -100,7 +100,7 @@ def compare_controllers(
 
 
 def trial_scenario(base: Scenario, trial: Trial) -> Scenario:
-    """The scenario with what a trial changes: law, outer loop, seed; it expects nothing.
+    """The scenario with what a trial changes: the law of all robots, outer loop, seed; it expects nothing.
 
     Raises:
         ScenarioError: If a seed leaves no room for robots that are placed at random.
@@ -110,6 +110,7 @@ def trial_scenario(base: Scenario, trial: Trial) -> Scenario:
             "name": trial.name,
             "seed": trial.seed,
             "controller": controller_of(base, trial.law),
+            **{f"teams.{team}.controller": None for team in range(len(base.teams))},
             "mission.outer": outer_of(base, trial.outer),
             "expect": (),
         }

@@ -182,7 +182,7 @@ def _draft(
         "coordinate": robots.coordinates + len(setup.movers) * scenario.axes,
         "group": len(bodies.watched),
     }
-    sizes |= truth_sizes(scenario.axes, scenario.recording.truth, setup.law.has_lyapunov)
+    sizes |= truth_sizes(scenario.axes, scenario.recording.truth, setup.has_lyapunov)
     slots = setup.radio.senders.shape[1] if setup.radio is not None else 0
     lidar = setup.sensing.lidar
     rays = len(lidar.rays) if lidar is not None and lidar.recorded else 0

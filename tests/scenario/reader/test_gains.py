@@ -29,6 +29,34 @@ def test_overrides_come_before_the_gains() -> None:
     assert heavy.controller.derivative_gain == pytest.approx(2 * light.controller.derivative_gain)
 
 
+TEAMS = """
+target: null
+robots: {count: 5, overrides: [{robot: 4, mass: 3}, {robot: 5, mass: 4}]}
+controller: {gains: auto}
+teams:
+  - {name: one, robots: [1, 2, 3], targets: [{name: a}]}
+  - name: two
+    robots: [4, 5]
+    targets: [{name: b, position: [20, 0]}]
+    controller: {law: pd, gains: auto, slope: 5}
+"""
+
+
+def test_gains_of_a_teams_law_fit_its_members() -> None:
+    scenario = parse_scenario(TEAMS)
+    own = scenario.teams[1].controller
+    assert own is not None and (own.law, own.slope, own.derivative_gain) == ("pd", 5.0, 150.0)
+    assert scenario.controller == parse_scenario("controller: {gains: auto}").controller
+    assert parse_scenario(dump_scenario(scenario)) == scenario
+
+
+def test_where_robots_change_over_gains_fit_all() -> None:
+    scenario = parse_scenario(TEAMS, overrides=["teams[0].demand=[{after: 1, robots: 4}]"])
+    found = proposal(scenario, 1)
+    assert found is not None and (found.law, found.robot) == ("pd", 1)
+    assert scenario.teams[1].controller.derivative_gain == 50.0
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

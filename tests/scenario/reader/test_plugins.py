@@ -42,6 +42,14 @@ class TestLoading:
         scenario = load_file(folder / "own.yaml", {"controller": "pid"})
         assert scenario.controller.integral_gain == 20.0
 
+    def test_it_is_the_law_of_all_robots(self, folder):
+        rest = ", robots: [3, 4, 5], targets: [{name: b, position: [20, 0]}], controller: "
+        teams = "target: null\nteams: [{name: one, robots: [1, 2], targets: [{name: a}], controller: pid}, "
+        text = "plugins: [own_law.py]\n" + teams + "{name: two" + rest
+        assert len(parse_scenario(text + "pid}]", str(folder / "own.yaml")).laws) == 1
+        message = fault(folder, text + "pd}]")
+        assert "teams[0].controller: found pid, the law of a plugin" in message
+
     def test_a_scenario_without_plugins_has_the_plain_type(self):
         assert type(parse_scenario("duration: 1")) is Scenario
 

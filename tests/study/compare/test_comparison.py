@@ -43,6 +43,13 @@ def test_every_law_has_a_name_for_people():
     assert set(HEADS) == set(QUANTITIES)
 
 
+def test_all_teams_have_the_law_that_is_compared():
+    base = load_scenario("pursuit/two_laws")
+    for law in ("asmc", "apd_smc"):
+        (own,) = trial_scenario(base, Trial(law, "nsb", 0)).laws
+        assert own.law == law
+
+
 def test_gains_go_to_laws_that_mean_the_same_by_them():
     base = parse_scenario(
         "controller: {proportional_gain: 11, derivative_gain: 22, switching_gain: 3, adaptation_rate: 7,"
