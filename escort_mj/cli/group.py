@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.metadata import version
 from typing import Annotated, Any
 
 import typer
@@ -81,7 +82,5 @@ def start_over() -> None:
 def print_version(wanted: bool) -> None:
     """Print the version and end, if that is wanted."""
     if wanted:
-        from importlib.metadata import version
-
         typer.echo(f"escort-mj {version('escort-mj')}")
         raise typer.Exit

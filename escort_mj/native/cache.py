@@ -8,6 +8,7 @@ content: what is damaged is made again.
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
 import os
 import platform
 import re
@@ -45,7 +46,6 @@ NO_CONSTANTS = {  # modules from which no kernel takes anything
 }
 _IMPORT = re.compile(r"^from (escort_mj[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
 _KEY = re.compile(r"[0-9a-f]{16}")
-_INSTALLED = re.compile(r"([\w.]+)-([^-]+)\.dist-info")  # as the specification of wheels names them
 
 
 def sources(package: Path) -> list[Path]:
@@ -98,28 +98,10 @@ def cache_key(package: Path = PACKAGE) -> str:
 
 def version(package: str) -> str:
     """Return the version of an installed package; `none` for one that is not installed."""
-    found = _installed(tuple(sys.path)).get(package)
-    if found is None:  # asked last: importing importlib.metadata takes 30 ms
-        from importlib.metadata import PackageNotFoundError
-        from importlib.metadata import version as asked
-
-        try:
-            found = asked(package)
-        except PackageNotFoundError:
-            found = "none"
-    return found
-
-
-@cache
-def _installed(folders: tuple[str, ...]) -> dict[str, str]:
-    """Versions of packages by name, from the names of their `.dist-info` folders; the first folder wins."""
-    found: dict[str, str] = {}
-    for folder in folders:
-        with suppress(OSError):
-            for name in os.listdir(folder):
-                if (match := _INSTALLED.fullmatch(name)) is not None:
-                    found.setdefault(re.sub(r"[-_.]+", "-", match[1]).lower(), match[2])
-    return found
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "none"
 
 
 def source_digest(package: Path = PACKAGE) -> str:

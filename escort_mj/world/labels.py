@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import platform
 from functools import cache
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Headed
 from escort_mj.control.setup import Setup
-from escort_mj.native.cache import version
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario.geometry.bodies import obstacle_names

@@ -8,6 +8,7 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from functools import cache
+from importlib.metadata import version
 from itertools import product
 from pathlib import Path
 from types import MappingProxyType
@@ -16,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.native.cache import version
 from escort_mj.native.shipped import numba_version
 from escort_mj.recognize import scenario_names
 from escort_mj.scenario.findings import did_you_mean, listed, parse_key_path, shortened
