@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.control.custom.native import any_failure
+from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
-from escort_mj.environments.simulation import next_hop
+from escort_mj.environments.simulation import OneSide, next_hop, one_side
 from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
@@ -41,10 +42,13 @@ class Fleet:
     Attributes:
         scenario: What all of them fly.
         senses: What robots observe and what is asked of them.
-        limits: As of `Simulation`.
+        rivals: The opponents of each mission; empty where robots are commanded.
+        members: How many robots or opponents are commanded in each mission.
+        limits: The largest size of each number that one of them observes, shape (width,).
         outcome: How each mission stands.
         words: The same in words, shape (N,).
         completed: Which missions have come to their end, shape (N,).
+        decided: Which have no opponent left that is commanded, shape (N,).
         broken: Which missions have ended otherwise, shape (N,).
         touching: Which robots have touched anything since the last command, shape (N, n).
     """
@@ -56,6 +60,8 @@ class Fleet:
         command: Command = "velocity",
         reward: Reward | None = None,
         threads: int | None = None,
+        side: OneSide = "robots",
+        rival_reward: RivalReward | None = None,
     ) -> None:
         """Prepare missions; `begin` starts them.
 
@@ -65,23 +71,30 @@ class Fleet:
             command: What is commanded.
             reward: Weights of what is asked; None for those of `Reward`.
             threads: How many step missions; None for one per core.
+            side: Who is commanded.
+            rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
 
         Raises:
-            UsageError: If forces are to be commanded and there is no limit to scale them by.
+            UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents
+                and there are none, or both sides.
         """
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-        self._command = command
-        world = build(self.scenario, command)
+        self._command, self._opposed = command, one_side(side) == "opponents"
+        self._rival_reward = rival_reward if rival_reward is not None else RivalReward()
+        world = self._build(self.scenario)
         plant = Plant(world)  # each mission gets its own when it begins
         self._worlds: list[World] = [world] * count
         self._plants: list[Plant] = [plant] * count
         self.senses = Senses(plant, count, command, reward if reward is not None else Reward())
         self._bounds = [bound_of(self.scenario, world)] * count
-        self.limits: Seen = self.senses.limits(self._bounds[0])
+        self.rivals = [Rivals(plant, self._rival_reward) for _ in range(count * self._opposed)]
+        self.members = self.rivals[0].count if self._opposed else self.senses.robots
+        self.limits: Seen = self.rivals[0].limits if self._opposed else self.senses.limits(self._bounds[0])
         self.outcome = [Outcome.RUNNING] * count
         self.words = np.full(count, Outcome.RUNNING.value, dtype=object)
         self.completed = np.zeros(count, dtype=bool)
         self.broken = np.zeros(count, dtype=bool)
+        self.decided = np.zeros(count, dtype=bool)
         self.touching = np.zeros((count, self.senses.robots), dtype=bool)
         self._taken = [0] * count
         self._total = world.schedule.count
@@ -101,12 +114,14 @@ class Fleet:
             seed: Of starts, noise and all else that is drawn.
         """
         scenario = self.scenario.replace(seed=seed)
-        world = build(scenario, self._command)
+        world = self._build(scenario)
         plant = Plant(world)
         self._bounds[mission] = bound_of(scenario, world)
         self.senses.enter(mission, plant, self._bounds[mission])
         self._worlds[mission], self._plants[mission] = world, plant
         self._given[mission] = plant.state.v_d if self._command == "velocity" else plant.state.tau
+        if self._opposed:
+            self.rivals[mission] = Rivals(plant, self._rival_reward)
         self._ended[mission], self._warnings[mission] = plant.state.ended, plant.data.warning.number
         self._taken[mission] = 0
         self._stands(mission, Outcome.RUNNING)
@@ -116,16 +131,21 @@ class Fleet:
 
         Args:
             missions: Which ones, from 0; none has ended.
-            commands: Of all N, shape (N, n, p): shares of the largest velocity or force, cut off at 1.
+            commands: Of all N, shape (N, members, p): shares of the largest velocity or force, cut off at 1,
+                or of the speed of opponents.
 
         Returns:
-            Reward of each robot, shape (N, n); of other missions it means nothing.
+            Reward of each robot or opponent, shape (N, members); of other missions it means nothing.
         """
         senses = self.senses
-        np.clip(commands, -1.0, 1.0, out=senses.commanded, dtype=float)
-        scaled = senses.commanded * senses.scale
-        for k in missions:
-            self._given[k][...] = scaled[k]
+        if self._opposed:
+            for k in missions:
+                self.rivals[k].command(commands[k])
+        else:
+            np.clip(commands, -1.0, 1.0, out=senses.commanded, dtype=float)
+            scaled = senses.commanded * senses.scale
+            for k in missions:
+                self._given[k][...] = scaled[k]
         several: dict[int, Array] = {}
         with stopping.deferred(), stopping.deaf(), native_loop(self._worlds[0]):
             waiting, pool = iter(missions), self._pool
@@ -139,16 +159,26 @@ class Fleet:
                     other.result()
         self.touching = senses.clearance <= 0.0
         self._judge(missions, several)
-        return senses.rewards
+        if not self._opposed:
+            return senses.rewards
+        self.decided = np.array([each.over.all() for each in self.rivals])
+        return np.array([each.rewards for each in self.rivals])
 
     def observe(self) -> Seen:
-        """Return what each robot of each mission knows, as learners take it, shape (N, n, width)."""
+        """Return what each robot or opponent of each mission knows, shape (N, members, width)."""
+        if self._opposed:
+            return np.array([each.observed for each in self.rivals])
         return self.senses.bounded(self.limits)
 
     def close(self) -> None:
         """End the threads."""
         if self._pool is not None:
             self._pool.shutdown()
+
+    def _build(self, scenario: Scenario) -> World:
+        if self._opposed:
+            return build(scenario, opponents_outside=True)
+        return build(scenario, self._command)
 
     def _fly(self, missions: Iterator[int], several: dict[int, Array]) -> None:
         """Take the samples that are due in missions; where it is more than one, put them into `several`."""
@@ -161,6 +191,8 @@ class Fleet:
                 plant.fill(several[k])
             self._taken[k] += count
             self.senses.perceive(k, several.get(k))
+            if self._opposed:
+                self.rivals[k].perceive()
 
     def _judge(self, missions: Sequence[int], several: dict[int, Array]) -> None:
         """Find out how missions stand, of all at once; `examine` is asked where something may be wrong."""

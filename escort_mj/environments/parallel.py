@@ -19,7 +19,6 @@ from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
 from escort_mj.environments.simulation import Side, Simulation
-from escort_mj.policies.learned import LARGEST
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
@@ -61,7 +60,7 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         most = simulation.limits
         self.observation_spaces = {agent: spaces.Box(-most, most, dtype=np.float32) for agent in robots}
         if rivals:
-            seen = spaces.Box(-LARGEST, LARGEST, (rivals.width,), np.float32)
+            seen = spaces.Box(-rivals.limits, rivals.limits, dtype=np.float32)
             self.observation_spaces |= {agent: deepcopy(seen) for agent in self._opponents}
         act = spaces.Box(-1.0, 1.0, (simulation.axes,), np.float32)
         self.action_spaces = {agent: deepcopy(act) for agent in self.possible_agents}
@@ -135,7 +134,7 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         """What each of all possible agents observes."""
         rivals = self.simulation.rivals
         robots = self.simulation.observe_within() if len(self._opponents) < len(self.possible_agents) else ()
-        return [*robots, *(rivals.observed.copy() if rivals else ())]
+        return [*robots, *(rivals.observed if rivals else ())]
 
     def _observations(self) -> dict[str, Seen]:
         seen = dict(zip(self.possible_agents, self._seen(), strict=True))

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.opponents import COMES, INTERCEPTED, REACHED
+from escort_mj.control.opponents import COMES
 from escort_mj.errors import UsageError
-from escort_mj.policies.learned import inputs, perceived, within_speed
-from escort_mj.policies.policy import PolicyView, policy_view
+from escort_mj.memory.rivals import REWARD, SEEN, STATUS, WEIGHTS, rival_perception_of
+from escort_mj.policies.learned import LARGEST, inputs, within_speed
 from escort_mj.world.plant import Plant
 
 Array = NDArray[np.float64]
@@ -40,10 +40,7 @@ class Rivals:
     Attributes:
         count: o.
         width: How many numbers each perceives: those of the policy `learned`.
-        observed: The same, shape (o, width).
-        rewards: Of each for the last command, shape (o,).
-        comes: Which are on their way, shape (o,).
-        over: Which have been intercepted or have reached the target, shape (o,).
+        limits: The largest size of each of them, shape (width,).
     """
 
     def __init__(self, plant: Plant, reward: RivalReward) -> None:
@@ -56,23 +53,24 @@ class Rivals:
         Raises:
             UsageError: If it has no opponents.
         """
-        setup, self._reward = plant.world.setup, reward
+        setup = plant.world.setup
         if not setup.opponents:
             raise UsageError("opponents: found none; a side needs somebody who is on it")
-        if setup.teams:
-            raise UsageError("teams: found some; opponents are commanded where there is one target")
         movers = {mover.obstacle: (body, mover) for body, mover in enumerate(setup.movers)}
         found = [movers[opponent.obstacle] for opponent in setup.opponents]
         self._bodies = [body for body, _ in found]
-        self._speed = np.array([mover.policy.speed if mover.policy else 1.0 for _, mover in found])
+        self._speed = np.array([[mover.policy.speed] for _, mover in found if mover.policy])
         self.count, self.width = len(found), inputs(setup.axes)
-        self._state, (plan, memory) = plant.state, plant.addresses
-        self._view: PolicyView = policy_view(plan, memory, setup.axes)
-        self._commanded: Array = np.zeros((self.count, setup.axes))
-        self._distance = np.zeros(self.count)
-        self.observed: Seen = np.zeros((self.count, self.width), np.float32)
-        self.rewards = np.zeros(self.count)
-        self.comes, self.over = np.zeros(self.count, dtype=bool), np.zeros(self.count, dtype=bool)
+        self.limits: Seen = np.full(self.width, LARGEST, np.float32)
+        self._plant, self._perceive = plant, rival_perception_of(setup.axes)
+        weights = [getattr(reward, name) for name in WEIGHTS]
+        self._arrays = (
+            np.array(weights, dtype=float),
+            np.zeros((self.count, setup.axes)),
+            np.zeros((self.count, SEEN + self.width)),
+        )
+        _, self._commanded, self._found = self._arrays
+        self._given = (*plant.addresses, *(each.ctypes.data for each in self._arrays))
 
     def command(self, commands: Array) -> None:
         """Say where opponents want to go; those that do not come are not asked.
@@ -81,17 +79,28 @@ class Rivals:
             commands: Shares of the speed of each one's policy, shape (o, p), cut off at the length 1.
         """
         self._commanded[:] = within_speed(np.asarray(commands, dtype=float))
-        self._state.mover_wish[self._bodies] = self._speed[:, None] * self._commanded
+        self._plant.state.mover_wish[self._bodies] = self._speed * self._commanded
 
     def perceive(self) -> None:
         """Find what opponents perceive now, and their rewards since the last time."""
-        view, reward, status = self._view, self._reward, self._state.opponent_status.copy()
-        for o, (body, speed) in enumerate(zip(self._bodies, self._speed, strict=True)):
-            self.observed[o] = np.nan_to_num(perceived(view, body, float(speed)))
-        distance = np.linalg.norm(view.target_position - view.mover_position[self._bodies], axis=1)
-        nearer = np.nan_to_num((self._distance - distance) / view.radius)
-        effort = np.mean(self._commanded**2, axis=1)
-        on_the_way = np.where(self.comes, reward.approach * nearer - reward.command * effort, 0.0)
-        ends = reward.reach * (status == REACHED) - reward.capture * (status == INTERCEPTED)
-        self.rewards = on_the_way + np.where(self.over, 0.0, ends)
-        self._distance, self.comes, self.over = distance, status == COMES, status > COMES
+        self._perceive(*self._given)
+
+    @property
+    def observed(self) -> Seen:
+        """What each perceives, shape (o, width)."""
+        return np.nan_to_num(self._found[:, SEEN:]).astype(np.float32)
+
+    @property
+    def rewards(self) -> Array:
+        """Of each for the last command, shape (o,)."""
+        return self._found[:, REWARD].copy()
+
+    @property
+    def comes(self) -> NDArray[np.bool_]:
+        """Which are on their way, shape (o,)."""
+        return np.asarray(self._found[:, STATUS] == COMES)
+
+    @property
+    def over(self) -> NDArray[np.bool_]:
+        """Which have been intercepted or have reached the target, shape (o,)."""
+        return np.asarray(self._found[:, STATUS] > COMES)

@@ -24,7 +24,8 @@ from escort_mj.world.model.build import build
 from escort_mj.world.plant import Mark, Plant
 
 Array = NDArray[np.float64]
-Side = Literal["robots", "opponents", "both"]
+OneSide = Literal["robots", "opponents"]
+Side = Literal[OneSide, "both"]
 
 
 def due(schedule: Schedule, taken: int) -> int:
@@ -49,6 +50,17 @@ def next_hop(schedule: Schedule, taken: int) -> tuple[int, int]:
     count = due(schedule, taken)
     done = schedule.step(taken - 1) + 1 if taken else 0
     return count, schedule.step(taken + count - 1) + 1 - done
+
+
+def one_side(side: Side) -> Side:
+    """Return a side that one policy can command.
+
+    Raises:
+        UsageError: If it is another one.
+    """
+    if side not in get_args(OneSide):
+        raise UsageError(f"side is {side!r}; expected robots or opponents: one policy commands one side")
+    return side
 
 
 class Simulation:

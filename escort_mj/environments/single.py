@@ -1,4 +1,4 @@
-"""A scenario as a Gymnasium environment: one policy for the whole team."""
+"""A scenario as a Gymnasium environment: one policy for all robots, or for all opponents."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
 from escort_mj.environments.picture import SIZE, Camera, known_mode
+from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
-from escort_mj.environments.simulation import Simulation
+from escort_mj.environments.simulation import OneSide, Simulation, one_side
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
@@ -24,6 +25,8 @@ from escort_mj.scenario import Scenario
 
 class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
     """Observations and commands of all robots one below the other; the reward is the mean of theirs.
+
+    With `side="opponents"`, the same of the opponents; their mission also terminates when none is left.
 
     Attributes:
         simulation: The mission.
@@ -38,6 +41,8 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
         reward: Reward | None = None,
         render_mode: str | None = None,
         size: tuple[int, int] = SIZE,
+        side: OneSide = "robots",
+        rival_reward: RivalReward | None = None,
     ) -> None:
         """Prepare a scenario.
 
@@ -47,17 +52,22 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
             reward: As of `Simulation`.
             render_mode: `rgb_array` for pictures; None for none.
             size: Width and height of pictures [pixel].
+            side: Who is commanded; the others do as the scenario says.
+            rival_reward: As of `Simulation`.
 
         Raises:
-            UsageError: If forces are to be commanded without a limit, or the mode of rendering is not known.
+            UsageError: If forces are to be commanded without a limit, or opponents and there are none, or
+                both sides, or the mode of rendering is not known.
         """
-        self.simulation = Simulation(scenario, command, reward)
+        self.simulation = Simulation(scenario, command, reward, one_side(side), rival_reward)
         self.render_mode = known_mode(render_mode)
         self.metadata = self.metadata | {"render_fps": round(self.simulation.scenario.recording.rate)}
         self._camera = Camera(self.simulation, size)
         self._seeds = Seeds(self.simulation.scenario.seed)
-        team = self.simulation.count, self.simulation.axes
-        self.observation_space, self.action_space = spaces_of(self.simulation.limits, *team)
+        side_of = self.simulation.rivals or self.simulation
+        self.observation_space, self.action_space = spaces_of(
+            side_of.limits, side_of.count, self.simulation.axes
+        )
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -71,18 +81,23 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
         """
         super().reset(seed=seed)
         self.simulation.reset(self._seeds.next(seed))
-        return self.simulation.observe_within(), {}
+        return self._observed(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Advance to the next sample."""
-        rewards = self.simulation.step(np.asarray(action, dtype=float))
-        outcome = self.simulation.outcome
+        simulation, rivals = self.simulation, self.simulation.rivals
+        given = np.asarray(action, dtype=float)
+        rewards = simulation.step(None if rivals else given, given)
+        broken = simulation.outcome not in (Outcome.RUNNING, Outcome.COMPLETED)
+        info = {"touching": simulation.touching}
+        if rivals:
+            rewards, info = rivals.rewards, {"comes": rivals.comes}
         return (
-            self.simulation.observe_within(),
+            self._observed(),
             float(rewards.mean()),
-            outcome not in (Outcome.RUNNING, Outcome.COMPLETED),
-            outcome is Outcome.COMPLETED,
-            {"touching": self.simulation.touching, "outcome": outcome.value},
+            broken or bool(rivals and rivals.over.all()),
+            simulation.outcome is Outcome.COMPLETED,
+            info | {"outcome": simulation.outcome.value},
         )
 
     def render(self) -> Picture | None:
@@ -98,13 +113,18 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
         """End what draws."""
         self._camera.close()
 
+    def _observed(self) -> Seen:
+        """What the side that is commanded observes."""
+        rivals = self.simulation.rivals
+        return rivals.observed if rivals else self.simulation.observe_within()
+
 
 def spaces_of(limits: Seen, robots: int, axes: int) -> tuple[spaces.Space[Any], spaces.Space[Any]]:
-    """Return what a team observes, and what it may command: shapes (n, width) and (n, p).
+    """Return what a side observes, and what it may command: shapes (n, width) and (n, p).
 
     Args:
-        limits: Largest size of each number that a robot observes, shape (width,).
-        robots: n.
+        limits: Largest size of each number that a robot or opponent observes, shape (width,).
+        robots: n, or how many opponents there are.
         axes: p.
     """
     most = np.tile(limits, (robots, 1))

@@ -15,8 +15,10 @@ except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
 from escort_mj.environments.fleet import Fleet
+from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
+from escort_mj.environments.simulation import OneSide
 from escort_mj.environments.single import spaces_of
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario
@@ -40,6 +42,8 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         reward: Reward | None = None,
         threads: int | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        side: OneSide = "robots",
+        rival_reward: RivalReward | None = None,
     ) -> None:
         """Prepare missions.
 
@@ -51,16 +55,19 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             threads: How many step missions; None for one per core. It changes no bit.
             autoreset_mode: What a mission does that has ended: it begins again in the next step, in the same
                 step, or when `reset` is called with its place in `options["reset_mask"]`.
+            side: As of `EscortEnv`.
+            rival_reward: As of `Simulation`.
 
         Raises:
-            UsageError: If there is to be no mission, or forces are to be commanded without a limit.
+            UsageError: If there is to be no mission, or forces are to be commanded without a limit, or
+                opponents and there are none, or both sides.
         """
         if num_envs < 1:
             raise UsageError(f"num_envs is {num_envs}; expected at least 1")
-        self.fleet = Fleet(scenario, num_envs, command, reward, threads)
+        self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward)
         self.num_envs = num_envs
         self.autoreset_mode = AutoresetMode(autoreset_mode)
-        team = self.fleet.senses.robots, self.fleet.senses.axes
+        team = self.fleet.members, self.fleet.senses.axes
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.single_observation_space, self.single_action_space = spaces_of(self.fleet.limits, *team)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
@@ -100,11 +107,12 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         """Advance every mission to its next sample; see Gymnasium's `AutoresetMode` for those that had ended.
 
         Args:
-            actions: Shape (N, n, p).
+            actions: Shape (N, n, p), of n robots or opponents.
 
         Returns:
-            Observations (N, n, width), rewards (N,), terminations (N,), truncations (N,) and infos:
-            `touching`, `outcome`, and in same-step mode `final_obs` and `final_info` of missions that ended.
+            Observations (N, n, width), rewards (N,), terminations (N,), truncations (N,), infos: `outcome`,
+            `touching` or, of opponents, `comes`, and in same-step mode `final_obs` and `final_info` of
+            missions that ended.
 
         Raises:
             UsageError: If missions were not reset, or shapes differ.
@@ -122,7 +130,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         rewards = self.fleet.advance(range(self.num_envs), actions).mean(axis=1)
         if again:
             rewards[fresh] = 0.0
-        truncated, terminated = self.fleet.completed.copy(), self.fleet.broken.copy()
+        truncated, terminated = self.fleet.completed.copy(), self.fleet.broken | self.fleet.decided
         self._over = truncated | terminated
         infos = self._infos(~fresh)
         observed = self.fleet.observe()
@@ -145,8 +153,11 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             return {}
         outcomes = self.fleet.words.copy()
         outcomes[~those] = None
-        touching = self.fleet.touching & those[:, None]
-        return {"touching": touching, "_touching": those, "outcome": outcomes, "_outcome": those.copy()}
+        name, flags = "touching", self.fleet.touching
+        if self.fleet.rivals:
+            name, flags = "comes", np.array([each.comes for each in self.fleet.rivals])
+        flags = flags & those[:, None]
+        return {name: flags, f"_{name}": those, "outcome": outcomes, "_outcome": those.copy()}
 
     def _begin_again(self, observed: Seen, infos: dict[str, Any]) -> tuple[Seen, dict[str, Any]]:
         """Start missions that have just ended, and put how they ended into the infos."""

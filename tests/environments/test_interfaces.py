@@ -44,6 +44,14 @@ def test_gymnasium(name: str, command: str) -> None:
     check_env(environment.unwrapped, skip_render_check=True)
 
 
+def test_gymnasium_takes_the_side_of_the_opponents() -> None:
+    from gymnasium.utils.env_checker import check_env
+
+    scenario = load_scenario("pursuit/intruders", SHORT | {"opponents[0].start": 0.1})
+    environment = gymnasium.make("escort_mj/Escort-v0", scenario=scenario, side="opponents")
+    check_env(environment.unwrapped, skip_render_check=True)
+
+
 def test_gymnasium_finds_the_environment_by_its_module() -> None:
     code = "import gymnasium; print(gymnasium.make('escort_mj.environments:escort_mj/Escort-v0').spec.id)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

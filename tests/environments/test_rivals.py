@@ -23,12 +23,17 @@ SOON = {
 }
 
 
+RAID = {"opponents[0].start": 0.1, "opponents[0].interval": 0.1}
+
+
 @pytest.fixture(scope="module")
 def soon() -> Scenario:
     return load_scenario("pursuit/intruders", SOON)
 
 
-def test_both_sides_are_agents_without_a_warning(soon: Scenario) -> None:
+@pytest.mark.parametrize("name", ["soon", "pursuit/raid"])
+def test_both_sides_are_agents_without_a_warning(soon: Scenario, name: str) -> None:
+    soon = soon if name == "soon" else load_scenario(name, {"duration": 0.6, "expect": []} | RAID)
     testing = pytest.importorskip("pettingzoo.test")
     from escort_mj.environments.parallel import EscortParallelEnv
 
@@ -70,13 +75,13 @@ def test_robots_see_the_nearest_opponent_and_share_its_breach(soon: Scenario) ->
     assert simulation.rivals is not None
     assert not simulation.observe()[:, -4:].any()  # nobody comes yet
     seen, earned = False, np.zeros(5)
-    view = simulation.rivals._view
+    state = simulation.plant.state
     for _ in range(150):
-        before = np.linalg.norm(view.target_position - view.mover_position, axis=1)
+        before = np.linalg.norm(state.target_position - state.mover_position, axis=1)
         coming = simulation.rivals.comes.copy()
         rewards = simulation.step(None, within_speed(simulation.rivals.observed[:, :2] * 1e3))
-        after = np.linalg.norm(view.target_position - view.mover_position, axis=1)
-        status = simulation.plant.state.opponent_status
+        after = np.linalg.norm(state.target_position - state.mover_position, axis=1)
+        status = state.opponent_status
         going_on = coming & (status == 1.0)
         expected = 2.0 * (before - after)[going_on] / 3.0
         np.testing.assert_allclose(simulation.rivals.rewards[going_on], expected, atol=1e-12)
@@ -87,7 +92,8 @@ def test_robots_see_the_nearest_opponent_and_share_its_breach(soon: Scenario) ->
     assert seen and (earned < -90.0).all()  # an opponent has reached the target
 
 
-def test_a_network_does_in_a_run_what_it_does_in_an_environment(tmp_path: Path) -> None:
+@pytest.mark.parametrize("teams", [False, True])
+def test_a_network_does_in_a_run_what_it_does_in_an_environment(tmp_path: Path, teams: bool) -> None:
     dice = np.random.default_rng(7)
     shapes = [(8, inputs(2)), (2, 8)]
     arrays: dict[str, Any] = {f"weights_{k}": dice.normal(size=shape) for k, shape in enumerate(shapes, 1)}
@@ -97,20 +103,24 @@ def test_a_network_does_in_a_run_what_it_does_in_an_environment(tmp_path: Path) 
         "duration: 3\ntarget: {position: [0, 0]}\nrobots: {count: 3}\n"
         "opponents: [{positions: [[6, 1]], policy: {policy: learned, network: net.npz, speed: 1.2}}]\n"
     )
+    if teams:
+        targets = "{name: near, position: [0, 0]}, {name: far, position: [0, -6]}"
+        one = f"teams: [{{name: one, robots: [1, 2, 3], radius: 6, targets: [{targets}]}}]\n"
+        text = text.replace("target: {position: [0, 0]}\n", "target: null\n" + one)
     (tmp_path / "mission.yaml").write_text(text)
     scenario = load_scenario(tmp_path / "mission.yaml")
     flown = run(scenario)
     simulation = Simulation(scenario, side="opponents")
     simulation.reset()
     assert simulation.rivals is not None
-    path = [simulation.plant.state.mover_position[0].copy()]
+    path = [simulation.plant.state.mover_position[-1].copy()]
     for _ in range(len(flown.trace.time) - 1):
         values = simulation.rivals.observed[0].astype(float)
         assert (np.abs(values) <= LARGEST).all()
         hidden = np.tanh(arrays["weights_1"] @ values + arrays["bias_1"])
         simulation.step(None, (arrays["weights_2"] @ hidden + arrays["bias_2"])[None])
-        path.append(simulation.plant.state.mover_position[0].copy())
-    there = flown.trace.obstacle_position.values[:, 0]
+        path.append(simulation.plant.state.mover_position[-1].copy())
+    there = flown.trace.obstacle_position.values[:, -1]
     assert np.linalg.norm(there[-1] - there[0]) > 0.5
     np.testing.assert_allclose(path, there, atol=0.02)  # a command from outside comes one step later
 
@@ -120,3 +130,12 @@ def test_what_cannot_be(soon: Scenario) -> None:
         Simulation(soon, side="none")  # type: ignore[arg-type]
     with pytest.raises(UsageError, match="found none"):
         Simulation("main", side="both")
+    pytest.importorskip("gymnasium")
+    from escort_mj.environments.single import EscortEnv
+    from escort_mj.environments.vector import EscortVectorEnv
+
+    for make in (EscortEnv, lambda *given, **more: EscortVectorEnv(2, *given, **more)):
+        with pytest.raises(UsageError, match="expected robots or opponents: one policy commands one side"):
+            make(soon, side="both")
+        with pytest.raises(UsageError, match="found none"):
+            make("main", side="opponents")

@@ -79,6 +79,21 @@ def test_missions_that_break_end_alone(mode: AutoresetMode) -> None:
     assert broke >= 1
 
 
+@pytest.mark.crossed
+@pytest.mark.parametrize("mode", AutoresetMode)
+@pytest.mark.parametrize(("name", "groups"), [("pursuit/intruders", 2), ("pursuit/raid", 1)])
+def test_opponents_are_commanded_until_none_is_left(name: str, groups: int, mode: AutoresetMode) -> None:
+    soon = {"start": 0.02, "interval": 0.02, "distance": 7.0, "capture_distance": 2.0, "count": 2}
+    changes = {f"opponents[{k}].{key}": value for k in range(groups) for key, value in soon.items()}
+    scenario = load_scenario(name, {"duration": 4.0, "expect": [], "recording.rate": 10.0} | changes)
+    terminated = truncated = 0
+    for ours, theirs in steps(pair(scenario, mode, side="opponents"), 60, push=0.5):
+        assert same(ours, theirs)
+        if len(ours) == 5:
+            terminated, truncated = terminated + int(ours[2].sum()), truncated + int(ours[3].sum())
+    assert terminated >= 1 and truncated >= 1
+
+
 def test_obstacles_that_are_no_spheres_and_forces() -> None:
     walls = {"obstacles[0]": {"shape": "box", "size": [1.0, 4.0], "position": [7.0, 4.5]}}
     scenario = load_scenario("main", SHORT | walls)

@@ -4,5 +4,10 @@
 `machine` say by which instructions; `pieces` compiles what is kept on disk.
 """
 
-EVERY_KERNEL = ("escort_mj.world.loop.step", "escort_mj.memory.evaluation", "escort_mj.memory.perception")
+EVERY_KERNEL = (
+    "escort_mj.world.loop.step",
+    "escort_mj.memory.evaluation",
+    "escort_mj.memory.perception",
+    "escort_mj.memory.rivals",
+)
 """Modules that bring all kernels and views."""
