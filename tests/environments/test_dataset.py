@@ -16,7 +16,7 @@ from escort_mj.record.outcome import Outcome  # noqa: E402
 EVERY_STEP = {"duration": 0.2, "expect": [], "recording.rate": 500.0, "mission.max_speed": 8.0}
 
 
-@pytest.mark.parametrize("name", ["main", "paper/case1_3d"])
+@pytest.mark.parametrize("name", ["main", "paper/case1_3d", "knowledge/blind", "pursuit/handover"])
 def test_where_commands_are_given_at_every_step_they_lead_the_same_way(name: str) -> None:
     scenario = load_scenario(name, EVERY_STEP)
     flown = law_episode(scenario)

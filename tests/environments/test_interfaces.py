@@ -87,12 +87,13 @@ def test_observations_stay_in_their_space_where_a_mission_breaks() -> None:
     assert (np.abs(simulation.observe_within()) <= simulation.limits).all()
 
 
-def test_dm_env() -> None:
+@pytest.mark.parametrize("name", NAMES)
+def test_dm_env(name: str) -> None:
     from dm_env import StepType
 
     from escort_mj.environments.dm import EscortEnvironment
 
-    environment = EscortEnvironment(load_scenario("main", SHORT))
+    environment = EscortEnvironment(load_scenario(name, SHORT))
     action, observation = environment.action_spec(), environment.observation_spec()
     step = environment.step(action.generate_value())
     assert step.step_type is StepType.FIRST
