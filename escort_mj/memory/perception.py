@@ -230,7 +230,7 @@ def _nearer(
 
 @merged
 def _obstacles(robot: int, plan: Plan, state: State) -> Array:
-    """Return where a robot finds obstacles, shape (m, p) [m]: without knowledge or teams, past any lidar."""
+    """Return where a robot finds obstacles, shape (m, p) [m]; a lidar limits this with knowledge or teams."""
     m = plan.obstacle_radius.shape[0]
     if plan.apart:
         return obstacles_seen(robot, plan, state)
