@@ -37,6 +37,8 @@ ATTRIBUTES: dict[str, tuple[type, ...]] = {
     **dict.fromkeys(("timestep", "mission_radius", "safe_distance", "target_radius"), NUMBER),
 }
 """Attributes of every trace, and what they are."""
+SPEEDS = ("max_speed", "target_speed")
+"""Attributes that a trace may have: speeds above 0."""
 
 LABELS = {name: name for name in ("axis", "obstacle", "body", "group", "behavior")} | {"body_group": "body"}
 """Names of every trace, and their dimension."""
@@ -107,6 +109,10 @@ def _attribute_faults(trace: Recorded) -> Iterator[str]:
         value = trace.attrs[name]
         if not (0.0 < value < 1e9 or (value == 0.0 and name == "target_radius")):  # 0: no target
             yield f"the attribute {name} is {trace.attrs[name]!r}"
+    for name in SPEEDS:
+        value = trace.attrs.get(name, 1.0)
+        if not isinstance(value, NUMBER) or not 0.0 < value < math.inf:
+            yield f"the attribute {name} is {value!r}"
 
 
 def _shape_faults(trace: Recorded) -> Iterator[str]:

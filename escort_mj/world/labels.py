@@ -74,6 +74,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             **_limits(scenario, setup.teammate_distance(avoid) if avoid and avoid.teammates else 0.0),
             "height": world.team.height if scenario.axes == 2 else 0.0,
             "target_radius": scenario.target.radius if scenario.target is not None else 0.0,
+            "target_speed": next((m.policy.speed for m in setup.movers if m.obstacle < 0 and m.policy), None),
             "least_energy": (setup.least_energies if scenario.target is not None or setup.teams else None)
             or None,
             **_versions(),

@@ -52,6 +52,7 @@ def test_kernel_and_twin_agree(axes: int, behavior: dict[str, object], outer: st
     assert {0.0, 1.0, INTERCEPTED} <= seen
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("behavior", [
     {"behavior": "guard", "alert": 6.0}, {"behavior": "intercept", "quarry": "opponents"},
 ], ids=["guard", "intercept"])  # fmt: skip

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
 from escort_mj.record.recording import LOG, is_log, not_logged
-from escort_mj.report.figures import gap, knowledge, nearness, paths, tasks, timelines, truth
+from escort_mj.report.figures import dominance, gap, knowledge, nearness, paths, tasks, timelines, truth
 from escort_mj.report.figures.look import USUAL, Look, check_formats
 from escort_mj.report.figures.style import canvas_of, figure, png_of
 
@@ -83,6 +83,13 @@ PLOTS: tuple[Plot, ...] = (
         lambda trace: "target_estimate" in trace,
     ),
     Plot("gap", "gaps of the team", lambda trace, width: gap.HEIGHT, gap.gap, gap.may_escape),
+    Plot(
+        "dominance",
+        "what each side reaches first",
+        dominance.dominance_height,
+        dominance.dominance,
+        dominance.has_sides,
+    ),
     Plot(
         "forces",
         "forces of the motors",
