@@ -149,7 +149,9 @@ def turn_figures(plan: Plan, state: State) -> None:
                 vertices = state.mate_vertex
             known, left = 0.0, 0.0
             for j in range(q.shape[0]):
-                known, left = known + 1.0 - missing[j], left + 1.0 - state.lost[j]
+                known += 1.0 - missing[j]
+                if plan.team_radius.shape[0] == 0 or state.member_of[j] == state.member_of[robot]:
+                    left += 1.0 - state.lost[j]
             share = known / left if plan.informed else 1.0  # a team knows all of its members
         turn_figure(q, center, missing, vertices, share, state.rotation[robot])
 

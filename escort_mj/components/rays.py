@@ -73,11 +73,11 @@ class ShapeParameters(Fields):
 
 
 @inlined
-def is_between(origin: Array, way: Array, plan: Plan, state: State) -> bool:
-    """Whether some obstacle is between a point [m] and the one that a vector leads to [m]."""
+def is_between(origin: Array, way: Array, but: int, plan: Plan, state: State) -> bool:
+    """Whether some obstacle but one (-1: any) is between a point [m] and where a vector leads [m]."""
     for j in range(plan.obstacle_radius.shape[0]):
         first, last = stretch_in(j, origin, way, plan, state)
-        if first < last and first < 1.0 and last > 0.0:
+        if j != but and first < last and first < 1.0 and last > 0.0:
             return True
     return False
 
@@ -283,7 +283,9 @@ def _under(planes: Array, x: Array, rays: Array) -> tuple[Array, Array]:
     return first, last
 
 
-def hidden(origin: Array, way: Array, setup: Setup, balls: tuple[Array, Array] | None = None) -> bool:
+def hidden(
+    origin: Array, way: Array, setup: Setup, balls: tuple[Array, Array] | None = None, but: int = -1
+) -> bool:
     """Return whether something is between a point and the one that a vector leads to.
 
     Args:
@@ -291,9 +293,11 @@ def hidden(origin: Array, way: Array, setup: Setup, balls: tuple[Array, Array] |
         way: The vector, shape (p,) [m].
         setup: Gives the obstacles.
         balls: Centers, shape (k, p), and radii, shape (k,), of balls to look for in place of obstacles [m].
+        but: An obstacle that hides nothing; -1 for none.
     """
     if balls is None:
-        first, last = (each[0] for each in stretches(origin, way[None], setup))
+        kept = np.arange(len(setup.obstacle_radius)) != but
+        first, last = (each[0, kept] for each in stretches(origin, way[None], setup))
     else:
         ends = [_in_ball(origin - place, way[None], size) for place, size in zip(*balls, strict=True)]
         first, last = np.reshape(ends, (-1, 2)).T

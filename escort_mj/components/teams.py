@@ -78,7 +78,10 @@ class TeamState(Fields):
     own_radius: Annotated[Array, "members", Value("m", "distance that a robot keeps from its team's targets")]
     missed: Annotated[Array, "members", Value("1", "1 for lost robots whose teams have closed ranks")]
     team_left: Annotated[Array, "teams", Value("1", "members that are not lost")]
-    team_changed: Annotated[Array, "teams", Value("1", "1 where members came, went or were lost")]
+    team_formed: Annotated[
+        Array, "teams", Value("1", "step in which members last came, went or were lost; -1 for none")
+    ]
+    changed_over: Annotated[Array, "members", Value("1", "1 for robots that change over in this step")]
 
 
 @inlined

@@ -85,10 +85,10 @@ def evaluate(plan: Plan, state: State) -> None:
         scan(plan, state)
     state.sampled[0] = is_sampled(int(state.step[0]), plan)
     if moved and plan.apart:
+        if plan.team_radius.shape[0] > 0:
+            form_teams(plan, state)
         if plan.informed:
             know(plan, state)
-        else:
-            form_teams(plan, state)
     if state.neighbors.shape[0] > 0:
         keep_all_neighbors(plan, state)
     n, p = state.q.shape

@@ -18,11 +18,11 @@ from escort_mj.estimators import ESTIMATORS, Estimator, EstimatorView
 from escort_mj.estimators.estimator import estimator_view
 from escort_mj.estimators.kalman import believe, believed
 from escort_mj.knowledge.auction import Auction, begin_auction, hear_bids
-from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry
+from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry, target_shown, target_speed_shown
 from escort_mj.knowledge.links import NOBODY
 from escort_mj.knowledge.messages import NEVER, Mail, Message, begin_radio, send
-from escort_mj.knowledge.sight import Sight, look, look_at_target, variances
-from escort_mj.knowledge.teammates import Heard, ball
+from escort_mj.knowledge.sight import Sight, Target, look, look_at_target, variances
+from escort_mj.knowledge.teammates import places_known
 from escort_mj.native.fields import Fields, Value, declared
 from escort_mj.native.kernels import inlined, reachable, view_addresses
 from escort_mj.native.lanes import WIDTH, everywhere, load, load_rows, row_of, set_row, stack_rows, store_rows
@@ -33,6 +33,7 @@ from escort_mj.numerics.gaussian import START, normal, normals
 if TYPE_CHECKING:
     from escort_mj.control.failure import Team
     from escort_mj.control.setup import Setup
+    from escort_mj.control.teams import Teams
     from escort_mj.memory.layout import Plan, State
 
 Array = NDArray[np.float64]
@@ -71,8 +72,11 @@ def know(plan: Plan, state: State) -> None:
         state: Gives time, truth and measurements; beliefs, messages and estimates are written.
     """
     n, step, talks = state.q.shape[0], int(state.step[0]), state.link_from.shape[0] > 0
-    if state.evaluated[0] == 0.0:
-        _begin(plan, state)
+    first = state.evaluated[0] == 0.0
+    for i in range(n if first else state.changed_over.shape[0]):
+        if first or state.changed_over[i] != 0.0:
+            _begin(i, 0 if first else step, plan, state)
+    if first:
         if talks:
             begin_radio(plan, state)
         if plan.auctioned:
@@ -95,22 +99,22 @@ def know(plan: Plan, state: State) -> None:
 
 
 @inlined
-def _begin(plan: Plan, state: State) -> None:
-    """Starts with what the team is told before the mission."""
-    (n, p), size = state.q.shape, state.belief.shape[1]
-    for i in range(n):
-        drawn = state.belief_work[0, :size]
-        normals(size, plan.seed, 1, START, i, 0, drawn)
-        for k in range(size * size):
-            state.belief_covariance[i, k] = 0.0
-        for k in range(size):
-            deviation = plan.start_deviation[k // p]
-            state.belief[i, k] = deviation * drawn[k]
-            state.belief_covariance[i, (size + 1) * k] = max(deviation * deviation, LEAST_VARIANCE)
-        for k in range(p):
-            state.belief[i, k] += state.target_position_measured[k]
-            state.belief[i, p + k] += state.target_velocity_measured[k]
-        state.belief_time[i] = state.belief_fix[i] = state.time[0]
+def _begin(i: int, draw: int, plan: Plan, state: State) -> None:
+    """Starts with what robot i is told of its target, before the mission or when it changes over."""
+    p, size = state.q.shape[1], state.belief.shape[1]
+    drawn = state.belief_work[0, :size]
+    c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
+    normals(size, plan.seed, 1, START, i, draw, drawn)
+    for k in range(size * size):
+        state.belief_covariance[i, k] = 0.0
+    for k in range(size):
+        deviation = plan.start_deviation[k // p]
+        state.belief[i, k] = deviation * drawn[k]
+        state.belief_covariance[i, (size + 1) * k] = max(deviation * deviation, LEAST_VARIANCE)
+    for k in range(p):
+        state.belief[i, k] += c[k]
+        state.belief[i, p + k] += c_dot[k]
+    state.belief_time[i] = state.belief_fix[i] = state.time[0]
 
 
 @inlined
@@ -134,23 +138,27 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                 state.messages_heard[i] += 1.0
                 if state.sent_step[j, number % depth] > state.link_step[i, s]:
                     state.link_step[i, s] = state.sent_step[j, number % depth]
-                    state.team_news[i] = 1.0
                     message = j * depth + number % depth
-                    _agree(i, message, state)
-                    if plan.auctioned:
-                        hear_bids(i, message, plan, state)
                     for k in range(state.q.shape[1]):
                         state.heard_position[link, k] = state.sent_position[message, k]
                         state.heard_velocity[link, k] = state.sent_velocity[message, k]
+                    if plan.team_radius.shape[0] > 0 and state.sent_team[message] != state.member_of[i]:
+                        continue
+                    state.team_news[i] = 1.0
+                    _agree(i, message, state.link_step[i, s], plan, state)
+                    if plan.auctioned:
+                        hear_bids(i, message, plan, state)
                     state.message[0] = message
                     _update(plan.estimator, i, plan, state)
     state.radio_next[1] = upcoming
 
 
 @inlined
-def _agree(i: int, message: int, state: State) -> None:
+def _agree(i: int, message: int, sent: float, plan: Plan, state: State) -> None:
     """Turns the figure of robot i toward that of a robot that it hears: a step of a consensus."""
     p, share = state.q.shape[1], 1.0 / (state.link_from.shape[1] + 1.0)
+    if plan.team_radius.shape[0] > 0 and sent < state.team_formed[int(state.member_of[i]) - 1]:
+        return  # that was another figure
     for a in range(p):
         for b in range(p):
             off = state.sent_rotation[message, a * p + b] - state.rotation[i, a, b]
@@ -232,6 +240,7 @@ class Minds:
         self.seen = np.zeros(setup.count)
         self.auction: Auction | None = None
         self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
+        self._news = np.zeros(setup.count, dtype=bool)
 
     def follow(self, setup: Setup) -> None:
         """Take note of where obstacles are by now."""
@@ -240,115 +249,110 @@ class Minds:
             self.mail.setup = setup
 
     def update(
-        self, t: float, q: Array, measured: tuple[Array, ...], target: Array, team: Team,
-        headings: Array | None = None,
+        self, t: float, q: Array, measured: tuple[Array, ...], target: Array, lost: Mask,
+        teams: Teams | None = None, headings: Array | None = None,
     ) -> None:  # fmt: skip
-        """Let robots look, tell and hear, and turn their figures.
+        """Let robots look, tell and hear.
 
         Args:
             t: Time [s].
             q: True positions, shape (n, p) [m].
-            measured: Robots' positions and velocities, shape (n, p), and those of the target as the team's
-                sensors show them, shape (p,).
+            measured: Robots' positions and velocities, and those of each robot's target, or of the middle of
+                its team's targets, as the team's sensors show them, shape (n, p).
             target: True position of the target, shape (p,) [m].
-            team: Who is left, in which figure.
+            lost: Robots that have failed, shape (n,).
+            teams: Who is in which team; None where all are one.
             headings: Which way robots look, shape (n, p) [1]; None where they see all around.
         """
         setup, (q_m, v_m, c, c_dot), view = self._setup, measured, self.view
         estimator, step = setup.estimator, round(t / setup.timestep)
         view.time[0], view.message[0], view.q_measured[:], view.v_measured[:] = t, -1.0, q_m, v_m
         if self._new:
-            self._new = False
             for i in range(setup.count):
-                believe(self._told(i, t, c, c_dot), view, i)
+                believe(self._told(i, t, 0, c[i], c_dot[i]), view, i)
             if setup.auctioned and setup.figure is not None:
                 self.auction = Auction(q_m - view.belief[:, : setup.axes], setup.figure.vertices)
+        elif teams is not None:
+            for i in np.flatnonzero(teams.changed_over).tolist():
+                believe(self._told(i, t, step, c[i], c_dot[i]), view, i)
+        self._new = False
         if setup.sight is not None and step % setup.sight.every == 0:
             for i in range(setup.count):
-                found = None if team.lost[i] else look(i, step, (q, headings), target, (c, c_dot), setup)
+                targets = [Target(target, setup.target_radius or 0.0)]
+                if teams is not None:
+                    own = setup.teams[teams.members[i]].targets
+                    targets = [Target(setup.obstacle_position[j], setup.obstacle_radius[j], j) for j in own]
+                shown = c[i], c_dot[i]
+                found = None if lost[i] else look(i, step, (q, headings), targets, shown, setup)
                 self.seen[i] = found is not None
                 if found is not None:
                     view.seen_position[i], view.seen_velocity[i] = found.position, found.velocity
                     view.seen_range[i], view.seen_bearing[i] = found.range, found.bearing
                     estimator.update(view, i)
-        heard = np.full(setup.count, self.mail is None)
+        self._news = np.full(setup.count, self.mail is None)
+        members = np.zeros(setup.count, dtype=int) if teams is None else teams.members
         if self.mail is not None:
             self.mail.send(
                 t,
                 q,
                 lambda j, now: Message(
-                    j, now, q_m[j], v_m[j], believed(view, j), self.rotation[j].copy(), self._bids(j)
+                    j,
+                    now,
+                    q_m[j],
+                    v_m[j],
+                    believed(view, j),
+                    self.rotation[j].copy(),
+                    int(members[j]),
+                    self._bids(j),
                 ),
-                team.lost,
+                lost,
             )
             for i in range(setup.count):
                 for message in self.mail.deliver(i, t):
+                    if message.team != members[i]:
+                        continue
                     said, view.message[0] = message.belief, 0.0
                     view.sent_belief[0], view.sent_covariance[0] = said.x, said.covariance.ravel()
                     view.sent_belief_time[0], view.sent_fix[0] = said.time, said.fix
                     estimator.update(view, i)
                     share = 1.0 / (len(self.mail.links[i]) + 1.0)
-                    self.rotation[i] += share * (message.rotation - self.rotation[i])
-                    heard[i] = True
+                    if teams is None or message.step >= teams.formed[members[i]]:
+                        self.rotation[i] += share * (message.rotation - self.rotation[i])
+                    self._news[i] = True
                     if self.auction is not None and message.bids is not None:
                         self.auction.hear(i, *message.bids)
-        for i in np.flatnonzero(heard & ~team.lost).tolist() if setup.figure is not None else ():
-            mates = self.mates(t, q_m, team.lost)[i]
+
+    def turn(self, t: float, q: Array, team: Team, teams: Teams | None = None) -> None:
+        """Let robots that have learned of teammates turn their figures.
+
+        Args:
+            t: Time [s].
+            q: Measured positions, shape (n, p) [m].
+            team: Who is left, in which figure.
+            teams: As for `update`.
+        """
+        members = None if teams is None else teams.members
+        mates, centers = places_known(t, q, team.lost, members, self.mail), self.estimate(t)[0]
+        for i in np.flatnonzero(self._news & ~team.lost).tolist():
             vertices = team.vertices if self.auction is None else self.auction.known(i)
-            known = np.isfinite(mates + vertices).all(axis=1)
-            center = self.estimate(t)[0][i]
-            share = known.sum() / (~team.lost).sum()
-            self.rotation[i] = turned(self.rotation[i], mates[known], center, vertices[known], share)
+            known = np.isfinite(mates[i] + vertices).all(axis=1)
+            left = ~team.lost if members is None else ~team.lost & (members == members[i])
+            self.rotation[i] = turned(
+                self.rotation[i], mates[i][known], centers[i], vertices[known], known.sum() / left.sum()
+            )
 
     def _bids(self, j: int) -> tuple[Array, NDArray[np.int64]] | None:
         """Return the bids that robot j knows of; None where nobody bids."""
         auction = self.auction
         return None if auction is None else (auction.bid[j].copy(), auction.bidder[j].copy())
 
-    def _told(self, i: int, t: float, c: Array, c_dot: Array) -> Belief:
-        """Return what a robot knows at the start."""
+    def _told(self, i: int, t: float, draw: int, c: Array, c_dot: Array) -> Belief:
+        """Return what a robot knows at the start, or when it changes over."""
         setup, orders = self._setup, self._setup.estimator.orders
         deviation = np.repeat(setup.start_deviation[:orders], setup.axes)
-        x = deviation * normal(len(deviation), setup.seed, START, i, 0)
+        x = deviation * normal(len(deviation), setup.seed, START, i, draw)
         x[: 2 * setup.axes] += np.concatenate([c, c_dot])
         return Belief(x, np.diag(np.maximum(deviation**2, LEAST_VARIANCE)), t, t)
-
-    def mates(self, t: float, q: Array, lost: Mask) -> Array:
-        """Return where each robot knows its teammates to be, NaN for those that it does not know of.
-
-        Args:
-            t: Time [s].
-            q: Measured positions, shape (n, p) [m].
-            lost: Robots that have failed, shape (n,).
-
-        Returns:
-            Shape (n, n, p) [m].
-        """
-        n, p = q.shape
-        found = np.broadcast_to(q, (n, n, p)).copy()
-        if self.mail is not None:
-            found[~np.eye(n, dtype=bool)] = np.nan
-            for i in range(n):
-                for j, age, message in self.mail.known(i, t):
-                    found[i, j] = message.position + age * message.velocity
-        found[:, lost] = np.nan
-        return found
-
-    def heard(self, t: float, q: Array, lost: Mask) -> Heard | None:
-        """Return where teammates may be by now after what they have sent; arguments as of `mates`."""
-        if self.mail is None:
-            return None
-        (n, p), setup = q.shape, self._setup
-        place, velocity = np.broadcast_to(q, (n, n, p)).copy(), np.zeros((n, n, p))
-        age, known = np.zeros((n, n)), np.zeros((n, n), dtype=bool)
-        for i in range(n):
-            for j, old, said in self.mail.known(i, t):
-                if not lost[j]:
-                    age[i, j], known[i, j] = old, True
-                    place[i, j], velocity[i, j] = said.position, said.velocity
-        speed, bounds = np.linalg.norm(velocity, axis=2), (setup.acceleration, setup.max_speed)
-        carried, radius = ball(age, speed, *bounds, setup.timestep)
-        return Heard(place + carried[..., None] * velocity, radius, velocity, known)
 
     def estimate(self, t: float) -> tuple[Array, Array]:
         """Return where robots believe the target to be, and how it moves, shape (n, p) [m, m/s]."""

@@ -30,6 +30,7 @@ from escort_mj.control.setup import Setup
 from escort_mj.control.supervisor import Supervisor
 from escort_mj.control.teams import Teams
 from escort_mj.control.trigger import Holder
+from escort_mj.knowledge.teammates import places_heard, places_known
 from escort_mj.sensing.lidar import Scanner
 from escort_mj.sensing.measure import Instruments
 
@@ -94,6 +95,8 @@ class ReferenceController:
         self._watch = Watch(self.setup) if self.setup.opponents else None
         self._threats: Threats | None = None
         self._teams = Teams(self.setup) if self.setup.teams else None
+        if self._minds is not None and self._teams is not None:
+            self._minds.rotation = self._teams.rotation  # changed in place by both
         self._goals, self._places = GoalsReached(self.setup), Places(self.setup)
         self._q_d_rate = np.zeros_like(self.q_d)
         self._rho_hat_rate = np.zeros_like(self.q_d)
@@ -167,30 +170,36 @@ class ReferenceController:
         if self._watch is not None and moved:
             self._threats = self._watch.assign(q_m, target, lost, setup, self._teams)
         c, c_dot = np.tile(target, (n, 1)), np.tile(target_velocity, (n, 1))
+        members = None if self._teams is None else self._teams.members
+        mail = None if self._minds is None else self._minds.mail
+        if self._teams is not None:
+            c, c_dot = self._teams.center[members], self._teams.velocity[members]
         if self._minds is not None:
             if moved:
                 self._minds.follow(setup)
-                measured = q_m, v_m, target, target_velocity
-                self._minds.update(t, q, measured, true_target[0], noticed, headings)
-            (c, c_dot), mates = self._minds.estimate(t), self._minds.mates(t, q_m, lost)
+                measured = q_m, v_m, c, c_dot
+                self._minds.update(t, q, measured, true_target[0], noticed.lost, self._teams, headings)
+            c, c_dot = self._minds.estimate(t)
             if self._minds.auction is not None:
                 team = replace(team, vertices=self._minds.auction.taken())
-            heard = self._minds.heard(t, q_m, lost)
-        if self._teams is not None:
-            rows = self._teams.members
-            c, c_dot, mates = self._teams.center[rows], self._teams.velocity[rows], self._teams.mates(q_m)
+        if setup.apart:
+            mates = places_known(t, q_m, lost, members, mail)
+        if mail is not None:
+            heard = places_heard(t, q_m, lost, setup, mail)
         e = self.q_d - q_m
-        members = None if self._teams is None else self._teams.members
         phase = self._supervisor.choose(t, q_m, c, lost, members)
         held = self._v_d - c_dot * setup.target_feedforward
         if moved:
             self._goals.choose(q_m, phase)
             self._places.place(t, target, target_velocity, phase, self._goals)
         fresh = self._holder.fires(t, q_m, c, held, phase, self._avoiding, self._supervisor, lost, heard)
-        if moved and fresh.any() and setup.figure is not None and self._teams is not None:
-            self._teams.turn(q_m, team)
-        elif moved and fresh.any() and setup.figure is not None and self._minds is None:
-            self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
+        if moved and fresh.any() and setup.figure is not None:
+            if self._minds is not None:
+                self._minds.turn(t, q_m, team, self._teams)
+            elif self._teams is not None:
+                self._teams.turn(q_m, team)
+            else:
+                self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
         apart, rotation = (
             self._minds or self._teams,
             np.broadcast_to(self._rotation, (n, *self._rotation.shape)),

@@ -39,18 +39,22 @@ def form_teams(plan: Plan, state: State) -> None:
         state: Gives time, obstacles and measured positions; who is in which team is written, and so are
             `vertices` and `rotation` of teams that changed.
     """
-    n, teams = state.q.shape[0], plan.team_radius.shape[0]
+    n, teams, step = state.q.shape[0], plan.team_radius.shape[0], state.step[0]
+    first = state.evaluated[0] == 0.0
     _find_targets(plan, state)
     for t in range(teams):
-        state.team_left[t] = state.team_changed[t] = 0.0
+        state.team_left[t] = 0.0
+        if first:
+            state.team_formed[t] = -1.0
     for i in range(n):
-        if state.evaluated[0] == 0.0:
+        state.changed_over[i] = 0.0
+        if first:
             state.member_of[i] = plan.team_start[i]
         t = int(state.member_of[i]) - 1
         if state.lost[i] == 0.0:
             state.team_left[t] += 1.0
         elif state.missed[i] == 0.0:
-            state.missed[i] = state.team_changed[t] = 1.0
+            state.missed[i], state.team_formed[t] = 1.0, step
     for t in range(teams):
         while state.team_left[t] < _demand(t, plan, state):
             i = _spare(t, plan, state)
@@ -59,15 +63,15 @@ def form_teams(plan: Plan, state: State) -> None:
             other = int(state.member_of[i]) - 1
             state.team_left[other] -= 1.0
             state.team_left[t] += 1.0
-            state.team_changed[other] = state.team_changed[t] = 1.0
-            state.member_of[i] = t + 1.0
+            state.team_formed[other] = state.team_formed[t] = step
+            state.member_of[i], state.changed_over[i] = t + 1.0, 1.0
             change_law(i, other, t, plan, state)
     for i in range(n):
         state.own_radius[i] = plan.team_radius[int(state.member_of[i]) - 1]
         state.team_news[i] = 1.0
     if plan.figures.shape[0] > 0:
         for t in range(teams):
-            if state.team_changed[t] != 0.0 and state.team_left[t] > 0.0:
+            if state.team_formed[t] == step and state.team_left[t] > 0.0:
                 _close_ranks(t, plan, state)
 
 
@@ -154,12 +158,16 @@ class Teams:
         center: Middle of each team's targets, shape (teams, p) [m].
         velocity: How fast it moves, likewise [m/s].
         rotation: Of the even figure of each robot's team, shape (n, p, p).
+        formed: Steps in which members last came, went or were lost, shape (teams,); -1 for none.
+        changed_over: Which robots change over in this step, shape (n,).
     """
 
     def __init__(self, setup: Setup) -> None:
         self.members = setup.members
         self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
         self._missed = np.zeros(setup.count, dtype=bool)
+        self.formed = np.full(len(setup.teams), -1)
+        self.changed_over = np.zeros(setup.count, dtype=bool)
 
     def form(self, t: float, q: Array, formed: Formed, setup: Setup) -> Formed:
         """Move robots from one team to another; return the team with the vertices that they then have.
@@ -181,7 +189,7 @@ class Teams:
             ([0] + [robots for after, robots in team.demand if after <= moment])[-1] for team in setup.teams
         ]
         left = [int((~lost & (self.members == number)).sum()) for number in range(len(setup.teams))]
-        self.members = self.members.copy()
+        before, self.members = self.members, self.members.copy()
         for number, demand in enumerate(needed):
             while left[number] < demand:
                 can = np.array([left[k] > max(needed[k], 1) for k in range(len(left))])
@@ -194,6 +202,8 @@ class Teams:
                 left[other], left[number] = left[other] - 1, left[number] + 1
                 changed |= {other, number}
                 self.members[robot] = number
+        self.changed_over = self.members != before
+        self.formed[[*changed]] = round(t / setup.timestep)
         if setup.reforming is None:
             return formed
         vertices = formed.vertices.copy()
@@ -213,8 +223,3 @@ class Teams:
             here = (self.members == self.members[i]) & ~formed.lost
             center = self.center[self.members[i]]
             self.rotation[i] = turned(self.rotation[i], q[here], center, formed.vertices[here])
-
-    def mates(self, q: Array) -> Array:
-        """Return where each robot knows its teammates to be, NaN for other robots, shape (n, n, p) [m]."""
-        same = self.members[:, None] == self.members
-        return np.where(same[..., None], q, np.nan)

@@ -81,19 +81,31 @@ def target_velocity_rows(i: int, plan: Plan, state: State, rows: Array) -> None:
 @merged
 def target_place(robot: int, plan: Plan, state: State) -> Array:
     """Return where a robot believes the target to be, shape (p,) [m]."""
-    if plan.apart:
-        if plan.informed:
-            return state.target_estimate[robot]
-        return state.team_center[int(state.member_of[robot]) - 1]
-    return state.target_position_measured
+    if plan.informed:
+        return state.target_estimate[robot]
+    return target_shown(robot, plan, state)
 
 
 @merged
 def target_speed(robot: int, plan: Plan, state: State) -> Array:
     """Return how fast a robot believes the target to move, shape (p,) [m/s]."""
-    if plan.apart:
-        if plan.informed:
-            return state.target_velocity_estimate[robot]
+    if plan.informed:
+        return state.target_velocity_estimate[robot]
+    return target_speed_shown(robot, plan, state)
+
+
+@merged
+def target_shown(robot: int, plan: Plan, state: State) -> Array:
+    """Return where the sensors show a robot's target to be, with teams the middle of its targets [m]."""
+    if plan.team_radius.shape[0] > 0:
+        return state.team_center[int(state.member_of[robot]) - 1]
+    return state.target_position_measured
+
+
+@merged
+def target_speed_shown(robot: int, plan: Plan, state: State) -> Array:
+    """Return how fast the sensors show it to move [m/s]."""
+    if plan.team_radius.shape[0] > 0:
         return state.team_velocity[int(state.member_of[robot]) - 1]
     return state.target_velocity_measured
 

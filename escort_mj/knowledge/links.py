@@ -144,7 +144,7 @@ def may_pass(i: int, j: int, plan: Plan, state: State) -> bool:
     way = vector_at(stack_memory(), p)
     for k in range(p):
         way[k] = state.q[j, k] - state.q[i, k]
-    return not is_between(state.q[i], way, plan, state)
+    return not is_between(state.q[i], way, -1, plan, state)
 
 
 @inlined

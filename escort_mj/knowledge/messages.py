@@ -51,6 +51,9 @@ class MessageState(Fields):
         Array, "hearing*depth", "believed*believed", Value("1", "and how sure it was of it")
     ]
     sent_rotation: Annotated[Array, "hearing*depth", "p*p", Value("1", "how its figure was turned")]
+    sent_team: Annotated[
+        Array, "hearing*depth", Value("1", "team whose targets that belief is of, from 1; 0 without teams")
+    ]
     sent_belief_time: Annotated[Array, "hearing*depth", Value("s", "when that held")]
     sent_fix: Annotated[Array, "hearing*depth", Value("s", "time of the newest measurement in it")]
     heard_position: Annotated[Array, "hearing*slots", "p", Value("m", "of the robot heard in each slot")]
@@ -101,6 +104,8 @@ def _compose(j: int, message: int, plan: Plan, state: State) -> None:
         for b in range(p):
             state.sent_rotation[message, a * p + b] = state.rotation[j, a, b]
     state.sent_belief_time[message], state.sent_fix[message] = state.belief_time[j], state.belief_fix[j]
+    if plan.team_radius.shape[0] > 0:
+        state.sent_team[message] = state.member_of[j]
     if plan.auctioned:
         tell_bids(j, message, state)
 
@@ -149,6 +154,7 @@ class Message:
         velocity: Likewise [m/s].
         belief: What the sender believes of the target.
         rotation: How it has turned its figure, shape (p, p).
+        team: Of the sender, from 0, of whose targets it tells.
         bids: The highest bids for vertices that it knows of, and whose they are, shape (n,) each.
     """
 
@@ -158,6 +164,7 @@ class Message:
     velocity: Array
     belief: Belief
     rotation: Array
+    team: int = 0
     bids: tuple[Array, NDArray[np.int64]] | None = None
 
 

@@ -7,11 +7,13 @@ measurement has normal noise. Sometimes nothing comes of a look, and sometimes a
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
 from escort_mj.components.rays import hidden, is_between, mate_between
+from escort_mj.knowledge.belief import target_shown, target_speed_shown
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, stack_memory, vector_at
 from escort_mj.native.on_demand import on_demand
@@ -152,13 +154,38 @@ def look_at_target(plan: Plan, state: State) -> None:
 
 @inlined
 def in_view(i: int, plan: Plan, state: State) -> bool:
-    """Whether the target is near enough to a robot and in its field of view, and nothing hides it."""
+    """Whether a robot sees its target, with teams all of its targets: only then it knows their middle."""
+    targets = plan.target_team.shape[0]
+    for place in range(max(targets, 1)):
+        point, radius, j = state.target_position, plan.sight_target, -1
+        if targets > 0:
+            if plan.target_team[place] != state.member_of[i]:
+                continue
+            j = int(plan.target_obstacle[place])
+            point, radius = state.obstacle_position[j], plan.obstacle_radius[j]
+        if not _sees(i, point, radius, j, plan, state):
+            return False
+    return True
+
+
+@inlined
+def _sees(i: int, point: Array, radius: float, j: int, plan: Plan, state: State) -> bool:
+    """Whether a target is near enough to a robot and in its field of view, and nothing hides it.
+
+    Args:
+        i: The robot.
+        point: Where the target is, shape (p,) [m].
+        radius: Of the target [m].
+        j: Which obstacle it is, from 0; -1 for none.
+        plan: Gives the sight.
+        state: Gives where everything is.
+    """
     p, square = state.q.shape[1], 0.0
     way = vector_at(stack_memory(), p)
     for k in range(p):
-        way[k] = state.target_position[k] - state.q[i, k]
+        way[k] = point[k] - state.q[i, k]
         square += way[k] * way[k]
-    if math.sqrt(square) - plan.robot_radius[i] - plan.sight_target > plan.sight_reach:
+    if math.sqrt(square) - plan.robot_radius[i] - radius > plan.sight_reach:
         return False
     if state.heading.shape[0] > 0:
         ahead, length = 0.0, 0.0
@@ -167,7 +194,7 @@ def in_view(i: int, plan: Plan, state: State) -> bool:
             length += state.heading[i, k] ** 2
         if ahead < plan.sight_cosine * math.sqrt(square * length):
             return False
-    if plan.sight_opaque and is_between(state.q[i], way, plan, state):
+    if plan.sight_opaque and is_between(state.q[i], way, j, plan, state):
         return False
     return not (plan.sight_behind_mates and mate_between(i, state.q[i], way, plan, state))
 
@@ -178,15 +205,16 @@ def _measure(i: int, odd: bool, step: int, plan: Plan, state: State) -> None:
     p, noise, square, aside = state.q.shape[1], plan.sight_noise, 0.0, 0.0
     memory = stack_memory()
     drawn = vector_at(memory, 3 * p + 1)
+    c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
     normals(3 * p + 1, plan.seed, NORMALS, SIGHT, i, step, drawn)
     error = 2.0 * plan.sight_outlier if odd else 0.0
     for k in range(p):
-        state.seen_position[i, k] = state.target_position_measured[k] + noise[POSITION] * drawn[k]
-        state.seen_velocity[i, k] = state.target_velocity_measured[k] + noise[VELOCITY] * drawn[p + k]
+        state.seen_position[i, k] = c[k] + noise[POSITION] * drawn[k]
+        state.seen_velocity[i, k] = c_dot[k] + noise[VELOCITY] * drawn[p + k]
         if odd:
             amiss, _, _, _ = fractions(plan.seed, OUTLIERS + k, SIGHT, i, step)
             state.seen_position[i, k] += error * (amiss - 0.5)
-        way = state.target_position_measured[k] - state.q[i, k]
+        way = c[k] - state.q[i, k]
         square += way * way
     distance = math.sqrt(square)
     state.seen_range[i] = distance + noise[RANGE] * drawn[3 * p]
@@ -194,7 +222,7 @@ def _measure(i: int, odd: bool, step: int, plan: Plan, state: State) -> None:
         amiss, _, _, _ = fractions(plan.seed, OUTLIERS + p, SIGHT, i, step)
         state.seen_range[i] += error * (amiss - 0.5)
     for k in range(p):
-        way = (state.target_position_measured[k] - state.q[i, k]) / max(distance, 1e-300)
+        way = (c[k] - state.q[i, k]) / max(distance, 1e-300)
         state.seen_bearing[i, k] = way
         aside += way * drawn[2 * p + k]
     length = 0.0
@@ -225,11 +253,25 @@ class Look(NamedTuple):
     bearing: Array
 
 
+class Target(NamedTuple):
+    """A body that robots look at.
+
+    Attributes:
+        position: True position, shape (p,) [m].
+        radius: [m].
+        obstacle: Which obstacle it is, from 0; -1 for none.
+    """
+
+    position: Array
+    radius: float
+    obstacle: int = -1
+
+
 def look(
     i: int,
     step: int,
     team: tuple[Array, Array | None],
-    target: Array,
+    targets: Sequence[Target],
     shown: tuple[Array, Array],
     setup: Setup,
 ) -> Look | None:
@@ -239,26 +281,15 @@ def look(
         i: The robot, from 0.
         step: Physics step.
         team: True positions of the robots, shape (n, p) [m], and their headings, likewise [1]; None without.
-        target: True position of the target, shape (p,) [m].
-        shown: Position and velocity of the target as the team's sensors show them, shape (p,) each.
+        targets: What it has to see.
+        shown: Position and velocity of the target, or of the middle of its targets, as the team's sensors
+            show them, shape (p,) each.
         setup: Gives the sight.
     """
-    sight, p, (robots, headings) = setup.sight, setup.axes, team
-    if sight is None or not sight.robots[i]:
+    sight, p = setup.sight, setup.axes
+    if sight is None or not sight.robots[i] or not all(_visible(i, team, each, setup) for each in targets):
         return None
-    q = robots[i]
-    way = target - q
-    gap = np.linalg.norm(way) - setup.robot_radius[i] - (setup.target_radius or 0.0)
-    if gap > sight.reach or (sight.opaque and hidden(q, way, setup)):
-        return None
-    if sight.behind_mates:
-        mates = np.arange(setup.count) != i
-        if hidden(q, way, setup, (robots[mates], setup.robot_radius[mates])):
-            return None
-    if headings is not None:
-        lengths = np.linalg.norm(way) * np.linalg.norm(headings[i])
-        if np.arccos(np.clip(way @ headings[i] / max(lengths, 1e-300), -1.0, 1.0)) > 0.5 * sight.field:
-            return None
+    q = team[0][i]
     missed, odd = uniforms(2, setup.seed, SIGHT, i, step)
     if missed < sight.dropout:
         return None
@@ -278,3 +309,23 @@ def look(
         distance + sight.noise[RANGE] * drawn[3 * p] + errors[p],
         bearing / max(float(np.linalg.norm(bearing)), 1e-150),
     )
+
+
+def _visible(i: int, team: tuple[Array, Array | None], target: Target, setup: Setup) -> bool:
+    """Return whether robot i sees a target; arguments as of `look`."""
+    sight, (robots, headings) = setup.sight, team
+    assert sight is not None
+    way = target.position - robots[i]
+    if np.linalg.norm(way) - setup.robot_radius[i] - target.radius > sight.reach:
+        return False
+    if sight.opaque and hidden(robots[i], way, setup, but=target.obstacle):
+        return False
+    if sight.behind_mates:
+        mates = np.arange(setup.count) != i
+        if hidden(robots[i], way, setup, (robots[mates], setup.robot_radius[mates])):
+            return False
+    if headings is None:
+        return True
+    lengths = np.linalg.norm(way) * np.linalg.norm(headings[i])
+    angle = np.arccos(np.clip(way @ headings[i] / max(lengths, 1e-300), -1.0, 1.0))
+    return bool(angle <= 0.5 * sight.field)

@@ -17,7 +17,10 @@ from escort_mj.numerics.vectors import make_unit
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
+    from escort_mj.knowledge.messages import Mail
     from escort_mj.memory.layout import Plan, State
+
+Mask = NDArray[np.bool_]
 
 
 class TeammateParameters(Fields):
@@ -72,11 +75,19 @@ def mate_at(robot: int, place: int, plan: Plan, state: State) -> tuple[int, floa
     With a radio, these are the teammates that it has heard within the timeout; without one, all left of its
     team.
     """
-    if state.link_from.shape[0] == 0:
-        known = place != robot and state.lost[place] == 0.0
-        if plan.team_radius.shape[0] > 0:
-            known = known and state.member_of[place] == state.member_of[robot]
-        return (place if known else -1), 0.0
+    mate, age = place, 0.0
+    if state.link_from.shape[0] > 0:
+        mate, age = heard_at(robot, place, plan, state)
+    elif place == robot or state.lost[place] != 0.0:
+        mate = -1
+    if mate >= 0 and plan.team_radius.shape[0] > 0 and state.member_of[mate] != state.member_of[robot]:
+        mate = -1
+    return mate, age
+
+
+@inlined
+def heard_at(robot: int, place: int, plan: Plan, state: State) -> tuple[int, float]:
+    """Return which robot, of any team, one has heard within the timeout in a slot; likewise."""
     mate, age = int(state.link_from[robot, place]), age_of(robot, place, plan, state)
     if mate < 0 or age == math.inf or age > plan.radio_timeout or state.lost[mate] != 0.0:
         return -1, 0.0
@@ -123,7 +134,7 @@ def may_be(
         Which teammate, -1 for none, the distance to the center of the ball, and what part of this is ball
         and bodies [m].
     """
-    mate, age = mate_at(robot, place, plan, state)
+    mate, age = heard_at(robot, place, plan, state)
     if mate < 0:
         return mate, 0.0, 0.0
     p, link, square = state.q.shape[1], robot * state.link_from.shape[1] + place, 0.0
@@ -179,7 +190,7 @@ class Heard(NamedTuple):
     place: Array
     ball: Array
     velocity: Array
-    known: NDArray[np.bool_]
+    known: Mask
 
 
 def ball(age: Array, speed: Array, acceleration: Array, most: float, timestep: float) -> tuple[Array, Array]:
@@ -195,3 +206,46 @@ def ball(age: Array, speed: Array, acceleration: Array, most: float, timestep: f
     fastest, acceleration = np.maximum(min(most, UNLIMITED), speed), np.minimum(acceleration, UNLIMITED)
     carried = np.minimum(age, fastest / acceleration)
     return carried, 0.5 * acceleration * carried * (carried + timestep) + fastest * (age - carried)
+
+
+def places_known(
+    t: float, q: Array, lost: Mask, members: NDArray[np.int64] | None = None, mail: Mail | None = None
+) -> Array:
+    """Return where each robot knows its teammates to be, NaN for robots that it does not know of.
+
+    Args:
+        t: Time [s].
+        q: Measured positions, shape (n, p) [m].
+        lost: Robots that have failed, shape (n,).
+        members: Team of each robot, shape (n,); None where all are one team.
+        mail: What robots have heard; None where they know these positions.
+
+    Returns:
+        Shape (n, n, p) [m].
+    """
+    n, p = q.shape
+    found = np.broadcast_to(q, (n, n, p)).copy()
+    if mail is not None:
+        found[~np.eye(n, dtype=bool)] = np.nan
+        for i in range(n):
+            for j, age, message in mail.known(i, t):
+                found[i, j] = message.position + age * message.velocity
+    found[:, lost] = np.nan
+    if members is not None:
+        found[members[:, None] != members] = np.nan
+    return found
+
+
+def places_heard(t: float, q: Array, lost: Mask, setup: Setup, mail: Mail) -> Heard:
+    """Return where robots of all teams may be by now after what they have sent; arguments as above."""
+    n, p = q.shape
+    place, velocity = np.broadcast_to(q, (n, n, p)).copy(), np.zeros((n, n, p))
+    age, known = np.zeros((n, n)), np.zeros((n, n), dtype=bool)
+    for i in range(n):
+        for j, old, said in mail.known(i, t):
+            if not lost[j]:
+                age[i, j], known[i, j] = old, True
+                place[i, j], velocity[i, j] = said.position, said.velocity
+    speed, bounds = np.linalg.norm(velocity, axis=2), (setup.acceleration, setup.max_speed)
+    carried, radius = ball(age, speed, *bounds, setup.timestep)
+    return Heard(place + carried[..., None] * velocity, radius, velocity, known)

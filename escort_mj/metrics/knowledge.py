@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import largest_of, lost, robot
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, largest_of, lost, robot
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -51,7 +51,7 @@ def parts(trace: Recorded) -> NDArray[np.int64]:
     found = []
     for row in first:
         left = linked(heard[row])[~gone[row]][:, ~gone[row]]
-        found.append(connected_components(csr_array(left), directed=False)[0])
+        found.append(connected_components(csr_array(left), directed=False)[0] if len(left) else 0)
     return np.repeat(found, np.diff(np.append(first, len(heard))))
 
 
@@ -60,38 +60,50 @@ def _takes_long(trace: Recorded) -> bool:
     return bool(trace.sizes["time"] * trace.sizes["robot"] ** 2 > DEAR)
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=50)
-def estimate_error_rms(trace: Recorded) -> Measure:
-    """Root mean square of the distance between the robots' estimates of the target and the target."""
+def _nothing(trace: Recorded) -> Measure | None:
+    """Why there are no estimates of a target; None where there are."""
     if "target_estimate" not in trace:
         return Measure(None, reason=ALL_KNOW)
+    if not escorts(trace):
+        return Measure(None, reason=NO_TARGET)
+    return Measure(None, reason=ALL_LOST) if lost(trace).all() else None
+
+
+@metric(unit="m", tail=True, grows=True, watched=False, rank=50, of_team=True)
+def estimate_error_rms(trace: Recorded) -> Measure:
+    """Root mean square of the distance between the robots' estimates of the target and the target."""
+    if nothing := _nothing(trace):
+        return nothing
     return Measure(float(np.sqrt(np.nanmean(estimate_error(trace) ** 2))))
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=51)
+@metric(unit="m", tail=True, grows=True, watched=False, rank=51, of_team=True)
 def disagreement_max(trace: Recorded) -> Measure:
     """Largest distance of a robot's estimate of the target from the mean of all estimates."""
-    if "target_estimate" not in trace:
-        return Measure(None, reason=ALL_KNOW)
-    estimate = np.where(lost(trace)[..., None], np.nan, trace["target_estimate"].values)
-    off = np.linalg.norm(estimate - np.nanmean(estimate, axis=1, keepdims=True), axis=2)
+    if nothing := _nothing(trace):
+        return nothing
+    estimate, left = trace["target_estimate"].values, ~lost(trace)[..., None]
+    middle = (
+        np.where(left, estimate, 0.0).sum(axis=1, keepdims=True) / np.maximum(left.sum(axis=1), 1)[:, None]
+    )
+    off = np.where(left[..., 0], np.linalg.norm(estimate - middle, axis=2), np.nan)
     return largest_of(trace, off, robot)
 
 
-@metric(unit="s", tail=True, grows=True, watched=False, rank=52)
+@metric(unit="s", tail=True, grows=True, watched=False, rank=52, of_team=True)
 def information_age_max(trace: Recorded) -> Measure:
     """Largest age of the newest measurement of the target that a robot knows of."""
-    if "information_age" not in trace:
-        return Measure(None, reason=ALL_KNOW)
+    if nothing := _nothing(trace):
+        return nothing
     age = np.where(lost(trace), np.nan, trace["information_age"].values)
     return largest_of(trace, age, robot)
 
 
-@metric(unit="1", tail=True, watched=False, rank=53)
+@metric(unit="1", tail=True, watched=False, rank=53, of_team=True)
 def estimate_consistency(trace: Recorded) -> Measure:
     """Mean normalized estimation error squared (NEES) of the position, per axis; 1 if consistent."""
-    if "target_covariance" not in trace:
-        return Measure(None, reason=ALL_KNOW)
+    if nothing := _nothing(trace):
+        return nothing
     off = trace["target_estimate"].values - trace["target_position"].values[:, None]
     covariance, left = trace["target_covariance"].values, ~lost(trace)
     if not (np.trace(covariance, axis1=2, axis2=3)[left] > 0.0).all():
@@ -117,7 +129,7 @@ def messages_lost_share(trace: Recorded) -> Measure:
     return Measure(float(gone / max(gone + heard, 1.0)))
 
 
-@metric(unit="1", watched=False, more_is_better=True, dear=_takes_long, rank=56)
+@metric(unit="1", watched=False, more_is_better=True, dear=_takes_long, rank=56, of_team=True)
 def connectivity_min(trace: Recorded) -> Measure:
     """Smallest second eigenvalue of the Laplacian of the communication graph; 0 if it is disconnected."""
     if "heard_from" not in trace:
@@ -135,7 +147,7 @@ def connectivity_min(trace: Recorded) -> Measure:
     return Measure(float(lowest), float(trace["time"][when]))
 
 
-@metric(unit="s", watched=False, rank=57)
+@metric(unit="s", watched=False, rank=57, of_team=True)
 def disconnected_time(trace: Recorded) -> Measure:
     """Time during which the communication graph is disconnected."""
     if "heard_from" not in trace:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.record.recording import sealed
 
@@ -16,6 +17,14 @@ if TYPE_CHECKING:
 def team_names(trace: Recorded) -> list[str]:
     """Return the names of the teams; none where all robots are one team."""
     return [*map(str, trace["team"].values)] if "team" in trace else []
+
+
+def own_targets(trace: Recorded) -> NDArray[np.float64]:
+    """Return where each robot's target is, or the middle of its team's, shape (time, robot, axis) [m]."""
+    if "member_of" not in trace:
+        return np.broadcast_to(trace["target_position"].values[:, None], trace["q"].values.shape)
+    rows = np.arange(trace.sizes["time"])[:, None]
+    return np.asarray(trace["team_center"].values[rows, trace["member_of"].values.astype(int) - 1])
 
 
 def of_team(trace: Recorded, name: str) -> Recording:

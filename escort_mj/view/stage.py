@@ -12,7 +12,6 @@ from escort_mj import palette
 from escort_mj.report.figures.losses import LOST
 from escort_mj.report.video.pen import circle
 from escort_mj.report.video.replay import Moment, Replay
-from escort_mj.report.video.scene import GHOST
 from escort_mj.report.video.solids import Mesh, floor_of, places, pose, solids_of
 from escort_mj.scenario.geometry.shapes import in_space, outward
 
@@ -297,11 +296,11 @@ class StageView:
         """Lines of sight to the target, and its ghosts where robots believe it to be; of a crowd none."""
         left = ~self._lost
         sees = replay.seen[moment.sample] & left
-        ends = np.stack([moment.robots, np.broadcast_to(moment.target, moment.robots.shape)], axis=1)[sees]
+        ends = np.stack([moment.robots, replay.aims(moment)], axis=1)[sees]
         self._sight.points = _segments(ends).astype(np.float32)
         self._sight.colors = linear(_segments(np.repeat(self._colors[sees, None], 2, axis=1)))
         self._ghosts.batched_positions = replay.estimates[moment.sample].astype(np.float32)
-        self._ghosts.batched_scales = np.where(left, GHOST * replay.target_radius, HIDDEN).astype(np.float32)
+        self._ghosts.batched_scales = np.where(left, replay.ghost_radius, HIDDEN).astype(np.float32)
 
 
 _QUIET = (1.0, 0.0, 0.0, 0.0)

@@ -29,12 +29,12 @@ def mission(
     axes: int,
     behaviors: list[object],
     failures: object = (),
-    sensing: object = None,
     outer: object = "nsb",
     laws: Sequence[object] = (None, None, None),
     limit: float | None = None,
+    **keys: object,
 ) -> Setup:
-    """Nine robots in three teams, one with two targets; demands, and losses where given."""
+    """Nine robots in three teams, one with two targets; demands, losses where given, and other keys."""
     rest = [0.0] * (axes - 1)
     targets = [
         {"name": name, "position": [f"{x} + {v}*t", *rest], "radius": 0.3}
@@ -54,7 +54,7 @@ def mission(
         Scenario(
             axes=axes, physics={"timestep": STEP}, recording={"rate": 10}, seed=axes, target=None,
             teams=teams, robots={"count": 9, "radius": 0.2, "failures": failures, "force_limit": limit},
-            sensing=sensing or {}, obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
+            **keys, obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
             mission={"max_speed": 1.5, "outer": outer, "behaviors": behaviors, "supervisor": PHASES},
         )
     )  # fmt: skip
@@ -133,9 +133,11 @@ def test_robots_of_two_teams_come_nearer_only_as_fast_as_their_margin_allows() -
     assert v[0, 0] - v[1, 0] == pytest.approx(4.0 * margin, rel=2e-4)
 
 
-def walk(axes: int, spread: object, tolerance: float = TOLERANCE, **more: Any) -> Kernel:
+def walk(
+    axes: int, spread: object, tolerance: float = TOLERANCE, avoid: object = AVOID, **more: Any
+) -> Kernel:
     """Lets both go a way together, and compares them at each step."""
-    stack = [AVOID, {"behavior": "connect", "distance": 3.0} if spread == "connect" else spread, "surface"]
+    stack = [avoid, {"behavior": "connect", "distance": 3.0} if spread == "connect" else spread, "surface"]
     setup = mission(axes, stack, **more)
     random = np.random.default_rng(3)
     start = setup.obstacle_position[1:]
@@ -159,6 +161,10 @@ def walk(axes: int, spread: object, tolerance: float = TOLERANCE, **more: Any) -
         assert twin._teams is not None
         assert np.array_equal(state.member_of, twin._teams.members + 1)
         assert np.abs(state.team_center - twin._teams.center).max() < TOLERANCE
+        if twin._minds is not None:
+            assert np.array_equal(state.target_seen, twin._minds.seen)
+            assert np.abs(state.belief_covariance - twin._minds.view.belief_covariance).max() < 1e-9
+            assert np.array_equal(state.belief_fix, twin._minds.view.belief_fix)
         assert ((signals.phase != 1.0) | (state.member_of == 2.0)).all()
         assert ((signals.phase != 2.0) | (state.member_of == 1.0)).all()
         seen |= {tuple(map(int, state.member_of)), *signals.phase}

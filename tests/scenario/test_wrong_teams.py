@@ -69,8 +69,6 @@ WRONG = [
      + "controller: {gains: auto}", "teams[1].controller.gains", "allowed is auto"),
     (with_two(f"{{name: two, robots: [4, 5], controller: {{law: super_twisting, gains: auto}}, {B}}}"),
      "teams[1].controller.gains", "found auto with the law super_twisting"),
-    (BOTH + "knowledge: {}", "knowledge", "with teams"),
-    (BOTH + "communication: {}", "communication", "with teams"),
     (BOTH + "clutter: {count: 1, low: [8, 8], high: [12, 12]}", "clutter", "with teams"),
     (BOTH + "sensing: {target_position: {noise: 0.1}}", "sensing.target_position", "expected none"),
     (with_two("{name: two, robots: [4, 5], targets: [{name: b, position: [20, 0], policy: straight}]}"),
@@ -96,7 +94,37 @@ WRONG = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "path", "words"), WRONG)
+TOLD = BOTH + "communication: {}\nknowledge: {target: {robots: [3, 4]}}\n"
+KNOWING = [
+    (BOTH + "knowledge: {target: {robots: [1, 2]}}", "knowledge.target.robots",
+     "found no robot of team two; expected one at least: 4 or 5"),
+    (BOTH + "knowledge: {target: {robots: [1, 6]}}\ncommunication: {}", "knowledge.target.robots",
+     "found robot 6; allowed are 1 to 5"),
+    (BOTH + "knowledge: {target: {robots: [1, 4], measures: [range]}}", "knowledge.target.measures",
+     "predict needs position and velocity"),
+    (BOTH + "knowledge: {target: {field_of_view: 2}}", "knowledge.target.field_of_view", "has no heading"),
+    (TOLD + "sensing: {target_position: {noise: 0.1}}", "sensing.target_position", "knowledge.target has"),
+    (TOLD + "sensing: {target_velocity: {delay: 0.1}}", "sensing.target_velocity", "none with teams"),
+    (TOLD + "mission: {behaviors: [chords]}", "mission.behaviors[0]", "one formation of all robots"),
+    (TOLD + "mission: {behaviors: [{behavior: surface, fit: true}]}", "mission.behaviors[0]",
+     "each team has its radius"),
+    (TOLD + "mission: {behaviors: [{behavior: vertices, assignment: auction}]}", "mission.behaviors[0]",
+     "expected nearest"),
+    (behaving("{behavior: vertices, assignment: auction}"), "mission.behaviors[0]", "expected nearest"),
+    (TOLD + "mission: {behaviors: [{behavior: formation, offsets: [[1, 0], [0, 1], [2, 0], "
+            "[0, 2], [3, 0]]}]}", "mission.behaviors[0]", "give position"),
+    (BOTH + "knowledge: {}\nmission: {behaviors: [{behavior: avoid_obstacles, teammates: heard}, surface]}",
+     "mission.behaviors[0].teammates", "without communication"),
+    (BOTH + "communication: {graph: {edges: [[1, 4], [2, 6]]}}", "communication.graph.edges[1]", "robot 6"),
+    (BOTH + "communication: {blackouts: [{groups: [[1, 2], [2, 4]]}]}", "communication.blackouts[0].groups",
+     "found robot 2 in two groups"),
+    (TOLD + "expect: [{metric: estimate_error_rms, at_most: 1}]", "expect[0]", "give team: one or two"),
+    (TOLD + "expect: [{metric: disconnected_time, at_most: 1}]", "expect[0]", "give team: one or two"),
+    (TOLD + "expect: [{metric: message_rate, at_least: 1, team: one}]", "expect[0].team", "is of all robots"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "path", "words"), [*WRONG, *KNOWING])
 def test_each_fault_is_one_message_with_its_place(text: str, path: str, words: str) -> None:
     assert_one_fault(text, path, words)
 

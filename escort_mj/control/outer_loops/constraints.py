@@ -28,7 +28,7 @@ from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import may_be, places_of
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
 from escort_mj.numerics.neighbors import ALL, find_near
-from escort_mj.numerics.vectors import make_unit
+from escort_mj.numerics.vectors import length_of, make_unit
 from escort_mj.sensing.measure import in_range
 
 if TYPE_CHECKING:
@@ -49,9 +49,10 @@ def find_constraints(
 ) -> int:  # fmt: skip
     """Find what a robot's velocity v has to satisfy, r . v >= b, for each body that it sees.
 
-    Two robots take half of the closing speed each, relative to the motion of their target, or to the mean of
-    the motions of their teams' targets. Failed robots do not do their half. Bodies that no velocity within
-    the two speeds could violate are left out.
+    Two robots take half of the closing speed each, relative to the motion of their target. Those of two teams
+    do so relative to the mean of their targets' motions or, where each robot knows its own target only, in
+    the world frame. Failed robots do not do their half. Bodies that no velocity within the two speeds could
+    violate are left out.
 
     Args:
         robot: From 0.
@@ -74,7 +75,7 @@ def find_constraints(
     n, p = state.q.shape
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
     if plan.team_radius.shape[0] > 0:
-        beside += rules.foresees * team_spread(plan, state)
+        beside += rules.foresees * team_spread(robot, plan, state)
     memory = stack_memory()
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
     spare, motion = vector_at(memory + DOUBLE * (p + NEAR), MOST), vector_at(stack_memory(), p)
@@ -115,8 +116,10 @@ def team_motion(robot: int, k: int, rules: Rules, plan: Plan, state: State) -> f
 
 
 @inlined
-def team_spread(plan: Plan, state: State) -> float:
-    """Return by how much the motion that two robots share may differ from that of either's team [m/s]."""
+def team_spread(robot: int, plan: Plan, state: State) -> float:
+    """Return by how much the motion that two robots share may differ from that of a robot's team [m/s]."""
+    if plan.informed:
+        return length_of(target_speed(robot, plan, state)) if plan.target_feedforward else 0.0
     most, teams = 0.0, state.team_velocity.shape[0]
     for a in range(teams if plan.target_feedforward else 0):
         for b in range(a):
@@ -192,8 +195,11 @@ def _consider(
         else:
             motion[k], share = team_motion(robot, k, rules, plan, state), 0.5
             if teams:
-                motion[k] = 0.5 * (motion[k] + team_motion(mate, k, rules, plan, state))
                 followed = state.member_of[robot] == state.member_of[mate]
+                if not plan.informed:
+                    motion[k] = 0.5 * (motion[k] + team_motion(mate, k, rules, plan, state))
+                elif not followed:
+                    motion[k] = 0.0  # neither knows how the other's targets move
             mates = state.v_measured[mate, k]
             if heard >= 0:
                 mates = state.heard_velocity[robot * state.link_from.shape[1] + heard, k]
@@ -271,7 +277,7 @@ class Constraints(NamedTuple):
         mates: Whether it is a teammate that has not failed, shape (k,).
         gaps: How far the robot goes before each body could touch it, shape (k,) [m].
         followed: Whether the robot and a teammate follow the same target, shape (k,).
-        spread: By how much the motion that two robots share may differ from that of either's team [m/s].
+        spread: By how much the motion that two robots share may differ from that of the robot's team [m/s].
     """
 
     rows: Array
@@ -314,17 +320,21 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         gaps = gaps + np.hstack([np.zeros((n, m)), heard.ball])
     frame = now.c_dot * setup.target_feedforward
     share = np.concatenate([np.ones(m), np.where(lost, 1.0, 0.5)])
-    ways = (frame[:, None] - frame) * (now.members is not None)
-    spread = 0.5 * rules.foresees * float(np.linalg.norm(ways, axis=2).max())
+    alike, mutual = np.full((n, n), rules.target_radius > 0.0), np.repeat(frame[:, None], n, axis=1)
+    spread = np.zeros(n)
+    if now.members is not None:
+        alike = now.members[:, None] == now.members
+        other = 0.0 if setup.informed else 0.5 * (frame[:, None] + frame)
+        mutual = np.where(alike[..., None], mutual, other)
+        most = np.linalg.norm(mutual - frame[:, None], axis=2).max()
+        spread = rules.foresees * (np.linalg.norm(frame, axis=1) if setup.informed else np.full(n, most))
     found: list[Constraints] = []
     for i in range(n):
         wanted = (safe[i] > 0.0) & np.isfinite(seen[i])
         rows, margin = away[i, wanted], (distance - safe)[i, wanted]
         reach = (safe[i] + (setup.robot_radius[i] + radii) * (avoid.measure == "surface"))[wanted]
         between = gaps[i, wanted]
-        motion = np.vstack(
-            [setup.obstacle_velocities(), np.where(lost[:, None], now.v, frame[i] - 0.5 * ways[i])]
-        )
+        motion = np.vstack([setup.obstacle_velocities(), np.where(lost[:, None], now.v, mutual[i])])
         mates = now.v if heard is None else heard.velocity[i]
         velocity, shares, own = motion[wanted], share[wanted], np.vstack([0.0 * motion[:m], mates])[wanted]
         if rules.target_distance > 0.0:
@@ -364,9 +374,9 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
             if bounds[j] > 0.0:
                 rows, bounds = np.vstack([rows, velocity[j] / speed[j]]), np.append(bounds, straight)
                 full, speed, shares, between = (np.append(x, x[j]) for x in (full, speed, shares, between))
-        alike = np.full(n, rules.target_radius > 0.0)
-        alike = alike if now.members is None else now.members == now.members[i]
-        same = np.concatenate([np.zeros(m, dtype=bool), alike, [False]])[kinds]
+        same = np.concatenate([np.zeros(m, dtype=bool), alike[i], [False]])[kinds]
         followed = np.append(same, np.zeros(len(rows) - len(same), dtype=bool))
-        found.append(Constraints(rows, bounds, shares * full, speed, shares < 1.0, between, followed, spread))
+        found.append(
+            Constraints(rows, bounds, shares * full, speed, shares < 1.0, between, followed, spread[i])
+        )
     return found

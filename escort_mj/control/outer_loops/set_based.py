@@ -247,7 +247,7 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         to_target = to_target + way * way
     speed, relative, pace, most = root(square), root(relative), root(pace), plan.max_speed
     if plan.team_radius.shape[0] > 0:
-        relative = relative + team_spread(plan, state)
+        relative = relative + (pace if plan.informed else everywhere(team_spread(i, plan, state)))
     if rules.target_distance > 0.0:
         look = rules.target_distance + to_surface * (own + rules.target_radius)
         outrun = pace > FASTER * most

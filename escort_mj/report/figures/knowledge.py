@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.knowledge import parts
 from escort_mj.metrics.reading import lost
+from escort_mj.record.team import of_team, own_targets, team_names
 from escort_mj.report.figures.curves import (
     SECOND,
     curve_keys,
@@ -30,6 +31,7 @@ from escort_mj.report.figures.curves import (
 )
 from escort_mj.report.figures.losses import heard_links, lost_keys
 from escort_mj.report.figures.style import Key, name_robots
+from escort_mj.report.figures.teams import colored, colors_at
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -56,7 +58,7 @@ def knowledge(figure: Figure, trace: Recorded) -> None:
     keys = curve_keys(count, "running rms (a), mean (b)")
     grid[0].set_title("(a) Error of the estimated target position")
     grid[0].set_ylabel("error [m]")
-    error = np.linalg.norm(trace["target_estimate"].values - trace["target_position"].values[:, None], axis=2)
+    error = np.linalg.norm(trace["target_estimate"].values - own_targets(trace), axis=2)
     draw_curves(grid[0], time, error, colors, running_rms, lost=gone)
     variance = np.trace(trace["target_covariance"].values, axis1=2, axis2=3)
     if variance.any():
@@ -71,10 +73,11 @@ def knowledge(figure: Figure, trace: Recorded) -> None:
     lanes(grid[2], time, (trace["target_seen"].values > 0) & ~gone, "(c) Sees the target")
     if radio:
         _hearing(grid[3], trace)
-        apart = parts(trace) > 1
+        views: list[Recorded] = [of_team(trace, name) for name in team_names(trace)] or [trace]
+        apart = np.any([parts(view) > 1 for view in views], axis=0)
         if apart.any():
             _shade(grid, time, apart)
-            keys.append(("team in parts", Patch(**APART)))
+            keys.append(("a team in parts" if team_names(trace) else "team in parts", Patch(**APART)))
     timeline(grid, time)
     name_robots(figure, grid, count, [*keys, *lost_keys(trace)])
 
@@ -94,11 +97,11 @@ def mark_known(axes: Axes, trace: Recorded, moment: int) -> None:
     if "heard_from" in trace:
         pairs = q[heard_links(trace["heard_from"].values[moment], gone)]
         axes.add_collection(lines(pairs, colors=[palette.RADIO], linewidths=0.5, alpha=0.6, zorder=2.5))
-    target, estimates = trace["target_position"].values[moment], trace["target_estimate"].values[moment]
+    targets, estimates = own_targets(trace)[moment], trace["target_estimate"].values[moment]
     sees = (trace["target_seen"].values[moment] > 0) & ~gone
-    for index, color in enumerate(palette.robot_colors(len(q))):
+    for index, color in enumerate(colors_at(trace, moment)):
         if sees[index]:
-            axes.plot(*np.stack([q[index], target], axis=1), color=color, zorder=2.7, **SIGHT)
+            axes.plot(*np.stack([q[index], targets[index]], axis=1), color=color, zorder=2.7, **SIGHT)
         if not gone[index]:
             axes.plot(*estimates[index][:, None], color=color, zorder=3.2, **GHOST)
 
@@ -115,11 +118,15 @@ def estimate_ways(axes: Axes, trace: Recorded, rows: NDArray[np.int64], low: Arr
     """
     if "target_estimate" not in trace:
         return
-    estimates = trace["target_estimate"].values[rows]
-    seen = ((estimates >= low) & (estimates <= high)).all(axis=2) & ~lost(trace)[rows]
-    estimates = np.where(seen[..., None], estimates, np.nan)
-    for index, color in enumerate(palette.robot_colors(estimates.shape[1])):
-        axes.plot(*estimates[:, index].T, color=color, **DRIFT)
+    estimates, gone = trace["target_estimate"].values, lost(trace)
+    seen = ((estimates >= low) & (estimates <= high)).all(axis=2) & ~gone
+    estimates, team = np.where(seen[..., None], estimates, np.nan), gone
+    if "member_of" in trace:
+        team = trace["member_of"].values
+    for index in range(trace.sizes["robot"]):
+        for color, kept in colored(trace, index, rows):
+            same = kept[team[kept, index] == team[kept[0], index]]  # no line from one target to another
+            axes.plot(*estimates[same, index].T, color=color, **DRIFT)
 
 
 def known_keys(trace: Recorded) -> list[Key]:

@@ -32,6 +32,7 @@ OVER_TIME = (
 )
 
 
+GHOST = 0.8  # size of a ghost in that of the target: it hides in the target where the estimate is good
 TICK = 1.0  # length of the end of a ray of a lidar that is drawn, in radii of the robot
 
 
@@ -94,6 +95,7 @@ class Replay:
         members: Team of each robot, from 1, shape (T, n); (T, 0) where all are one team.
         team_centers: Middle of the targets of each team, shape (T, teams, 3) [m].
         team_radius: Distance that each keeps from there, shape (teams,) [m].
+        ghost_radius: Of what shows where a robot believes its target: that of the smallest target [m].
         planar: Whether the mission has two axes.
         axes: Names of the axes that are seen.
         suffix: What names of its bodies end with, in the model.
@@ -126,6 +128,7 @@ class Replay:
     members: NDArray[np.int8]
     team_centers: Array
     team_radius: Array
+    ghost_radius: float
     planar: bool
     axes: tuple[str, ...]
     suffix: str = ""
@@ -141,6 +144,12 @@ class Replay:
         if not self.members.size:
             return palette.robot_colors(self.count)
         return [palette.team_color(int(number) - 1) for number in self.members[sample]]
+
+    def aims(self, moment: Moment) -> Array:
+        """Return where the target of each robot is, or the middle of its team's, shape (n, 3) [m]."""
+        if not self.members.size:
+            return np.broadcast_to(moment.target, moment.robots.shape)
+        return np.asarray(self.team_centers[moment.sample, self.members[moment.sample].astype(int) - 1])
 
     @property
     def escorts(self) -> bool:
@@ -284,9 +293,17 @@ def replay_of(trace: Recorded) -> Replay:
         members=trace["member_of"].values if teams else np.zeros((len(robots), 0), np.int8),
         team_centers=in_space("team_center") if teams else robots[:, :0],
         team_radius=trace["team_radius"].values if teams else np.zeros(0),
+        ghost_radius=GHOST * _target_size(trace),
         planar=planar,
         axes=tuple(trace["axis"].values[:3]),
     )
+
+
+def _target_size(trace: Recorded) -> float:
+    """Return the radius of the target, or of the smallest one of teams [m]."""
+    if "member_of" not in trace:
+        return float(trace.attrs["target_radius"])
+    return float(trace["obstacle_radius"].values[trace["obstacle_team"].values > 0].min())
 
 
 def outlines(trace: Recorded) -> Array:

@@ -16,7 +16,6 @@ from escort_mj.scenario.geometry.shapes import in_space, outward
 Array = NDArray[np.float64]
 
 NEAR = 1.7  # spacings up to which neighbors in a crowd are linked
-GHOST = 0.8  # size of a ghost in that of the target: it hides in the target where the estimate is good
 SIGHT_PIECES = 24
 TRAIL_PIECES = 60
 MOST_TRAIL_PIECES = 1000  # of all robots together; a crowd has no trails
@@ -182,13 +181,13 @@ class Scenery:
 
     def _knowledge(self, pen: Pen, moment: Moment) -> None:
         """A dashed line of sight from each robot that sees the target, and ghosts where robots believe it."""
-        replay, lost = self.replay, self.replay.lost[moment.sample]
+        replay, lost, aims = self.replay, self.replay.lost[moment.sample], self.replay.aims(moment)
         for index in np.flatnonzero(replay.seen[moment.sample] & ~lost[: replay.seen.shape[1]]):
-            sight = np.linspace(moment.robots[index], moment.target, SIGHT_PIECES)
+            sight = np.linspace(moment.robots[index], aims[index], SIGHT_PIECES)
             pen.path(sight, self._colors[index], 2.0 * self._pixel, 0.9, dashed=True)
         for place, color, absent in zip(replay.estimates[moment.sample], self._colors, lost, strict=False):
             if not absent:
-                pen.ball(place, GHOST * replay.target_radius, color, 0.3)
+                pen.ball(place, replay.ghost_radius, color, 0.3)
 
     def _returns(self, pen: Pen, moment: Moment) -> None:
         """The end of each ray of a lidar that met something."""

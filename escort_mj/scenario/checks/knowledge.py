@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.scenario.checks.mission import behaviors_of
-from escort_mj.scenario.findings import Finding, Path, key_path
+from escort_mj.scenario.findings import Finding, Path, key_path, listed
 from escort_mj.scenario.geometry.placement import kinds_of, robot_count
 from escort_mj.scenario.schema.knowledge import Edges, Knowledge, Loss, Nearest, TargetSight, senders_of
 from escort_mj.scenario.schema.scenario import Scenario
@@ -26,7 +26,7 @@ def check_known(scenario: Scenario) -> Iterator[Finding]:
     if scenario.target is None and not scenario.teams:
         words = "found a mission without a target; robots share only what they know of a target"
         yield Finding(table, words, related=(("target",),))
-    for path, behavior in behaviors_of(scenario):
+    for path, behavior in behaviors_of(scenario) if not scenario.teams else ():  # with teams: check_one_team
         if isinstance(behavior, Formation) and behavior.follows:
             words = "follows the target as one frame for all; each robot knows the target by itself"
             yield Finding(path, f"{words}: give position, or use vertices", related=(table,))
@@ -75,7 +75,7 @@ def check_heard(scenario: Scenario) -> Iterator[Finding]:
 def check_auctions(scenario: Scenario) -> Iterator[Finding]:
     """Robots that bid for vertices can tell each other what they bid."""
     for path, behavior in behaviors_of(scenario):
-        if Vertices.auctioned([behavior]) and scenario.communication is None:
+        if Vertices.auctioned([behavior]) and scenario.communication is None and not scenario.teams:
             words = "found auction without communication, by which robots bid; expected nearest"
             yield Finding((*path, "assignment"), words)
 
@@ -87,10 +87,24 @@ def check_target_sight(scenario: Scenario) -> Iterator[Finding]:
         return
     path: Path = ("knowledge", "target")
     yield from _numbers(scenario, (*path, "robots"), knowledge.target.robots or ())
+    yield from _seers(scenario, (*path, "robots"))
     yield from whole_steps(scenario, (*path, "rate"), knowledge.target.rate)
     yield from _needs(knowledge, (*path, "measures"))
     if knowledge.target.field_of_view is not None:
         yield from _headings(scenario, (*path, "field_of_view"), knowledge.target)
+
+
+def _seers(scenario: Scenario, path: Path) -> Iterator[Finding]:
+    """In each team some robot can see its targets, at the start."""
+    assert scenario.knowledge is not None
+    robots = scenario.knowledge.target.robots
+    if robots is None or max(robots) > robot_count(scenario):
+        return
+    for index, team in enumerate(scenario.teams):
+        if {*team.robots}.isdisjoint(robots):
+            members = listed([*map(str, team.robots)])
+            words = f"found no robot of team {team.name}; expected one at least: {members}"
+            yield Finding(path, words, related=(("teams", index, "robots"),))
 
 
 def _headings(scenario: Scenario, path: Path, sight: TargetSight) -> Iterator[Finding]:

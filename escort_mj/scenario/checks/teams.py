@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface
+from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
 from escort_mj.laws import LAWS
 from escort_mj.scenario.checks.mission import behaviors_of, laws_of
 from escort_mj.scenario.checks.motion import check_defined, check_order
@@ -107,17 +107,18 @@ def check_one_team(scenario: Scenario) -> Iterator[Finding]:
     if scenario.target is not None:
         words = "found a target beside teams, each of which has its own; expected target: null"
         yield Finding(("target",), words, related=teams)
-    for key in ("knowledge", "communication", "clutter"):
-        if getattr(scenario, key):
-            yield Finding((key,), f"found {key} with teams; expected one or the other", related=teams)
+    if scenario.clutter:
+        yield Finding(("clutter",), "found clutter with teams; expected one or the other", related=teams)
     for name in ("target_position", "target_velocity"):
         if getattr(scenario.sensing, name) != type(scenario.sensing)().target_position:
-            words = "found errors; robots of teams know where their targets are: expected none"
+            words = "found errors; expected none with teams; knowledge.target has errors of its own"
             yield Finding(("sensing", name), words, related=teams)
     for path, behavior in behaviors_of(scenario):
         words = ""
         if isinstance(behavior, Chords):
             words = "keeps one formation of all robots; with teams expected vertices, repulsion or spacing"
+        elif Vertices.auctioned([behavior]):
+            words = "assigns the vertices of one formation of all robots; with teams expected nearest"
         elif isinstance(behavior, Formation) and behavior.follows:
             words = "follows one target; with teams, give position"
         elif isinstance(behavior, Surface) and (behavior.changes or behavior.least is not None):
