@@ -22,7 +22,10 @@ from escort_mj.world.model.build import build  # noqa: E402
 from escort_mj.world.plant import Plant  # noqa: E402
 
 PAGE = "knowledge.md"
-MISSIONS = ("blind", "relay", "lossy", "split_and_rejoin", "auction", "crossing", "lines_of_sight", "lidar")
+MISSIONS = (
+    "blind", "relay", "lossy", "split_and_rejoin", "two_convoys", "auction", "crossing", "lines_of_sight",
+    "lidar",
+)  # fmt: skip
 SEEDS = range(1, 21)
 FEWER = range(1, 11)
 ERRORS = ("radius_error_mean", "spacing_error_max")

@@ -144,18 +144,18 @@ def known_keys(trace: Recorded) -> list[Key]:
 
 
 def _hearing(axes: Axes, trace: Recorded) -> None:
-    """How many teammates each robot hears."""
+    """How many teammates each robot hears, with teams robots of all of them."""
     heard = (trace["heard_from"].values > 0).sum(axis=2)
     heard[lost(trace)] = 0
-    count = trace.sizes["robot"]
+    count, title = trace.sizes["robot"], "(d) Robots heard" if team_names(trace) else "(d) Teammates heard"
     if count <= palette.MOST_DISTINCT:
         most = trace.sizes["slot"]
-        title = f"(d) Teammates heard (a full lane: {most})"
+        title = f"{title} (a full lane: {most})"
         lanes(axes, trace["time"].values, heard / most, title)
     else:
         draw_curves(axes, trace["time"].values, heard.astype(float), palette.robot_colors(count))
-        axes.set_title("(d) Teammates heard")
-        axes.set_ylabel("teammates")
+        axes.set_title(title)
+        axes.set_ylabel("robots")
         axes.set_ylim(bottom=0.0)
 
 

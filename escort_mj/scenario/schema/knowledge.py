@@ -53,7 +53,7 @@ class TargetSight(Parameters):
     """How robots measure the target."""
 
     robots: Robots | None = None
-    """Numbers of the robots that can see the target; null: all."""
+    """Numbers of the robots that can see the target, or all targets of their team; null: all."""
     range: PositiveFloat | None = None
     """Distance up to which robots see the target, surface to surface [m]; null: any."""
     field_of_view: Annotated[float, Field(gt=0.0, lt=2.0 * math.pi)] | None = None
@@ -101,7 +101,7 @@ class Knowledge(Parameters):
     estimator: Estimator = Predict()
     """How each robot estimates the target from what it sees and hears: a name, or a table with parameters."""
     initial: InitialKnowledge = InitialKnowledge()
-    """Accuracy of the robots' initial knowledge of the target."""
+    """Accuracy of what robots know of the target at the start, or when they change over to another team."""
 
 
 class Loss(Parameters):

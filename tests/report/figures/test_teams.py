@@ -6,6 +6,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from escort_mj import Run, Scenario, palette, run
+from escort_mj.report.figures.knowledge import DRIFT, SIGHT, knowledge
 from escort_mj.report.figures.losses import links
 from escort_mj.report.figures.paths import plan_view
 from escort_mj.report.video.replay import replay_of
@@ -16,6 +17,17 @@ ONE, TWO = palette.team_color(0), palette.team_color(1)
 @pytest.fixture(scope="module")
 def flown() -> Run:
     """Robot 3 changes over after half of the run."""
+    return fly()
+
+
+@pytest.fixture(scope="module")
+def knowing() -> Run:
+    """The same with robots that know only what they see and hear; robots 1 and 4 see."""
+    return fly(knowledge={"target": {"robots": [1, 4]}, "estimator": "kalman"}, communication={"range": 6})
+
+
+def fly(**keys: object) -> Run:
+    """Five robots in two teams."""
     teams = [
         {"name": name, "robots": robots, "radius": 2.0, "demand": [{"after": after, "robots": count}],
          "targets": [{"name": f"of_{name}", "position": [x, 0]}]}
@@ -25,7 +37,7 @@ def flown() -> Run:
     behaviors = [{"behavior": "avoid_obstacles", "safe_distance": 0.3}, "vertices", "surface"]
     return run(Scenario(
         duration=2.0, target=None, teams=teams, robots={"positions": places},
-        mission={"behaviors": behaviors},
+        mission={"behaviors": behaviors}, **keys,
     ))  # fmt: skip
 
 
@@ -58,3 +70,38 @@ def test_the_video_paints_robots_as_they_change_over(flown: Run) -> None:
     assert replay.colors(-1) == [ONE, ONE, TWO, TWO, TWO]
     assert replay.team_radius.tolist() == [2.0, 2.0]
     assert np.allclose(replay.team_centers[:, :, :2], flown.trace["team_center"].values)
+
+
+def test_estimates_and_lines_of_sight_are_of_the_own_team(knowing: Run) -> None:
+    """Estimates have the color of the team, and no line leads from one target to another."""
+    figure = Figure()
+    plan_view(figure, knowing.trace)
+    (axes,) = figure.axes
+    ghosts = [line for line in axes.lines if line.get_marker() == "+"]
+    found = [(to_hex(line.get_color()), *np.round(line.get_xydata()[0], 6)) for line in ghosts]
+    assert found[-5:] == [(to_hex(ONE), 0.0, 0.0)] * 2 + [(to_hex(TWO), 8.0, 0.0)] * 3
+    ways = [
+        np.asarray(line.get_xydata()) for line in axes.lines if line.get_linewidth() == DRIFT["linewidth"]
+    ]
+    assert max(float(np.ptp(way[:, 0])) for way in ways) < 0.1
+    seen = [
+        np.asarray(line.get_xydata())[-1] for line in axes.lines if line.get_linewidth() == SIGHT["linewidth"]
+    ]
+    assert np.allclose(seen[-2:], [[0.0, 0.0], [8.0, 0.0]])
+    words = {text.get_text() for text in figure.legends[0].get_texts()}
+    assert {"one", "two", "sees the target", "estimate of the target", "hear each other"} <= words
+
+
+def test_the_figure_of_knowledge_measures_errors_from_the_own_target(knowing: Run) -> None:
+    figure = Figure()
+    knowledge(figure, knowing.trace)
+    errors = figure.axes[0]
+    assert max(float(np.nanmax(np.abs(line.get_ydata()))) for line in errors.lines) < 0.5
+    assert figure.axes[3].get_title().startswith("(d) Robots heard")
+
+
+def test_the_video_shows_what_robots_of_teams_know(knowing: Run) -> None:
+    replay = replay_of(knowing.trace)
+    for time, who in ((0.0, [0, 0, 0, 1, 1]), (2.0, [0, 0, 1, 1, 1])):
+        assert np.allclose(replay.aims(replay.at(time))[:, 0], 8.0 * np.array(who))
+    assert replay.ghost_radius == pytest.approx(0.8 * 0.3)
