@@ -103,6 +103,14 @@ def test_a_warning_of_mujoco_is_an_outcome(tmp_path: Path, monkeypatch: pytest.M
     assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
 
 
+def test_a_force_that_mujoco_does_not_take_is_put_down_to_the_law_of_the_team() -> None:
+    changes = {"duration": 0.2, "expect": [], "teams[0].demand": [], "robots.force_limit": None}
+    stiff = {"law": "pd", "proportional_gain": 1e15}
+    run = fly(escort_mj.load_scenario("pursuit/two_laws", {**changes, "teams[1].controller": stiff}))
+    assert run.outcome is Outcome.UNSTABLE and "; the law pd demanded" in run.message
+    assert run.trace.attrs["law"] == "apd_smc (north), pd (south)"
+
+
 def test_a_run_that_diverged_knows_nothing_of_what_came_after_its_last_sample() -> None:
     """Robot 1 leaves at 500 m/s while the others touch: cut off, they are as in a run that ends there."""
     robots = {

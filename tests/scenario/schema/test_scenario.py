@@ -62,6 +62,19 @@ def test_arrays_scalars_and_tables_do_for_lists_numbers_and_mappings() -> None:
     assert Scenario(**scenario.model_dump()) == pickle.loads(pickle.dumps(scenario)) == scenario
 
 
+def test_teams_with_the_same_law_have_one() -> None:
+    teams = [
+        {"name": name, "robots": robots, "targets": [{"name": f"of_{name}", "position": [x, 0.0]}]}
+        for name, robots, x in (("left", [1, 2], -9.0), ("right", [3, 4, 5], 9.0))
+    ]
+    one = Scenario(target=None, teams=[{**team, "controller": "asmc"} for team in teams])
+    assert one.law_names == "asmc" and len(one.laws) == 1
+    two = Scenario(target=None, teams=[teams[0] | {"controller": "asmc"}, teams[1]])
+    assert two.law_names == "asmc (left), apd_smc (right)" and len(two.laws) == 2
+    assert two.replace({"teams[0].controller": None}).law_names == "apd_smc"
+    assert two.replace({"controller": "asmc"}).law_names == "asmc"
+
+
 def test_replace_checks_what_it_returns() -> None:
     scenario = parse_scenario("robots: {count: 5}")
     changed = scenario.replace({"robots.mass": 2, "controller": "pd"}, duration=4)
