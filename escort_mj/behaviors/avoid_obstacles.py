@@ -14,7 +14,6 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, distance
 from escort_mj.behaviors.wish import Wish, along
 from escort_mj.components.obstacles import obstacle_places
-from escort_mj.components.teams import slope_rows
 from escort_mj.knowledge.teammates import find_nearest_heard
 from escort_mj.native.kernels import inlined
 from escort_mj.native.lanes import (
@@ -232,7 +231,7 @@ class AvoidObstacles(Behavior):
             set_row(x, k, where(distance > 0.0, row_of(x, k) / distance, aside))
             square = square + row_of(velocity, k) * row_of(velocity, k)
             error = error + row_of(offset, k) * row_of(offset, k)
-        speed, error = root(square), slope_rows(i, plan, state) * root(error)
+        speed, error = root(square), load(state.slopes, i) * root(error)
         if int(self.gain) == PRINTED:
             # (b + sqrt(b^2 + 4ac)) / 2a with the printed b, multiplied out so that nothing cancels
             pull = speed - 2.0 * error + root(greatest(error * (5.0 * error - 2.0 * speed), 0.0))

@@ -103,22 +103,6 @@ def radius_rows(i: int, plan: Plan, state: State) -> Lanes:
 
 
 @inlined
-def slope_rows(i: int, plan: Plan, state: State) -> Lanes:
-    """Return the slopes of the sliding variables of robots i to i + 7 [1/s]."""
-    if plan.team_slope.shape[0] > 0:
-        return pick(plan.team_slope, greatest(load(state.member_of, i) - 1.0, 0.0))
-    return everywhere(plan.slope)
-
-
-@inlined
-def slope_of(robot: int, plan: Plan, state: State) -> float:
-    """Return the slope of a robot's sliding variable [1/s]."""
-    if plan.team_slope.shape[0] > 0:
-        return plan.team_slope[int(state.member_of[robot]) - 1]
-    return plan.slope
-
-
-@inlined
 def radius_of(robot: int, plan: Plan, state: State) -> float:
     """Return the distance that a robot keeps from its target [m]."""
     return state.own_radius[robot] if plan.team_radius.shape[0] > 0 else plan.radius

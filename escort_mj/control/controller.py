@@ -147,6 +147,7 @@ def advance(plan: Plan, state: State) -> bool:
     if state.started[0] == 0.0:
         moved = True
         for i in range(n):
+            state.slopes[i] = plan.slope_at_start[i]
             for k in range(p):
                 state.q_d[i, k] = state.q[i, k]
                 state.rho_hat[i, k] = plan.estimate_at_start[i]

@@ -34,6 +34,7 @@ class InnerLoopParameters(Fields):
     slope: Annotated[float, Value("1/s", "of the sliding variable")]
     anti_windup: Annotated[bool, Value("1", "whether estimate and reference are held at the limit")]
     acceleration_filter: Annotated[float, Value("s", "time constant of the filter in front of v_d_rate")]
+    slope_at_start: Annotated[Array, "n", Value("1/s", "slope of each robot's law")]
     estimate_at_start: Annotated[Array, "n", Value("N", "value at which rho_hat begins")]
     force_limits: Annotated[Array, "n", "p", Value("N", "force_limit, axis by axis")]
     team_law: Annotated[Array, "laws", Value("1", "law of each team; none where all have the same")]
@@ -50,6 +51,7 @@ class InnerLoopParameters(Fields):
             "slope": law.slope,
             "anti_windup": law.anti_windup,
             "acceleration_filter": law.filter_time,
+            "slope_at_start": setup.by_robot("slope"),
             "estimate_at_start": setup.by_robot("estimate_at_start"),
             "force_limits": np.repeat(np.reshape(setup.force_limit, (-1, 1)), setup.axes, axis=1),
             "team_law": [number_of(each, LAWS) for each in setup.laws],
@@ -61,6 +63,7 @@ class InnerLoopParameters(Fields):
 class InnerLoopState(Fields):
     """Rates of what the loop integrates, and what laws that ask for it are given."""
 
+    slopes: Annotated[Array, "n", Value("1/s", "slope of each robot's law")]
     q_d_rate: Annotated[Array, "n", "p", Value("m/s", "rate of the reference position")]
     rho_hat_rate: Annotated[Array, "n", "p", Value("N/s", "rate of the estimate")]
     v_d_filtered: Annotated[Array, "differentiating", "p", Value("m/s", "v_d behind a filter")]
@@ -150,7 +153,7 @@ def _force_of_teams(place: int, plan: Plan, state: State) -> None:
     for i in range(n):
         t = int(state.member_of[i]) - 1
         for k in range(p):
-            state.s[i, k] = state.e_dot[i, k] + plan.team_slope[t] * state.e[i, k]
+            state.s[i, k] = state.e_dot[i, k] + state.slopes[i] * state.e[i, k]
             if state.v_d_rate.shape[0] > 0:
                 lag = plan.team_filter[t] + plan.timestep
                 state.v_d_rate[i, k] = (state.v_d[i, k] - state.v_d_filtered[i, k]) / lag
@@ -169,7 +172,7 @@ def _force_of_teams(place: int, plan: Plan, state: State) -> None:
 
 @inlined
 def change_law(i: int, old: int, new: int, plan: Plan, state: State) -> None:
-    """Let a robot take over the law of another team: the derivative of v_d goes on as it was.
+    """Let a robot take over the law of another team, if it differs: the derivative of v_d goes on as it was.
 
     Args:
         i: The robot, from 0.
@@ -178,9 +181,12 @@ def change_law(i: int, old: int, new: int, plan: Plan, state: State) -> None:
         plan: Gives the laws.
         state: What is filtered moves to where the new filter gives the same derivative.
     """
-    if plan.team_filter.shape[0] > 0 and state.v_d_rate.shape[0] > 0:
+    if plan.team_law.shape[0] == 0:
+        return
+    state.slopes[i] = plan.team_slope[new]
+    if state.v_d_rate.shape[0] > 0:
+        ahead = plan.team_filter[old] - plan.team_filter[new]
         for k in range(state.q.shape[1]):
-            ahead = plan.team_filter[old] - plan.team_filter[new]
             state.v_d_filtered[i, k] += ahead * state.v_d_rate[i, k]
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated
 
-from escort_mj.components.teams import slope_of
 from escort_mj.monitor.lyapunov import account
 from escort_mj.monitor.mass import INT, mass_block
 from escort_mj.native.fields import Array, Fields, Value
@@ -108,7 +107,7 @@ def _reference_torque(i: int, plan: Plan, state: State, first: bool) -> None:
     is M'/2 but for its skew rest, which does no work on s. Derivatives are differences from the step before;
     at the first step they are zero.
     """
-    p, slope = state.q.shape[1], slope_of(i, plan, state)
+    p, slope = state.q.shape[1], state.slopes[i]
     for a in range(p):
         state.reference_torque_before[i, a] = state.reference_torque[i, a]
         rho = state.bias_force[i, a]
