@@ -153,16 +153,14 @@ def observe(i: int, plan: Plan, state: State, wish: Array, found: int) -> None:
         rows[3, k] = 0.0
     if plan.apart:
         know_teammates(i, plan, state)
-    seen, least = _obstacles(i, plan, state), math.inf
+    seen, within, least = obstacles_seen(i, plan, state), min(plan.sensing_obstacles, FAR), math.inf
     for j in range(plan.obstacle_radius.shape[0]):
-        size = plan.seen_radius[j] if plan.apart else plan.obstacle_radius[j]
-        within = min(plan.sensing_obstacles, FAR) if plan.apart else math.inf
-        least = _nearer(i, seen[j], size, within, least, radius, plan, state, rows[3])
+        least = _nearer(i, seen[j], plan.seen_radius[j], within, least, radius, plan, state, rows[3])
     if plan.apart and wish[SIGHT] != 0.0:
         for j in range(n):
             if j != i and state.mate_unknown[j] != 0.0:
-                there, size, within = state.q_measured[j], plan.robot_radius[j], plan.sensing_robots
-                least = _nearer(i, there, size, within, least, radius, plan, state, rows[3])
+                there, size, reach = state.q_measured[j], plan.robot_radius[j], plan.sensing_robots
+                least = _nearer(i, there, size, reach, least, radius, plan, state, rows[3])
     reached, last, places = -1.0, -1, _teammates(plan, state)  # of the one that was found before
     for mate in range(mates):
         nearest, square_of_nearest = -1, math.inf
@@ -186,7 +184,7 @@ def observe(i: int, plan: Plan, state: State, wish: Array, found: int) -> None:
         for k in range(p):
             square += (there[j, k] - state.q_measured[i, k]) ** 2
         gap = math.sqrt(square) - plan.seen_radius[j] - plan.robot_radius[i]
-        visible = not plan.informed or gap <= min(plan.sensing_obstacles, FAR)
+        visible = not plan.informed or gap <= within
         if state.opponent_status[o] == COMES and square < least and visible:
             least = square
             for k in range(p):
@@ -226,17 +224,6 @@ def _nearer(
     for k in range(p):
         row[k] = (place[k] - state.q_measured[i, k]) * (gap / max(length, NEAREST)) / radius
     return gap
-
-
-@merged
-def _obstacles(robot: int, plan: Plan, state: State) -> Array:
-    """Return where a robot finds obstacles, shape (m, p) [m]; a lidar limits this with knowledge or teams."""
-    m = plan.obstacle_radius.shape[0]
-    if plan.apart:
-        return obstacles_seen(robot, plan, state)
-    if plan.shaped:
-        return state.obstacle_point[robot * m : (robot + 1) * m]
-    return state.obstacle_position
 
 
 @merged

@@ -33,6 +33,8 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "what_is_near": ("knowledge/blind", NEAR),
     "without_sight": ("knowledge/crossing", {}),
     "lidar": ("knowledge/lidar", LIDAR),
+    "only_lidar": ("knowledge/lidar", {}),
+    "only_near": ("sensing", {}),
     "teams": ("pursuit/handover", CHANGES),
     "teams_and_opponents": ("pursuit/raid", {"opponents[0].start": 0.0, "opponents[0].distance": 9.0}),
 }
