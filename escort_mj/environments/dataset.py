@@ -142,12 +142,12 @@ def minari_dataset(
             )
         )
     spec = environment.spec if isinstance(scenario, str) else None
-    words = f"{mission.name}: {len(episodes)} missions by the law {mission.controller.law}"
+    words = f"{mission.name}: {len(episodes)} missions by the law {mission.law_names}"
     return create_dataset_from_buffers(
         dataset_id,
         episodes,
         env=spec,
         observation_space=environment.observation_space,
         action_space=environment.action_space,
-        **{"algorithm_name": mission.controller.law, "description": words, "eval_env": spec} | about,
+        **{"algorithm_name": mission.law_names, "description": words, "eval_env": spec} | about,
     )
