@@ -53,7 +53,7 @@ WRONG = [
     ("{clearance: [robots, floor], at_least: 0.1}", ".clearance", "found the floor; clearances are measured"),
     ("{clearance: [obstacles, gate], at_least: 0.1}", ".clearance", "nothing but gate"),
     ("{clearance: none, at_least: 0.1}", ".clearance", 'found "none"; expected a list of two'),
-    ("{settled: 0.05}", ".by", "is missing: latest time from which it holds"),
+    ("{settled: 0.05}", ".by", "is missing: latest time from which the condition must hold"),
     ("{settled: 0, by: 4}", ".settled", "more than 0"),
     ("{settled: 0.05, by: 40}", ".by", "found 40 s; the run ends at 30 s"),
     ("{settled: 0.05, by: 10, before: 5}", "", "its window is empty: by 10 s and before 5 s"),
