@@ -41,6 +41,7 @@ WIDE = (
     4.0  # numbers whose largest is so many times the least are shown on a logarithmic scale, if they fit one
 )
 LAWS = ("controller", "controller.law")
+LARGEST = 1e150  # number of a study: squares of larger ones are infinite
 
 
 class Factor(NamedTuple):
@@ -356,11 +357,15 @@ def _checked(facts: Any, path: Path) -> dict[str, Any]:
             f"{path}: is damaged: {key_path(first['loc'])}: {first['msg'].lower()}"
         ) from None
     for place, (cell, seed, key) in enumerate(facts["runs"]):
-        known = isinstance(cell, int) and 0 <= cell < len(facts["cells"])
-        if not known or not isinstance(seed, int) or not isinstance(key, str):
+        known = type(cell) is int and 0 <= cell < len(facts["cells"])
+        if not known or type(seed) is not int or not isinstance(key, str):
             raise RunFolderError(f"{path}: is damaged: runs[{place}] is not a cell, a seed and a key")
     names = {factor["name"] for factor in facts["factors"]}
     for place, cell in enumerate(facts["cells"]):
         if missing := names - cell["labels"].keys():
             raise RunFolderError(f"{path}: is damaged: cells[{place}].labels has no {sorted(missing)[0]}")
+        for name, value in cell["labels"].items():
+            if isinstance(value, int | float) and not abs(value) < LARGEST:
+                words = f"cells[{place}].labels.{name} is no number of a study"
+                raise RunFolderError(f"{path}: is damaged: {words}")
     return dict(facts)
