@@ -96,25 +96,14 @@ def _draw_one(name: str) -> Path:
     return draw_plot(_runs[0], name)
 
 
-def _get_ready() -> None:
-    """Import what draws and what reads traces, and draw once: the first text takes 0.3 s, for its fonts."""
-    import escort_mj.record.netcdf  # noqa: F401
-    import escort_mj.report.figures.figures  # noqa: F401
-    from escort_mj.report.figures.style import canvas_of, legend, png_of, robot_keys
-
-    with canvas_of(2.0, "distance [m]") as canvas:
-        canvas.subplots().semilogy([0.0, 1.0], [0.1, 1.0])
-        legend(canvas, robot_keys(2))
-    png_of(canvas, 50.0)
-
-
 def wait_and_draw() -> int:
     """Wait for a run folder, and draw its figures.
 
     Returns:
         The exit code.
     """
-    _get_ready()
+    import escort_mj.report.figures.figures  # noqa: F401  slow to import
+
     if folder := sys.stdin.buffer.read():
         path = Path(os.fsdecode(folder))
         print(json.dumps([str(each.relative_to(path)) for each in _draw_side_by_side(path)]))
