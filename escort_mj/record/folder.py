@@ -46,7 +46,7 @@ from escort_mj.record.stored import (
     read_run,
     recovered,
 )
-from escort_mj.record.trace import get_ready, save_trace
+from escort_mj.record.trace import save_trace
 from escort_mj.signals import record_size
 
 if TYPE_CHECKING:
@@ -175,7 +175,6 @@ class RunFolder:
                 shutil.copyfile(plugin, self.path / PLUGINS / Path(plugin).name)
             header = {"sizes": dict(sizes), "record_size": record_size(sizes), "labels": dict(labels)}
             self._journal = Journal(self.path / JOURNAL, header)
-        get_ready()
 
     def append(
         self,

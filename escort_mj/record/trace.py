@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING
 
 from escort_mj.errors import RunFolderError
@@ -12,11 +10,6 @@ from escort_mj.record.files import write_bytes
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded, Recording
-
-
-def get_ready() -> None:
-    """Import what writes traces in a thread of its own, while MuJoCo steps, which needs no Python."""
-    Thread(target=import_module, args=("escort_mj.record.netcdf",)).start()
 
 
 def save_trace(trace: Recorded, path: Path) -> None:
