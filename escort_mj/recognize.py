@@ -38,7 +38,7 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
     try:
         with path.open("rb") as file:
             head = file.read(HEAD).decode("utf-8", "replace")
-    except OSError:
+    except (OSError, ValueError):
         return False
     if match := _MODELINE.search(head):
         schema = (path.parent / match[1]).resolve()
@@ -61,6 +61,12 @@ def _is_our_schema(path: Path) -> bool:
 def scenario_names(folder: Path) -> list[str]:
     """Names of the scenarios of a folder, such as `paper/case1_2d`; studies are none."""
     return sorted(path.relative_to(folder).with_suffix("").as_posix() for path in scenarios_in(folder))
+
+
+def is_scenario_name(name: str, folder: Path) -> bool:
+    """Whether a scenario of a folder has this name; reads its file only, while `scenario_names` reads all."""
+    inside = not any(part == "" or part.startswith(".") for part in name.split("/"))
+    return inside and is_scenario(folder / f"{name}.yaml", asked=True)
 
 
 def study_names(folder: Path) -> list[str]:

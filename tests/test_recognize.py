@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from escort_mj.recognize import is_scenario, scenarios_in
+from escort_mj.recognize import is_scenario, is_scenario_name, scenario_names, scenarios_folder, scenarios_in
 from escort_mj.scenario.reader.load import expectation_lines
 
 SHIPPED = Path(__file__).parents[1] / "scenarios"
@@ -48,6 +48,13 @@ def test_every_shipped_scenario_says_what_it_is():
     files = list(scenarios_in(SHIPPED))
     assert len(files) >= 13
     assert all(is_scenario(file) for file in files)
+
+
+def test_names_of_scenarios_are_told_without_reading_the_folder():
+    folder = scenarios_folder()
+    assert all(is_scenario_name(name, folder) for name in scenario_names(folder))
+    outside = f"../{folder.name}/main", f"{folder}/main", "paper/../main", "./main", ".", "", "mian", "main\0"
+    assert not any(is_scenario_name(name, folder) for name in (*outside, "studies/minute", "main.yaml"))
 
 
 def test_a_folder_is_searched_in_order_but_for_what_is_hidden_or_foreign(tmp_path):

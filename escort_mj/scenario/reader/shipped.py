@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import UsageError
-from escort_mj.recognize import SUFFIXES, scenario_names, scenarios_folder, study_names
+from escort_mj.recognize import SUFFIXES, is_scenario_name, scenario_names, scenarios_folder, study_names
 from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.reader.load import load_file, scenario_of
 from escort_mj.scenario.reader.overrides import Overrides
@@ -49,6 +49,8 @@ def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     Raises:
         UsageError: If there is no such file or shipped scenario.
     """
+    if is_scenario_name(os.fspath(path), folder := scenarios_folder()) and not os.path.exists(path):
+        return folder / f"{os.fspath(path)}.yaml"
     return _shipped(path, "scenario", shipped_scenarios)
 
 

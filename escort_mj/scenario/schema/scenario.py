@@ -144,7 +144,7 @@ class Video(Parameters):
     """Width [pixel]; must be even."""
     height: Annotated[int, Field(ge=120, le=2160, multiple_of=2)] = 540
     """Height [pixel]; must be even."""
-    rate: Annotated[int, Field(ge=1, le=120)] = 30
+    rate: Annotated[int, Field(ge=1, le=120)] = 25
     """Frames per second of the video."""
     speed: Annotated[float, Field(ge=1e-3, le=1e6)] = 4.0
     """Simulated seconds per second of the video."""
