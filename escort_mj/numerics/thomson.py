@@ -24,6 +24,7 @@ CROWD_STEPS = 60  # energy of 1000 points within 2e-5 of a minimum, least spacin
 ROWS = 32  # of the points' distances at once
 SETTLED, SETTLED_RELATIVE = 1e-12, 1e-5  # change of a rotation's entries that is none
 ROTATIONS = 200  # starts of the search for the best assignment; fewer for a large team, which fits any turn
+PLANAR = 60  # the most in the plane, where a rotation is one angle: more of them find nothing better
 
 
 class Figure(NamedTuple):
@@ -177,7 +178,8 @@ def _nearest_placing(points: Array, directions: Array) -> Array:
     share = min(1.0, (LARGE / count) ** 3)  # an assignment takes a time cubic in the number of points
     best: tuple[float, Array] | None = None
     fits: dict[bytes, tuple[Array, Array]] = {}
-    for rotation in _turns(axes)[: max(1, round(ROTATIONS * share))]:
+    starts = min(max(1, round(ROTATIONS * share)), PLANAR if axes == 2 else ROTATIONS)
+    for rotation in _turns(axes, starts):
         for _ in range(max(2, round(30 * share))):
             turned = points @ rotation.T
             order = best_assignment(directions @ turned.T)
@@ -195,10 +197,10 @@ def _nearest_placing(points: Array, directions: Array) -> Array:
 
 
 @lru_cache(maxsize=16)
-def _turns(axes: int) -> list[Array]:
+def _turns(axes: int, count: int) -> list[Array]:
     """Return the rotations from which the search begins: none, and random ones, the same for every team."""
     random = np.random.Generator(np.random.Philox(0))
-    return [np.eye(axes), *(_rotation(random.standard_normal((axes, axes))) for _ in range(ROTATIONS - 1))]
+    return [np.eye(axes), *(_rotation(random.standard_normal((axes, axes))) for _ in range(count - 1))]
 
 
 def _rotation(matrix: Array) -> Array:

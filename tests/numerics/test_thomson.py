@@ -1,6 +1,7 @@
 """The even figures: least energies that are known, polygons, the 16-cell, and how robots get their places."""
 
 import math
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -113,3 +114,15 @@ def test_each_assignment_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(thomson, "_rotation", counted)
     thomson.even_figure(np.random.default_rng(3).normal(size=(5, 2)), np.zeros(2))
     assert count <= 120  # orders of five robots
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 6])
+def test_no_other_turn_or_order_of_a_polygon_is_nearer_to_the_robots(count: int) -> None:
+    places = np.random.default_rng(count).uniform(-3.0, 3.0, (5, count, 2))
+    corners = thomson.even_points(count, 2) @ (1.0, 1.0j)
+    for offset in places:
+        directions = offset / np.linalg.norm(offset, axis=1, keepdims=True)
+        ways = directions @ (1.0, -1.0j)
+        best = max(abs(sum(ways * corners[[*order]])) for order in permutations(range(count)))
+        found = thomson.even_figure(offset, np.zeros(2)).vertices
+        assert (directions * found).sum() == pytest.approx(best, abs=1e-9)
