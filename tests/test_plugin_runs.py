@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from escort_mj import api
-from escort_mj.batch import fly_many
 from escort_mj.cli.app import BROKEN
+from escort_mj.mission.batch import fly_many
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
 from escort_mj.study.sweeps.rerun import rerun_folder, rerun_lines

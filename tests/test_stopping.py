@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from escort_mj import stopping
-from escort_mj.batch import in_threads
+from escort_mj.mission.batch import in_threads
 
 
 @pytest.fixture(autouse=True)

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from escort_mj.api.runs import Run
-from escort_mj.batch import fly_many
 from escort_mj.errors import RenderError, UsageError
 from escort_mj.mission import Progress, fly
+from escort_mj.mission.batch import fly_many
 from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario

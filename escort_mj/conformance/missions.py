@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from escort_mj.batch import fly_many
 from escort_mj.behaviors.behavior import Behavior
 from escort_mj.conformance.stand import CheckResult, seen_and_heard, trying
 from escort_mj.estimators import Estimator
 from escort_mj.laws.law import Law
 from escort_mj.mission import Flight
+from escort_mj.mission.batch import fly_many
 from escort_mj.policies import Policy
 from escort_mj.robots import RobotKind
 from escort_mj.scenario.schema.scenario import Scenario

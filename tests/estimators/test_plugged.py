@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from escort_mj import Run, load_scenario, run
-from escort_mj.batch import fly_many
 from escort_mj.errors import PluginError, ScenarioError
+from escort_mj.mission.batch import fly_many
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import json_schema, load_file
 from escort_mj.scenario.reader.catalog import scenario_type_with

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.batch import fly_many
 from escort_mj.behaviors import Goal
 from escort_mj.errors import UsageError
 from escort_mj.mission import Flight
+from escort_mj.mission.batch import fly_many
 from escort_mj.progress import Progress
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.checks.mission import behaviors_of

@@ -12,8 +12,8 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Any, TypeVar
 
-from escort_mj.batch import in_threads
 from escort_mj.errors import UsageError
+from escort_mj.mission.batch import in_threads
 from escort_mj.study.engine.cluster import cluster
 from escort_mj.study.engine.parallel import AHEAD, Workers
 

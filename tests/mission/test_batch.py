@@ -12,8 +12,8 @@ import pytest
 
 import escort_mj
 from escort_mj import Run
-from escort_mj.batch import in_threads
 from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.mission.batch import in_threads
 from escort_mj.world.plant import Plant
 
 SHORT = ["duration=2", "expect=[]"]
