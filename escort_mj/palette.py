@@ -105,6 +105,11 @@ def team_color(index: int) -> Color:
     return NAMED[TEAMS[index % len(TEAMS)]]
 
 
+def target_color(team: int) -> Color:
+    """The color of a team's target, by the number of the team; 0: no team escorts it, it is an obstacle."""
+    return team_color(team - 1) if team > 0 else OBSTACLE
+
+
 def robot_colors(count: int) -> list[Color]:
     """The colors of a whole team, in the order of its arrays."""
     return [robot_color(index, count) for index in range(count)]

@@ -16,6 +16,7 @@ from math import prod
 from typing import NamedTuple
 
 from escort_mj.components.mission import DriveSignals, MissionSignals
+from escort_mj.components.movers import MoverSignals
 from escort_mj.components.obstacles import ObstacleSignals
 from escort_mj.components.teams import TeamSignals
 from escort_mj.control.signals import (
@@ -44,6 +45,7 @@ from escort_mj.sensing.sensors import SensorSignals
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
+MOVERS = "movers"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -59,7 +61,9 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("opponents",): ("opponent",),
     ("guarding",): ("robot",),
     ("members",): ("robot",),
+    ("escorted",): ("obstacle",),
     ("teams",): ("team",),
+    ("movers",): ("mover",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -80,7 +84,9 @@ CHANNELS: dict[Extent, str] = {
     ("opponents",): OPPONENTS,
     ("guarding",): OPPONENTS,
     ("members",): TEAMS,
+    ("escorted",): TEAMS,
     ("teams",): TEAMS,
+    ("movers",): MOVERS,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -106,6 +112,7 @@ class Signals(
     LidarSignals,
     OpponentSignals,
     TeamSignals,
+    MoverSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -116,7 +123,7 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`, `group`, `slot`, `ray`, `team`.
+            `cause`, `group`, `slot`, `ray`, `opponent`, `team`, `mover`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         dtype: Of its values in a trace.
@@ -188,6 +195,7 @@ def channel_sizes(
     rays: int = 0,
     opponents: int = 0,
     teams: int = 0,
+    movers: int = 0,
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -200,9 +208,10 @@ def channel_sizes(
         rays: How many rays of a lidar are recorded.
         opponents: How many there are.
         teams: How many there are; 0 where all robots are one.
+        movers: How many bodies are driven by a force.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
-    channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0}
+    channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0}
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes
@@ -214,6 +223,8 @@ def channel_sizes(
         sizes["opponent"] = opponents
     if teams:
         sizes["team"] = teams
+    if movers:
+        sizes["mover"] = movers
     return sizes
 
 

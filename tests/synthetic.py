@@ -15,7 +15,7 @@ def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True, teams
     sizes["group"] = 4
     sizes |= truth_sizes(axes, truth, lyapunov=truth)
     other = int(truth and obstacles > 0)
-    return sizes | channel_sizes(truth, truth, truth, axes, 2 * truth, 4 * truth, other, teams)
+    return sizes | channel_sizes(truth, truth, truth, axes, 2 * truth, 4 * truth, other, teams, 2 * other)
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:
@@ -56,8 +56,7 @@ def describe(sizes: Mapping[str, int], **changes: Any) -> dict[str, Any]:
         "neighbors": [[i, i + 1] for i in range(1, n)],
         "spacing": 1.0,
         "teams": ["team"] * sizes.get("team", 0),
-        "team_radius": [5.0] * sizes.get("team", 0),
-        "obstacle_team": [1] * m,
+        "movers": ["rock 1", "target"] * ("mover" in sizes),
         "lidar_ray": np.ones((sizes.get("ray", 0), sizes["axis"])).tolist(),
         "attributes": {
             "title": "synthetic",

@@ -67,7 +67,8 @@ class Situation:
         """Distance that each robot keeps from its target, shape (n,) [m]."""
         if self.members is None:
             return np.full(len(self.q), self.setup.radius)
-        return np.array([team.radius for team in self.setup.teams])[self.members]
+        moment = self.time + 0.5 * self.setup.timestep
+        return np.array([team.radius_at(moment) for team in self.setup.teams])[self.members]
 
     def once(self, key: Any, find: Callable[[], T]) -> T:
         """Return what is found, which a situation finds once for each key."""

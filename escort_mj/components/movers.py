@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
-from escort_mj.native.fields import Array, Fields, Value
+from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.program import evaluate_program
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 MEMORY = 8  # numbers that a policy keeps for each body
 TARGET = -1.0  # in the place of an obstacle
 NO_POLICY = -1.0
+WAITS, COMES, INTERCEPTED, REACHED = 0.0, 1.0, 2.0, 3.0  # status of an opponent
 COMMANDED = -2.0  # in the place of a policy: what the body wants is written from outside, between steps
 
 
@@ -52,6 +53,16 @@ class MoverParameters(Fields):
             "mover_obstacle": [mover.obstacle for mover in setup.movers],
             "mover_start": np.reshape([mover.path.position(0.0) for mover in setup.movers], (-1, setup.axes)),
         }
+
+
+class MoverSignals(Fields):
+    """What moves such bodies; recorded where there are any."""
+
+    mover_work: Annotated[
+        Array,
+        "movers",
+        Recorded("J", "integral of |driving force . velocity| so far; of opponents, on their way only"),
+    ]
 
 
 class MoverState(Fields):

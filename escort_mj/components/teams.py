@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from escort_mj.native.fields import Array, Fields, Recorded, Value
@@ -19,9 +20,12 @@ class Team(NamedTuple):
     Attributes:
         name: As the scenario has it.
         robots: Its members at the start, from 0.
-        targets: Which obstacles its targets are, from 0.
-        radius: Distance to keep from the middle of its targets [m].
+        targets: Which obstacles its targets at the start are, from 0.
+        radius: Distance to keep from the middle of its targets at the start [m].
         demand: From when on how many robots it needs, in order of time [s].
+        escorts: From when on [s] which of these targets, as an obstacle, has which team, from 0, -1 for none;
+            those of a target in order of time.
+        radii: From when on [s] it keeps which other distance [m], in order of time.
     """
 
     name: str
@@ -29,6 +33,24 @@ class Team(NamedTuple):
     targets: tuple[int, ...]
     radius: float
     demand: tuple[tuple[float, int], ...] = ()
+    escorts: tuple[tuple[float, int, int], ...] = ()
+    radii: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def all_radii(self) -> list[float]:
+        """All distances that it keeps at any time [m]."""
+        return [self.radius, *(radius for _, radius in self.radii)]
+
+    def radius_at(self, time: float) -> float:
+        """Return the distance to keep at a time [s] [m]."""
+        return ([self.radius] + [radius for after, radius in self.radii if after <= time])[-1]
+
+
+def targets_at(teams: Sequence[Team], time: float) -> list[list[int]]:
+    """Return which obstacles the targets of each team are at a time [s], in the order of obstacles."""
+    now = {target: number for number, team in enumerate(teams) for target in team.targets}
+    now |= {target: other for team in teams for after, target, other in team.escorts if after <= time}
+    return [[target for target, other in now.items() if other == number] for number in range(len(teams))]
 
 
 class TeamParameters(Fields):
@@ -38,20 +60,29 @@ class TeamParameters(Fields):
         bool,
         Value("1", "whether robots have targets and teammates each by itself: of its team, or as it knows"),
     ]
-    team_radius: Annotated[Array, "teams", Value("m", "distance to keep from the middle of its targets")]
+    team_radius: Annotated[Array, "teams", Value("m", "distance to keep from its targets at the start")]
     team_start: Annotated[Array, "members", Value("1", "team of each robot at the start, from 1")]
-    target_team: Annotated[Array, "targets", Value("1", "team of each target, from 1")]
+    target_team: Annotated[Array, "targets", Value("1", "team of each target at the start, from 1")]
     target_obstacle: Annotated[Array, "targets", Value("1", "which obstacle it is, from 0")]
     demand_team: Annotated[Array, "demands", Value("1", "team, from 1; those of a team in order of time")]
     demand_after: Annotated[Array, "demands", Value("s", "from when on")]
     demand_robots: Annotated[Array, "demands", Value("1", "how many robots it needs")]
+    circle_team: Annotated[Array, "circles", Value("1", "team, from 1; those of a team in order of time")]
+    circle_after: Annotated[Array, "circles", Value("s", "from when on")]
+    circle_radius: Annotated[Array, "circles", Value("m", "distance that it keeps then")]
+    escort_target: Annotated[Array, "escorts", Value("1", "target, from 0; those of one in order of time")]
+    escort_after: Annotated[Array, "escorts", Value("s", "from when on")]
+    escort_team: Annotated[Array, "escorts", Value("1", "team that escorts it, from 1; 0 for none")]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
         numbered = [*enumerate(setup.teams, 1)]
         demands = [(number, *demand) for number, team in numbered for demand in team.demand]
+        circles = [(number, *circle) for number, team in numbered for circle in team.radii]
         targets = [(number, target) for number, team in numbered for target in team.targets]
+        places = {target: place for place, (_, target) in enumerate(targets)}
+        escorts = [escort for team in setup.teams for escort in team.escorts]
         return {
             "apart": setup.apart,
             "team_radius": [team.radius for team in setup.teams],
@@ -61,14 +92,26 @@ class TeamParameters(Fields):
             "demand_team": [number for number, _, _ in demands],
             "demand_after": [after for _, after, _ in demands],
             "demand_robots": [robots for _, _, robots in demands],
+            "circle_team": [number for number, _, _ in circles],
+            "circle_after": [after for _, after, _ in circles],
+            "circle_radius": [radius for _, _, radius in circles],
+            "escort_target": [places[target] for _, target, _ in escorts],
+            "escort_after": [after for after, _, _ in escorts],
+            "escort_team": [team + 1 for _, _, team in escorts],
         }
 
 
 class TeamSignals(Fields):
-    """Who is in which team, and where its targets are; recorded where there are teams."""
+    """Who is in which team, which targets it has, and where they are; recorded where there are teams."""
 
     member_of: Annotated[Array, "members", Recorded("1", "team of the robot, from 1", "int8")]
+    obstacle_team: Annotated[
+        Array, "escorted", Recorded("1", "team that escorts the obstacle, from 1; 0 for none", "int8")
+    ]
     team_center: Annotated[Array, "teams", "p", Recorded("m", "middle of the targets of each team")]
+    team_radius: Annotated[
+        Array, "teams", Recorded("m", "distance that each team keeps from the middle of its targets")
+    ]
     team_velocity: Annotated[Array, "teams", "p", Recorded("m/s", "velocity of `team_center`")]
 
 
@@ -81,7 +124,24 @@ class TeamState(Fields):
     team_formed: Annotated[
         Array, "teams", Value("1", "step in which members last came, went or were lost; -1 for none")
     ]
-    changed_over: Annotated[Array, "members", Value("1", "1 for robots that change over in this step")]
+    team_aimed: Annotated[Array, "teams", Value("1", "step in which its targets last changed; -1 for none")]
+    told: Annotated[Array, "members", Value("1", "1 for robots that have other targets from this step on")]
+
+
+@inlined
+def team_of(target: int, plan: Plan, state: State) -> int:
+    """Return the team that escorts a target of teams now, from 1; 0 for none.
+
+    Args:
+        target: Which target of teams, from 0.
+        plan: Gives who escorts it when.
+        state: Gives the time.
+    """
+    time, found = state.time[0] + 0.5 * plan.timestep, plan.target_team[target]
+    for e in range(plan.escort_target.shape[0]):
+        if plan.escort_target[e] == target and plan.escort_after[e] <= time:
+            found = plan.escort_team[e]
+    return int(found)
 
 
 @inlined

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
-from escort_mj.components.movers import COMMANDED, NO_POLICY
+from escort_mj.components.movers import COMES, COMMANDED, NO_POLICY
 from escort_mj.control.custom.calls import custom_policy
 from escort_mj.control.nsb import block_at
-from escort_mj.control.opponents import COMES, aim, turn_back
+from escort_mj.control.opponents import aim, turn_back
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, reachable, stack_memory, vector_at, view_addresses
 from escort_mj.native.on_demand import on_demand

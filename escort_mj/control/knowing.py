@@ -73,8 +73,8 @@ def know(plan: Plan, state: State) -> None:
     """
     n, step, talks = state.q.shape[0], int(state.step[0]), state.link_from.shape[0] > 0
     first = state.evaluated[0] == 0.0
-    for i in range(n if first else state.changed_over.shape[0]):
-        if first or state.changed_over[i] != 0.0:
+    for i in range(n if first else state.told.shape[0]):
+        if first or state.told[i] != 0.0:
             _begin(i, 0 if first else step, plan, state)
     if first:
         if talks:
@@ -100,7 +100,7 @@ def know(plan: Plan, state: State) -> None:
 
 @inlined
 def _begin(i: int, draw: int, plan: Plan, state: State) -> None:
-    """Starts with what robot i is told of its target, before the mission or when it changes over."""
+    """Starts with what robot i is told of its target, before the mission or when it has another one."""
     p, size = state.q.shape[1], state.belief.shape[1]
     drawn = state.belief_work[0, :size]
     c, c_dot = target_shown(i, plan, state), target_speed_shown(i, plan, state)
@@ -142,7 +142,7 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                     for k in range(state.q.shape[1]):
                         state.heard_position[link, k] = state.sent_position[message, k]
                         state.heard_velocity[link, k] = state.sent_velocity[message, k]
-                    if plan.team_radius.shape[0] > 0 and state.sent_team[message] != state.member_of[i]:
+                    if plan.team_radius.shape[0] > 0 and not _of_own_targets(i, s, message, state):
                         continue
                     state.team_news[i] = 1.0
                     _agree(i, message, state.link_step[i, s], plan, state)
@@ -151,6 +151,13 @@ def _deliver(step: int, plan: Plan, state: State) -> None:
                     state.message[0] = message
                     _update(plan.estimator, i, plan, state)
     state.radio_next[1] = upcoming
+
+
+@inlined
+def _of_own_targets(i: int, s: int, message: int, state: State) -> bool:
+    """Whether a message, the newest in slot s of robot i, is about the targets that its team has now."""
+    team = state.member_of[i]
+    return state.sent_team[message] == team and state.link_step[i, s] >= state.team_aimed[int(team) - 1]
 
 
 @inlined
@@ -273,14 +280,14 @@ class Minds:
             if setup.auctioned and setup.figure is not None:
                 self.auction = Auction(q_m - view.belief[:, : setup.axes], setup.figure.vertices)
         elif teams is not None:
-            for i in np.flatnonzero(teams.changed_over).tolist():
+            for i in np.flatnonzero(teams.told).tolist():
                 believe(self._told(i, t, step, c[i], c_dot[i]), view, i)
         self._new = False
         if setup.sight is not None and step % setup.sight.every == 0:
             for i in range(setup.count):
                 targets = [Target(target, setup.target_radius or 0.0)]
                 if teams is not None:
-                    own = setup.teams[teams.members[i]].targets
+                    own: list[int] = teams.targets[teams.members[i]]
                     targets = [Target(setup.obstacle_position[j], setup.obstacle_radius[j], j) for j in own]
                 shown = c[i], c_dot[i]
                 found = None if lost[i] else look(i, step, (q, headings), targets, shown, setup)
@@ -311,6 +318,8 @@ class Minds:
                 for message in self.mail.deliver(i, t):
                     if message.team != members[i]:
                         continue
+                    if teams is not None and message.step < teams.aimed[members[i]]:
+                        continue  # that was about other targets
                     said, view.message[0] = message.belief, 0.0
                     view.sent_belief[0], view.sent_covariance[0] = said.x, said.covariance.ravel()
                     view.sent_belief_time[0], view.sent_fix[0] = said.time, said.fix
@@ -347,7 +356,7 @@ class Minds:
         return None if auction is None else (auction.bid[j].copy(), auction.bidder[j].copy())
 
     def _told(self, i: int, t: float, draw: int, c: Array, c_dot: Array) -> Belief:
-        """Return what a robot knows at the start, or when it changes over."""
+        """Return what a robot knows at the start, or when it has other targets."""
         setup, orders = self._setup, self._setup.estimator.orders
         deviation = np.repeat(setup.start_deviation[:orders], setup.axes)
         x = deviation * normal(len(deviation), setup.seed, START, i, draw)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.components.movers import COMES, INTERCEPTED, REACHED, WAITS
+from escort_mj.components.teams import targets_at, team_of
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.on_demand import on_demand
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
     from escort_mj.control.teams import Teams
     from escort_mj.memory.layout import Plan, State
 
-WAITS, COMES, INTERCEPTED, REACHED = 0.0, 1.0, 2.0, 3.0
 NOT_ONE = -1.0  # of the opponents
 KEPT = 0.8  # of the distance: what another robot has to beat to take over a threat
 NEAR = 1e-9  # m
@@ -88,11 +89,11 @@ def judge_opponents(plan: Plan, state: State) -> None:
 
 @inlined
 def nearest_target(here: Array, plan: Plan, state: State) -> int:
-    """Return which of the teams' targets is nearest to a point."""
+    """Return which of the targets that teams escort is nearest to a point."""
     found, least = 0, math.inf
     for place in range(plan.target_obstacle.shape[0]):
         distance = _distance(state.obstacle_position[int(plan.target_obstacle[place])], here)
-        if distance < least:
+        if distance < least and team_of(place, plan, state) > 0:
             found, least = place, distance
     return found
 
@@ -153,7 +154,7 @@ def assign_guards(plan: Plan, state: State) -> None:
         j, nearest, least = int(plan.opponent_obstacle[urgent]), -1, math.inf
         team, radius = threatened(j, plan, state), plan.radius
         if team > 0:
-            radius = plan.team_radius[team - 1]
+            radius = state.team_radius[team - 1]
         way = _distance(state.obstacle_position[j], middle_of(team, state))
         share = min(radius, way) / max(way, NEAR)
         for i in range(n):
@@ -204,7 +205,7 @@ def threatened(j: int, plan: Plan, state: State) -> int:
     """Return the team, from 1, whose target is nearest to an obstacle; 0 where all are one team."""
     if plan.team_radius.shape[0] == 0:
         return 0
-    return int(plan.target_team[nearest_target(state.obstacle_position[j], plan, state)])
+    return team_of(nearest_target(state.obstacle_position[j], plan, state), plan, state)
 
 
 @merged
@@ -242,7 +243,7 @@ class Watch:
         """Let opponents come, be intercepted, and reach the target."""
         targets = [(target, setup.target_radius or 0.0)]
         if setup.teams:
-            quarries = [j for team in setup.teams for j in team.targets]
+            quarries = [j for each in targets_at(setup.teams, t + 0.5 * setup.timestep) for j in each]
             targets = [(setup.obstacle_position[j], setup.obstacle_radius[j]) for j in quarries]
         for o, opponent in enumerate(setup.opponents):
             here, size = setup.obstacle_position[opponent.obstacle], setup.obstacle_radius[opponent.obstacle]
@@ -267,11 +268,11 @@ class Watch:
         center, radius = np.tile(target, (len(here), 1)), np.full(len(here), setup.radius)
         team = np.zeros(len(here), dtype=int)
         if teams is not None:
-            owner = [(j, number) for number, each in enumerate(setup.teams) for j in each.targets]
+            owner = sorted((j, number) for number, each in enumerate(teams.targets) for j in each)
             spots = setup.obstacle_position[[j for j, _ in owner]]
             nearest = np.linalg.norm(here[:, None] - spots, axis=2).argmin(axis=1)
             team = np.array([number for _, number in owner])[nearest]
-            center, radius = teams.center[team], np.array([each.radius for each in setup.teams])[team]
+            center, radius = teams.center[team], teams.radius[team]
         way = np.linalg.norm(here - center, axis=1)
         time = way / np.maximum(np.linalg.norm(speed, axis=1), 0.1)
         coming = [o for o in np.lexsort((np.arange(len(time)), time)) if self.status[o] == COMES]

@@ -1,4 +1,4 @@
-"""Robots in teams: where the targets of each team are, and who changes over to which team.
+"""Robots in teams: which targets each team has, where they are, and who changes over to which team.
 
 A team demands a number of robots, which may depend on time. One that has too few, because of a loss or a new
 demand, gets the robot nearest to its targets of those that other teams can spare: a team spares robots
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.behaviors.vertices import turned
+from escort_mj.components.teams import targets_at, team_of
 from escort_mj.control.failure import placed
 from escort_mj.control.inner import change_law
 from escort_mj.native.kernels import inlined
@@ -32,22 +33,22 @@ Mask = NDArray[np.bool_]
 
 @on_demand
 def form_teams(plan: Plan, state: State) -> None:
-    """Finds where the targets of teams are, and moves robots from one team to another.
+    """Finds which targets teams have, and where, and moves robots from one team to another.
 
     Args:
-        plan: Gives teams and demands.
+        plan: Gives teams, their targets and demands.
         state: Gives time, obstacles and measured positions; who is in which team is written, and so are
             `vertices` and `rotation` of teams that changed.
     """
     n, teams, step = state.q.shape[0], plan.team_radius.shape[0], state.step[0]
     first = state.evaluated[0] == 0.0
-    _find_targets(plan, state)
     for t in range(teams):
-        state.team_left[t] = 0.0
+        state.team_left[t], state.team_radius[t] = 0.0, _radius(t, plan, state)
         if first:
-            state.team_formed[t] = -1.0
+            state.team_formed[t] = state.team_aimed[t] = -1.0
+    _find_targets(first, plan, state)
     for i in range(n):
-        state.changed_over[i] = 0.0
+        state.told[i] = 0.0
         if first:
             state.member_of[i] = plan.team_start[i]
         t = int(state.member_of[i]) - 1
@@ -64,10 +65,13 @@ def form_teams(plan: Plan, state: State) -> None:
             state.team_left[other] -= 1.0
             state.team_left[t] += 1.0
             state.team_formed[other] = state.team_formed[t] = step
-            state.member_of[i], state.changed_over[i] = t + 1.0, 1.0
+            state.member_of[i], state.told[i] = t + 1.0, 1.0
             change_law(i, other, t, plan, state)
     for i in range(n):
-        state.own_radius[i] = plan.team_radius[int(state.member_of[i]) - 1]
+        t = int(state.member_of[i]) - 1
+        state.own_radius[i] = state.team_radius[t]
+        if state.team_aimed[t] == step:
+            state.told[i] = 1.0
         state.team_news[i] = 1.0
     if plan.figures.shape[0] > 0:
         for t in range(teams):
@@ -76,23 +80,42 @@ def form_teams(plan: Plan, state: State) -> None:
 
 
 @inlined
-def _find_targets(plan: Plan, state: State) -> None:
-    """Write middle and mean velocity of each team's targets."""
+def _find_targets(first: bool, plan: Plan, state: State) -> None:
+    """Write which targets each team has, and their middle and mean velocity."""
     p, targets = state.q.shape[1], plan.target_team.shape[0]
+    for target in range(targets):
+        j, team = int(plan.target_obstacle[target]), team_of(target, plan, state)
+        before = int(state.obstacle_team[j])
+        if team != before and not first:
+            if team > 0:
+                state.team_aimed[team - 1] = state.step[0]
+            if before > 0:
+                state.team_aimed[before - 1] = state.step[0]
+        state.obstacle_team[j] = team
     for t in range(plan.team_radius.shape[0]):
         number = 0.0
         for k in range(p):
             state.team_center[t, k] = state.team_velocity[t, k] = 0.0
         for target in range(targets):
-            if plan.target_team[target] == t + 1.0:
+            j = int(plan.target_obstacle[target])
+            if state.obstacle_team[j] == t + 1.0:
                 number += 1.0
-                j = int(plan.target_obstacle[target])
                 for k in range(p):
                     state.team_center[t, k] += state.obstacle_position[j, k]
                     state.team_velocity[t, k] += state.obstacle_velocity[j, k]
         for k in range(p):
             state.team_center[t, k] /= number
             state.team_velocity[t, k] /= number
+
+
+@inlined
+def _radius(t: int, plan: Plan, state: State) -> float:
+    """Return the distance that a team keeps now [m]."""
+    time, found = state.time[0] + 0.5 * plan.timestep, plan.team_radius[t]
+    for c in range(plan.circle_team.shape[0]):
+        if plan.circle_team[c] == t + 1.0 and plan.circle_after[c] <= time:
+            found = plan.circle_radius[c]
+    return found
 
 
 @inlined
@@ -155,19 +178,23 @@ class Teams:
 
     Attributes:
         members: Team of each robot, from 0, shape (n,).
+        targets: Which obstacles the targets of each team are.
+        radius: Distance that each team keeps from their middle, shape (teams,) [m].
         center: Middle of each team's targets, shape (teams, p) [m].
         velocity: How fast it moves, likewise [m/s].
         rotation: Of the even figure of each robot's team, shape (n, p, p).
         formed: Steps in which members last came, went or were lost, shape (teams,); -1 for none.
-        changed_over: Which robots change over in this step, shape (n,).
+        aimed: Steps in which their targets last changed, likewise.
+        told: Which robots have other targets from this step on, shape (n,).
     """
 
     def __init__(self, setup: Setup) -> None:
         self.members = setup.members
+        self.targets = targets_at(setup.teams, 0.5 * setup.timestep)
         self.rotation = np.broadcast_to(np.eye(setup.axes), (setup.count, setup.axes, setup.axes)).copy()
         self._missed = np.zeros(setup.count, dtype=bool)
-        self.formed = np.full(len(setup.teams), -1)
-        self.changed_over = np.zeros(setup.count, dtype=bool)
+        self.formed, self.aimed = np.full((2, len(setup.teams)), -1)
+        self.told = np.zeros(setup.count, dtype=bool)
 
     def form(self, t: float, q: Array, formed: Formed, setup: Setup) -> Formed:
         """Move robots from one team to another; return the team with the vertices that they then have.
@@ -180,16 +207,20 @@ class Teams:
         """
         place, speed = setup.obstacle_position, setup.obstacle_velocity  # true ones, even with a lidar
         speed = np.zeros_like(place) if speed is None else speed
-        self.center = np.array([place[[*team.targets]].mean(axis=0) for team in setup.teams])
-        self.velocity = np.array([speed[[*team.targets]].mean(axis=0) for team in setup.teams])
         lost, moment = formed.lost, t + 0.5 * setup.timestep
+        before, self.targets = self.targets, targets_at(setup.teams, moment)
+        others = np.array([now != then for now, then in zip(self.targets, before, strict=True)])
+        self.radius = np.array([team.radius_at(moment) for team in setup.teams])
+        self.aimed[others] = round(t / setup.timestep)
+        self.center = np.array([place[each].mean(axis=0) for each in self.targets])
+        self.velocity = np.array([speed[each].mean(axis=0) for each in self.targets])
         changed = {*self.members[lost & ~self._missed].tolist()}
         self._missed = lost
         needed = [
             ([0] + [robots for after, robots in team.demand if after <= moment])[-1] for team in setup.teams
         ]
         left = [int((~lost & (self.members == number)).sum()) for number in range(len(setup.teams))]
-        before, self.members = self.members, self.members.copy()
+        start, self.members = self.members, self.members.copy()
         for number, demand in enumerate(needed):
             while left[number] < demand:
                 can = np.array([left[k] > max(needed[k], 1) for k in range(len(left))])
@@ -202,7 +233,7 @@ class Teams:
                 left[other], left[number] = left[other] - 1, left[number] + 1
                 changed |= {other, number}
                 self.members[robot] = number
-        self.changed_over = self.members != before
+        self.told = (self.members != start) | others[self.members]
         self.formed[[*changed]] = round(t / setup.timestep)
         if setup.reforming is None:
             return formed

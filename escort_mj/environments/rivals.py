@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.control.opponents import COMES
+from escort_mj.components.movers import COMES
 from escort_mj.errors import UsageError
 from escort_mj.memory.rivals import REWARD, SEEN, STATUS, WEIGHTS, rival_perception_of
 from escort_mj.policies.learned import LARGEST, inputs, within_speed

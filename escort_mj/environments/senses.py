@@ -89,7 +89,8 @@ class Senses:
         self._mates = min(self.robots - 1, TEAMMATES)
         self._opposed = bool(world.setup.opponents)
         self.width = (4 + self._mates + 2 * self._opposed) * self.axes
-        self._least_radius = min([team.radius for team in world.setup.teams] or [world.setup.radius])
+        radii = [radius for team in world.setup.teams for radius in team.all_radii]
+        self._least_radius = min(radii or [world.setup.radius])
         self._speed = world.setup.max_speed if np.isfinite(world.setup.max_speed) else SPEED
         n, sizes = self.robots, self._sizes
         safe = [b.safe_distance for b in world.setup.behaviors if isinstance(b, AvoidObstacles)]

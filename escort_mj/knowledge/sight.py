@@ -159,9 +159,9 @@ def in_view(i: int, plan: Plan, state: State) -> bool:
     for place in range(max(targets, 1)):
         point, radius, j = state.target_position, plan.sight_target, -1
         if targets > 0:
-            if plan.target_team[place] != state.member_of[i]:
-                continue
             j = int(plan.target_obstacle[place])
+            if state.obstacle_team[j] != state.member_of[i]:
+                continue
             point, radius = state.obstacle_position[j], plan.obstacle_radius[j]
         if not _sees(i, point, radius, j, plan, state):
             return False

@@ -86,6 +86,7 @@ def pack(
         "facing": n * (setup.sight is not None and setup.sight.field < np.inf),
         "believed": setup.estimator.orders * p,
         "guarding": n * bool(setup.opponents),
+        "escorted": len(setup.obstacle_radius) * bool(setup.teams),
         "turned": n if setup.apart else 1,
         "apart": n * setup.apart,
         "bidding": n * setup.auctioned,

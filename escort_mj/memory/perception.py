@@ -11,9 +11,9 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
+from escort_mj.components.movers import COMES, REACHED
 from escort_mj.components.obstacles import obstacle_speed, obstacles_seen
 from escort_mj.components.teams import radius_of
-from escort_mj.control.opponents import COMES, REACHED
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import know_teammates
 from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
@@ -30,7 +30,8 @@ WEIGHTS = ("radius", "spacing", "command", "clearance", "touch", "breach", "capt
 SETTINGS = (*WEIGHTS, "safe", "speed", "bound", "begin", "end", "sight")
 """Numbers that a mission is perceived with: weights of rewards; safe distance [m], largest speed [m/s],
 distance to the target that is suspicious [m]; where in a record stands what must be finite; 1 where robots
-see each other. The even spacings of teams of 1, 2 ... n robots follow, team by team [m]."""
+see each other. The even spacings of teams of 1, 2 ... n robots follow, team by team, at the radius that the
+team has at the start [m]."""
 W_RADIUS, W_SPACING, W_COMMAND, W_CLEARANCE, W_TOUCH, W_BREACH, W_CAPTURE = range(7)
 SAFE, SPEED, BOUND, BEGIN, END, SIGHT, EVEN = range(7, 14)
 TEAMMATES = 4  # that a robot observes, the nearest ones
@@ -112,7 +113,8 @@ def _spacing(robot: int, wish: Array, plan: Plan, state: State) -> float:
             nearest = min(nearest, square)
     if nearest == math.inf or state.lost[robot] != 0.0:
         return math.inf
-    return math.sqrt(nearest) / wish[EVEN + team * n + int(state.team_left[team]) - 1]
+    even = wish[EVEN + team * n + int(state.team_left[team]) - 1]
+    return math.sqrt(nearest) / (even * (state.team_radius[team] / plan.team_radius[team]))
 
 
 @merged

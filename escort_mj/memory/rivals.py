@@ -11,7 +11,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING
 
-from escort_mj.control.opponents import COMES, INTERCEPTED, REACHED, aim
+from escort_mj.components.movers import COMES, INTERCEPTED, REACHED
+from escort_mj.control.opponents import aim
 from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.native import artifacts
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at

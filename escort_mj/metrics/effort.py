@@ -1,12 +1,14 @@
-"""What motors do: force, its variation, energy, saturation; from totals of every physics step."""
+"""What motors and drives do: force, its variation, energy, saturation; totals of every physics step."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import gained, rate
+from escort_mj.metrics.reading import NO_OPPONENTS, NO_TARGET, SHORT, escorts, gained, rate
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -29,6 +31,33 @@ def chattering(trace: Recorded) -> Measure:
 def energy(trace: Recorded) -> Measure:
     """Integral of |force . velocity|, sum over robots."""
     return gained(trace, "work")
+
+
+@metric(unit="J", grows=True, watched=False, rank=122)
+def target_energy(trace: Recorded) -> Measure:
+    """Integral of |driving force . velocity| of the target, or the sum over all targets of teams."""
+    targets = ["target"]
+    if "obstacle_team" in trace:
+        targets = trace["obstacle"].values[trace["obstacle_team"].values.any(axis=0)].tolist()
+    return _driven(trace, targets, "no force drives the target" if escorts(trace) else NO_TARGET)
+
+
+@metric(unit="J", grows=True, watched=False, rank=124)
+def opponents_energy(trace: Recorded) -> Measure:
+    """Integral of |driving force . velocity| of opponents on their way, sum over opponents."""
+    count = trace.sizes["opponent"] if "opponent_status" in trace else 0
+    return _driven(trace, trace["obstacle"].values[trace.sizes["obstacle"] - count :].tolist(), NO_OPPONENTS)
+
+
+def _driven(trace: Recorded, names: list[str], reason: str) -> Measure:
+    """How much work driving forces have done on some bodies, by their names; if there is none, why."""
+    its = np.isin(trace["mover"].values, names) if "mover_work" in trace else np.zeros(0)
+    if not its.any():
+        return Measure(None, reason=reason)
+    if trace.sizes["time"] < 2:
+        return Measure(None, reason=SHORT)
+    work = trace["mover_work"].values[:, its]
+    return Measure(float((work[-1] - work[0]).sum()))
 
 
 @metric(unit="1", most=1.0, watched=False, rank=170)

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.reading import NO_OPPONENTS
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
-NO_OPPONENTS = "there are no opponents"
 COMES, INTERCEPTED, REACHED = 1, 2, 3
 
 
@@ -56,10 +56,12 @@ def threat_time_min(trace: Recorded) -> Measure:
     if len(time) < 2:
         return Measure(None, reason="the window holds a single sample")
     targets, radius = trace["target_position"].values[:, None], np.array([trace.attrs["target_radius"]])
+    escorted = np.ones((len(time), 1), dtype=bool)
     if "member_of" in trace:
-        teams = np.flatnonzero(trace["obstacle_team"].values)
-        targets, radius = trace["obstacle_position"].values[:, teams], trace["obstacle_radius"].values[teams]
+        escorted = trace["obstacle_team"].values > 0
+        targets, radius = trace["obstacle_position"].values, trace["obstacle_radius"].values
     gaps = np.linalg.norm(place[:, :, None] - targets[:, None], axis=3) - radius
+    gaps[~np.broadcast_to(escorted[:, None], gaps.shape)] = np.inf
     gap = gaps.min(axis=2) - trace["obstacle_radius"].values[-count:]
     speed = np.linalg.norm(np.gradient(place, time, axis=0), axis=2)
     left = np.maximum(gap, 0.0) / np.maximum(speed, 1e-9)

@@ -9,6 +9,7 @@ import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, largest_of, lost, mean, robot
+from escort_mj.record.team import kept_radius
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -19,7 +20,7 @@ SETTLED = 0.05  # of the radius
 def radius_error(trace: Recorded) -> np.ndarray:
     """Signed | q - c | - radius, shape (time, robot) [m]; NaN where a robot is lost."""
     offset = trace["q"].values - trace["target_position"].values[:, None]
-    return np.where(lost(trace), np.nan, np.linalg.norm(offset, axis=2) - trace.attrs["mission_radius"])
+    return np.where(lost(trace), np.nan, np.linalg.norm(offset, axis=2) - kept_radius(trace)[:, None])
 
 
 def _nothing(trace: Recorded) -> Measure | None:
@@ -46,7 +47,7 @@ def settling_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within 5 % of the radius."""
     if nothing := _nothing(trace):
         return nothing
-    outside = np.abs(radius_error(trace)) > SETTLED * trace.attrs["mission_radius"]
+    outside = np.abs(radius_error(trace)) > SETTLED * kept_radius(trace)[:, None]
     late = np.flatnonzero(outside.any(axis=1))
     if not len(late):
         return Measure(float(trace["time"][0]))

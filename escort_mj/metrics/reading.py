@@ -20,6 +20,7 @@ SHORT = "the window holds a single sample"
 ALONE = "there is one robot"
 ALL_LOST = "no robot is left"
 NO_TARGET = "there is no target"
+NO_OPPONENTS = "there are no opponents"
 UNTOLD = "the truth was not recorded (recording.truth)"
 
 

@@ -1,11 +1,11 @@
-"""How fast everything moved since the last sample, and what the motors did: a part of the watch."""
+"""How fast everything moved since the last sample, and what motors and drives did: a part of the watch."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Annotated
 
-from escort_mj.components.movers import TARGET
+from escort_mj.components.movers import COMES, TARGET
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined, merged
 from escort_mj.native.lanes import (
@@ -69,15 +69,29 @@ def watch_motion(plan: Plan, state: State, first: bool) -> None:
 
 @inlined
 def watch_displacements(plan: Plan, state: State, first: bool) -> None:
-    """The largest displacements of target and moving obstacles: what is led may jump, whatever its speed."""
+    """The largest displacements of target and moving obstacles, and the work of what drives them.
+
+    What is led may jump, whatever its speed.
+    """
     _watch_displacement(
         state.target_position, state.target_before, state.target_speed_max, 0, plan.timestep, first
     )
     for b in range(plan.mover_obstacle.shape[0]):
+        _watch_drive(b, plan, state)
         obstacle = int(plan.mover_obstacle[b])
         if obstacle != TARGET:
             here, before = state.mover_position[b], state.mover_before[b]
             _watch_displacement(here, before, state.obstacle_speed_max, obstacle, plan.timestep, first)
+
+
+@inlined
+def _watch_drive(b: int, plan: Plan, state: State) -> None:
+    """Adds the work of the force that drives a body in this step; of an opponent only on its way."""
+    opponent, power = int(plan.mover_opponent[b]), 0.0
+    if opponent < 0 or state.opponent_status[opponent] == COMES:
+        for k in range(state.q.shape[1]):
+            power += state.mover_force[b, k] * state.mover_velocity[b, k]
+        state.mover_work[b] += plan.timestep * abs(power)
 
 
 @inlined

@@ -20,6 +20,7 @@ from escort_mj.signals import (
     KNOWLEDGE,
     LIDAR,
     LYAPUNOV,
+    MOVERS,
     OPPONENTS,
     RADIO,
     SIGNALS,
@@ -119,7 +120,7 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     """Variables that are missing, or have other dimensions or types."""
     marks = {TRUTH: "mass_matrix", LYAPUNOV: "lyapunov", DRIVES: "drive_force", GOALS: "goal"}
     marks |= {KNOWLEDGE: "target_estimate", RADIO: "heard_from", LIDAR: "lidar_range"}
-    marks |= {OPPONENTS: "opponent_status", TEAMS: "member_of"}
+    marks |= {OPPONENTS: "opponent_status", TEAMS: "member_of", MOVERS: "mover_work"}
     channels = {channel: signal in trace for channel, signal in marks.items()}
     wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
     wanted |= {name: (dims, "fiu") for name, dims in FIXED.items()}
@@ -131,8 +132,9 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     if "obstacle_outline" in trace:
         wanted["obstacle_outline"] = ("obstacle", "point", "axis"), "f"
     if channels[TEAMS]:
-        wanted |= {"team": (("team",), "OUST"), "team_radius": (("team",), "f")}
-        wanted["obstacle_team"] = ("obstacle",), "iu"
+        wanted["team"] = ("team",), "OUST"
+    if channels[MOVERS]:
+        wanted["mover"] = ("mover",), "OUST"
     if channels[LIDAR]:
         wanted["lidar_ray"] = ("ray", "axis"), "f"
     wanted |= {name: (wanted[name][0], "iu") for name in INDICES}

@@ -274,11 +274,6 @@ def _of_bodies(labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
             np.asarray(labels["obstacle_outline"], float),
             _said("m", "points around each obstacle, relative to its center"),
         )
-    if labels.get("teams"):
-        about = _said("1", "team that an obstacle is a target of, from 1; 0 for none")
-        variables["obstacle_team"] = Variable("obstacle", np.asarray(labels["obstacle_team"], "int8"), about)
-        about = _said("m", "distance that each team keeps from the middle of its targets")
-        variables["team_radius"] = Variable("team", np.asarray(labels["team_radius"], float), about)
     if labels.get("lidar_ray"):
         variables["lidar_ray"] = Variable(
             ("ray", "axis"),
@@ -310,6 +305,8 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
     }
     if labels.get("teams"):
         found["team"] = names("team", "teams", "name of the team")
+    if labels.get("movers"):
+        found["mover"] = names("mover", "movers", "name of the body that a force drives")
     if sizes.get(TRUTH):
         second = axis_names(sizes["axis_2"])
         found["axis_2"] = Variable("axis_2", second, {"long_name": "second axis of a matrix"})

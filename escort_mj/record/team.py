@@ -27,11 +27,18 @@ def own_targets(trace: Recorded) -> NDArray[np.float64]:
     return np.asarray(trace["team_center"].values[rows, trace["member_of"].values.astype(int) - 1])
 
 
+def kept_radius(trace: Recorded) -> NDArray[np.float64]:
+    """Return the distance to keep from the target, of a team in a trace `of_team`, shape (time,) [m]."""
+    if "team_radius" in trace:
+        return trace["team_radius"].values
+    return np.full(trace.sizes["time"], float(trace.attrs["mission_radius"]))
+
+
 def of_team(trace: Recorded, name: str) -> Recording:
     """Return a trace as one team has it: robots of other teams count as lost.
 
     The middle of its targets is the target, with the radius of the largest of them. The formation has no
-    neighbors where members come or go.
+    neighbors where members come or go, or the radius changes.
 
     Args:
         trace: The whole trace.
@@ -40,16 +47,19 @@ def of_team(trace: Recorded, name: str) -> Recording:
     trace, place = sealed(trace), team_names(trace).index(name)
     member = trace["member_of"].values == place + 1
     pairs = trace["neighbors"].values - 1
-    kept = (member == member[:1]).all() & member[:1].all(axis=0)[pairs].all(axis=1)
+    radius = trace["team_radius"].values[:, place]
+    steady = (radius == radius[:1]).all()
+    kept = steady & (member == member[:1]).all() & member[:1].all(axis=0)[pairs].all(axis=1)
     part = trace.isel(edge=kept).assign(
         lost=(("time", "robot"), np.maximum(trace["lost"].values, ~member)),
         target_position=(("time", "axis"), trace["team_center"].values[:, place]),
         target_velocity=(("time", "axis"), trace["team_velocity"].values[:, place]),
+        team_radius=("time", radius),
     )
     sizes = {
-        "mission_radius": float(trace["team_radius"].values[place]),
+        "mission_radius": float(radius.max()),
         "target_radius": float(
-            trace["obstacle_radius"].values[trace["obstacle_team"].values == place + 1].max()
+            trace["obstacle_radius"].values[(trace["obstacle_team"].values == place + 1).any(axis=0)].max()
         ),
     }
     return replace(part, attrs={**trace.attrs, **sizes})

@@ -186,16 +186,26 @@ def _teams(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Team, ...]:
     """Who escorts what; targets of teams are obstacles, the last ones before opponents."""
     end = len(obstacles) - sum(group.count for group in scenario.opponents)
     places = iter(range(end - sum(len(team.targets) for team in scenario.teams), end))
-    return tuple(
-        Team(
-            team.name,
-            tuple(robot - 1 for robot in team.robots),
-            tuple(next(places) for _ in team.targets),
-            team.radius or scenario.mission.radius,
-            tuple((demand.after, demand.robots) for demand in team.demand),
+    numbers = {team.name: number for number, team in enumerate(scenario.teams)}
+    found = []
+    for one in scenario.teams:
+        targets = [(next(places), target) for target in one.targets]
+        found.append(
+            Team(
+                one.name,
+                tuple(robot - 1 for robot in one.robots),
+                tuple(place for place, _ in targets),
+                one.radius or scenario.mission.radius,
+                tuple((demand.after, demand.robots) for demand in one.demand),
+                tuple(
+                    (each.after, place, -1 if each.team is None else numbers[each.team])
+                    for place, target in targets
+                    for each in target.escorted_by
+                ),
+                tuple((each.after, each.radius) for each in one.radii),
+            )
         )
-        for team in scenario.teams
-    )
+    return tuple(found)
 
 
 def _formations(scenario: Scenario) -> tuple[Frame, ...]:
@@ -257,7 +267,7 @@ def _figure(scenario: Scenario, robots: Placement, center: np.ndarray) -> Figure
     vertices, edges, lengths = np.zeros_like(robots.position), [], []
     for each in scenario.teams:
         members = np.array(each.robots) - 1
-        figure = even_figure(robots.position[members], team_center(each, scenario.axes))
+        figure = even_figure(robots.position[members], team_center(scenario, each.name))
         vertices[members] = figure.vertices
         edges.append(np.sort(members[figure.edges], axis=1))
         lengths.append((each.radius or scenario.mission.radius) / scenario.mission.radius * figure.lengths)

@@ -57,6 +57,10 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),
         **_teams(setup),
+        "movers": [
+            "target" if mover.obstacle < 0 else obstacle_names(scenario)[mover.obstacle]
+            for mover in setup.movers
+        ],
         "attributes": {
             "title": scenario.name,
             "description": scenario.description,
@@ -85,12 +89,9 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
 
 
 def _teams(setup: Setup) -> dict[str, list[Any]]:
-    """Names and radii of teams, and of which team each obstacle is a target."""
-    targets = {target: number for number, team in enumerate(setup.teams, 1) for target in team.targets}
+    """Names of teams."""
     return {
         "teams": [team.name for team in setup.teams],
-        "team_radius": [team.radius for team in setup.teams],
-        "obstacle_team": [targets.get(place, 0) for place in range(len(setup.obstacle_radius))],
     }
 
 

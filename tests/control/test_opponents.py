@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from escort_mj import Scenario
-from escort_mj.control.opponents import INTERCEPTED, REACHED, Watch
+from escort_mj.components.movers import INTERCEPTED, REACHED
+from escort_mj.control.opponents import Watch
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.setup import controller_setup
@@ -56,13 +57,17 @@ def test_kernel_and_twin_agree(axes: int, behavior: dict[str, object], outer: st
 @pytest.mark.parametrize("behavior", [
     {"behavior": "guard", "alert": 6.0}, {"behavior": "intercept", "quarry": "opponents"},
 ], ids=["guard", "intercept"])  # fmt: skip
+@pytest.mark.parametrize("escorts", [[], [{"after": 4.0, "team": None}, {"after": 8.0, "team": "two"}]])
 @pytest.mark.parametrize(("axes", "outer"), [(2, "nsb"), (2, "set_based"), (3, "nsb")])
-def test_they_agree_with_teams(axes: int, behavior: dict[str, object], outer: str) -> None:
+def test_they_agree_with_teams(
+    axes: int, outer: str, escorts: list[object], behavior: dict[str, object]
+) -> None:
     aside, one = [0.0] * (axes - 1), {"name": "one", "robots": [1, 3], "radius": 2.0}
+    c = {"name": "c", "position": [6.0, *aside], "escorted_by": escorts}
     teams = [
         one | {"targets": [{"name": "a", "position": [-4.0, *aside]}]},
         {"name": "two", "robots": [2, 4, 5], "radius": 4.0, "demand": [{"after": 5.0, "robots": 4}],
-         "targets": [{"name": name, "position": [x, *aside]} for name, x in (("b", 3.0), ("c", 6.0))]},
+         "radii": [{"after": 6.0, "radius": 5.0}], "targets": [{"name": "b", "position": [3.0, *aside]}, c]},
     ]  # fmt: skip
     seen = fly(mission(axes, behavior, outer, target=None, teams=teams))
     assert {0.0, 1.0, INTERCEPTED} <= seen
@@ -93,6 +98,27 @@ def test_with_teams_the_one_whose_target_is_nearest_guards_and_any_target_can_be
     kernel.state.mover_position[4, 1] -= 2e-9
     assert kernel.evaluate(0.01, q, np.zeros((3, 2))).opponent_status.tolist() == [1.0, 1.0, REACHED]
     assert not state.target_position.any()  # what is recorded of a target that is not there
+
+
+def test_a_target_without_a_team_is_not_attacked() -> None:
+    """The opponent stands at the farther target, which belongs to the team from 0.02 s on."""
+    targets = [
+        {"name": "a", "position": [0, 0]},
+        {"name": "b", "position": [2, 0], "escorted_by": [{"team": None}, {"after": 0.02, "team": "one"}]},
+    ]
+    setup = controller_setup(Scenario(
+        target=None, robots={"positions": [[0, 4]]}, mission={"behaviors": ["surface"]},
+        teams=[{"name": "one", "robots": [1], "radius": 4, "targets": targets}],
+        opponents=[{"positions": [[2, 0.55]], "policy": "straight"}],
+    ))  # fmt: skip
+    kernel, found = Kernel(setup), []
+    place = np.array([mover.path.position(0.0) for mover in setup.movers])
+    for t in (0.0, 0.01, 0.02):
+        kernel.state.mover_position[:] = place
+        state = kernel.evaluate(t, np.array([[0.0, 4.0]]), np.zeros((1, 2)))
+        found.append((state.opponent_status[0], *(state.mover_wish[2] / np.linalg.norm(state.mover_wish[2]))))
+    away = -np.array([2.0, 0.55]) / np.hypot(2.0, 0.55)
+    assert np.allclose(found[:2], [[1.0, *away]] * 2) and found[2][0] == REACHED
 
 
 def fly(setup: Setup) -> set[float]:

@@ -1,6 +1,6 @@
 """Teams: the NumPy form beside the kernel, and who changes over, by hand."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +16,11 @@ from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import TOLERANCE, Kernel, assert_same
 
 STEP, STEPS = 0.1, 60
+RADIO = {"rate": 5.0, "delay": 0.2, "loss": 0.2}
+ESCORTS = {
+    "b": [{"team": None}, {"after": 1.2, "team": "two"}],
+    "c": [{"after": 1.5, "team": "one"}, {"after": 3.0, "team": None}, {"after": 4.5, "team": "two"}],
+}
 AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.3}
 
 PHASES = [
@@ -32,16 +37,23 @@ def mission(
     outer: object = "nsb",
     laws: Sequence[object] = (None, None, None),
     limit: float | None = None,
+    escorts: Mapping[str, object] | None = None,
     **keys: object,
 ) -> Setup:
-    """Nine robots in three teams, one with two targets; demands, losses where given, and other keys."""
+    """Nine robots in three teams, one with two targets; losses and changes of targets where given."""
     rest = [0.0] * (axes - 1)
     targets = [
-        {"name": name, "position": [f"{x} + {v}*t", *rest], "radius": 0.3}
+        {
+            "name": name,
+            "position": [f"{x} + {v}*t", *rest],
+            "radius": 0.3,
+            "escorted_by": (escorts or {}).get(name, []),
+        }
         for name, x, v in (("a", 0, 0.3), ("b", 12, 0), ("c", 13.5, 0), ("d", -12, -0.2))
     ]
     teams = [
-        {"name": "one", "robots": [2, 4, 6], "radius": 3, "targets": targets[:1],
+        {"name": "one", "robots": [2, 4, 6], "radius": 9 if escorts else 3,
+         "radii": [{"after": 3.5, "radius": 4}] if escorts else [], "targets": targets[:1],
          "demand": [{"after": 2.0, "robots": 4}, {"after": 4.0, "robots": 2}]},
         {"name": "two", "robots": [1, 3, 5, 9], "radius": 4, "targets": targets[1:3],
          "demand": [{"robots": 3}]},
@@ -72,6 +84,38 @@ def test_kernel_and_twin_agree(axes: int, spread: object, failures: list[object]
 
 def test_they_agree_with_a_lidar() -> None:
     walk(2, "vertices", sensing={"lidar": {"rays": 24}})
+
+
+@pytest.mark.crossed
+@pytest.mark.parametrize("knows", [False, True])
+@pytest.mark.parametrize("axes", [2, 3])
+@pytest.mark.parametrize("spread", ["vertices", "repulsion", "spacing"])
+def test_they_agree_where_targets_change_teams(spread: object, axes: int, knows: bool) -> None:
+    """One target has no team at first; another one leaves its team, is alone for a while, and joins again."""
+    keys: dict[str, Any] = {"failures": [{"robot": 4, "at": 1.0}]}
+    if knows:
+        sight = {"robots": [1, 4, 7], "noise": {"position": 0.05, "velocity": 0.05}}
+        knowledge = {"initial": {"position": 0.3, "velocity": 0.1}, "target": sight}
+        keys = {"knowledge": {**knowledge, "estimator": "covariance_intersection"}, "communication": RADIO}
+    if spread == "spacing" and axes == 3:
+        pytest.skip("spacing is for two axes")
+    kernel = walk(axes, spread, escorts=ESCORTS, **keys)
+    assert kernel.state.obstacle_team.tolist() == [0, 1, 2, 2, 3]
+    assert kernel.state.team_radius.tolist() == [4.0, 4.0, 2.0]
+
+
+def test_targets_belong_to_their_team_from_the_step_on_that_begins_then() -> None:
+    setup = mission(2, [AVOID, "surface"], escorts=ESCORTS)
+    kernel, found = Kernel(setup), []
+    kernel.state.mover_position[:] = [mover.path.position(0.0) for mover in setup.movers]
+    for step in range(STEPS):
+        state = kernel.evaluate(step * STEP, np.zeros((9, 2)), np.zeros((9, 2)))
+        found.append(state.obstacle_team.astype(int).tolist())
+        assert state.team_center[0, 0] == np.mean([[0.0, 12.0, 13.5, -12.0][j - 1] for j in range(1, 5)
+                                                   if found[-1][j] == 1])  # fmt: skip
+    assert found[:12] == [[0, 1, 0, 2, 3]] * 12 and found[12:15] == [[0, 1, 2, 2, 3]] * 3
+    assert found[15:30] == [[0, 1, 2, 1, 3]] * 15 and found[30:45] == [[0, 1, 2, 0, 3]] * 15
+    assert found[45:] == [[0, 1, 2, 2, 3]] * 15
 
 
 @pytest.mark.parametrize("failures", [[], [{"robot": 4, "at": 1.0}, {"robot": 9, "at": 5.0}]])
@@ -161,6 +205,9 @@ def walk(
         assert twin._teams is not None
         assert np.array_equal(state.member_of, twin._teams.members + 1)
         assert np.abs(state.team_center - twin._teams.center).max() < TOLERANCE
+        assert np.array_equal(state.team_radius, twin._teams.radius)
+        for number, each in enumerate(twin._teams.targets, 1):
+            assert np.flatnonzero(state.obstacle_team == number).tolist() == sorted(each)
         if twin._minds is not None:
             assert np.array_equal(state.target_seen, twin._minds.seen)
             assert np.abs(state.belief_covariance - twin._minds.view.belief_covariance).max() < 1e-9

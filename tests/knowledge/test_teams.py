@@ -95,6 +95,35 @@ def test_a_robot_that_changes_over_begins_as_at_the_start() -> None:
         assert np.allclose(state.belief_covariance[robot].reshape(4, 4), np.diag(deviation**2))
 
 
+def parting(after: float) -> list[dict[str, object]]:
+    """The teams of `two`, but one target of the near team parts."""
+    near, far = two()["teams"]  # type: ignore[misc]
+    near["targets"][1]["escorted_by"] = [{"after": after, "team": None}]
+    return [near, {**far, "demand": []}]
+
+
+def test_robots_whose_target_parts_begin_as_at_the_start() -> None:
+    """All robots of its team, and no others, are told where the middle of their targets is now."""
+    knowledge = {"target": {"robots": [1, 5]}, "initial": {"position": 0.5, "velocity": 0.1}}
+    state, step = walked(1.0, knowledge=knowledge, teams=parting(1.0)).state, round(1.0 / STEP)
+    assert state.told.tolist() == [1, 1, 1, 1, 0, 0]
+    for robot, draw, center in ((1, step, [0.0, 1.0]), (3, step, [0.0, 1.0]), (5, 0, [20.0, 0.0])):
+        told = np.repeat([0.5, 0.1], 2) * normal(4, 0, START, robot, draw) + [*center, 0.0, 0.0]
+        assert np.allclose(state.belief[robot], told, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("estimator", ["consensus", "covariance_intersection", "kalman"])
+def test_estimates_of_targets_that_have_parted_are_not_heard(estimator: str, compiled: None) -> None:
+    """Messages take 0.2 s: all that arrive in that time after 1 s are about the old middle."""
+    keys = two(knowledge={"target": {"robots": [1, 5]}, "estimator": estimator}, teams=parting(1.0))
+    radio = {"rate": 20, "delay": 0.2}
+    trace = escort_mj.run(Scenario(duration=2.0, recording={"rate": 500}, communication=radio, **keys)).trace
+    middle = trace["team_center"].values[:, 0]
+    assert np.abs(np.diff(middle, axis=0)[:, 1]).max() == pytest.approx(1.0)
+    off = np.linalg.norm(trace["target_estimate"].values - own_targets(trace), axis=2)
+    assert off[trace["time"].values > 0.5].max() < 0.01  # before, some believe in a target at rest
+
+
 @pytest.mark.parametrize(("sight", "seers"), [
     ({}, {0, 1, 2, 3, 4, 5}),
     ({"range": 3.5}, {0, 3, 4, 5}),  # 2 and 3 are too far from the farther target

@@ -71,6 +71,15 @@ DASH = {
     },
 }  # fmt: skip
 
+# A target of 2 kg that a force drives along a path.
+DRIVEN = {
+    "a target that a force drives": {
+        "robots": {"positions": [[2, 0], [0, 2], [-2, 0], [0, -2]]},
+        "target": {"position": ["0.4*sin(3*t)", "0.2*t"], "body": {"mass": 2, "gain": 10}},
+        "mission": {"radius": 2, "behaviors": ["vertices", "surface"]},
+    },
+}
+
 # One opponent that a robot intercepts, one that reaches the target, and one that waits.
 OPPOSED = {
     "opponents": {
@@ -80,7 +89,7 @@ OPPOSED = {
         "mission": {"radius": 2, "behaviors": ["surface"]},
         "opponents": [
             {"count": 2, "positions": [[4, 0], [2.5, 2.5]], "policy": {"policy": "straight", "speed": 1.5}},
-            {"name": "late", "positions": [[0, 9]], "start": 2.5, "policy": "weave"},
+            {"name": "late", "positions": [[0, 9]], "start": 2.5, "policy": "straight"},
         ],
     },
 }  # fmt: skip

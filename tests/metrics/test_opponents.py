@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from escort_mj import Run, Scenario, run
+from escort_mj.measuring import measure
 
 
 def fates(again: Any) -> list[tuple[str, int]]:
@@ -85,6 +86,26 @@ def test_with_teams_the_nearest_target_counts() -> None:
         opponents=[{"positions": [[10, -8]], "body": {"force_limit": 1e6}}],
     ))  # fmt: skip
     assert found.values["threat_time_min"] == pytest.approx(8.0 - 0.3 - 0.2 - 2.0, abs=0.01)  # at 1 m/s
+
+
+def test_a_target_without_a_team_is_not_threatened() -> None:
+    """The opponent would be at the nearer target in 1.5 s less, but that one has no team until 1 s."""
+    nearer = {
+        "name": "b",
+        "position": [10, -1.5],
+        "escorted_by": [{"team": None}, {"after": 1, "team": "one"}],
+    }
+    teams = [{"name": "one", "robots": [1], "radius": 3.0,
+              "targets": [{"name": "a", "position": [10, 0]}, nearer]}]  # fmt: skip
+    scenario = Scenario(
+        duration=2, target=None, teams=teams, robots={"positions": [[10, 4]]},
+        mission={"behaviors": ["surface"]}, recording={"rate": 500},
+        opponents=[{"positions": [[10, -8]], "body": {"force_limit": 1e6}}],
+    )  # fmt: skip
+    trace = run(scenario).trace
+    for before, way in ((0.998, 8.0), (2.0, 6.5)):
+        found = measure("threat_time_min", trace, before=before)
+        assert found.value == pytest.approx(way - 0.3 - 0.2 - before, abs=0.01)
 
 
 def test_what_is_decided_turns_back(flown: Run) -> None:

@@ -22,7 +22,7 @@ from escort_mj import mission
 from escort_mj.measuring import SHIPPED
 from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.reader.load import parse_scenario
-from tests.metrics.motions import DASH, HEADED, KNOWING, OPPOSED
+from tests.metrics.motions import DASH, DRIVEN, HEADED, KNOWING, OPPOSED
 
 Array, DT = np.ndarray, 0.002
 APD, LIMIT = {"kp": 30.0, "kd": 50.0, "k": 1.0, "mu": 20.0, "slope": 20.0}, 4.0
@@ -121,7 +121,7 @@ CASES = {
         },
         dead={1: 0.3},
     ),
-    **{name: Case(keys) for name, keys in (HEADED | KNOWING | DASH).items()},
+    **{name: Case(keys) for name, keys in (HEADED | KNOWING | DASH | DRIVEN).items()},
     **{name: Case(keys, (Body(0.2),) * 3) for name, keys in OPPOSED.items()},
 }  # fmt: skip
 
@@ -249,9 +249,7 @@ class Recomputed:
     def obstacle_distance_min(self) -> float | None:
         if not self.case.obstacles:
             return None
-        to_centers = self.obstacle_gaps() + [
-            body.radius if not body.half else 0.0 for body in self.case.obstacles
-        ]
+        to_centers = self.obstacle_gaps() + [body.radius * (not body.half) for body in self.case.obstacles]
         return float(to_centers.min())
 
     def obstacle_clearance_min(self) -> float | None:
@@ -302,7 +300,9 @@ class Recomputed:
 
     def kinetic_energy_max(self) -> float:
         opponents = norm(np.diff(self.places, axis=0, prepend=self.places[:1])) / DT  # of 1 kg
-        return float(0.5 * ((self.mass * norm(self.v) ** 2).sum(1) + (opponents**2).sum(1)).max())
+        mass = self.case.keys.get("target", {}).get("body", {}).get("mass", 0.0)
+        target = mass * norm(self.get("target_velocity")) ** 2
+        return float(0.5 * ((self.mass * norm(self.v) ** 2).sum(1) + (opponents**2).sum(1) + target).max())
 
     @property
     def told(self) -> bool:

@@ -36,6 +36,7 @@ MISSIONS: dict[str, tuple[str, list[str]]] = {
     ),
     "laws of teams": ("pursuit/two_laws", [*SHORT, "teams[0].demand[1].after=0.5"]),
     "teams and opponents": ("pursuit/raid", [*SHORT, "opponents[0].start=0", "opponents[0].distance=10"]),
+    "targets that change teams": ("pursuit/merge", ["expect=[]", "duration=31"]),
     "follow": ("pursuit/column", SHORT),
     "truth": ("truth", SHORT),
 }

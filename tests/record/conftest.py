@@ -32,7 +32,7 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
             for s in SIGNALS[1:]
             if s.recorded(sizes)
         }
-        for total in ("saturated_time", "effort", "work", "force_variation"):
+        for total in {"saturated_time", "effort", "work", "force_variation", "mover_work"} & given.keys():
             given[total] = np.cumsum(np.abs(given[total]), axis=0)
         given["avoidance_active"] = random.integers(0, 2, (rows, robots))
         given["phase"] = random.integers(0, 3, (rows, robots))
@@ -42,6 +42,7 @@ def record() -> Callable[..., tuple[np.ndarray, dict[str, int], dict[str, Any]]]
         given["lost"] = np.zeros((rows, robots))
         if "member_of" in given:
             given["member_of"] = np.ones((rows, robots))
+            given["obstacle_team"] = np.ones((rows, obstacles))
         for name in sorted({"opponent_status", "interceptor", "threat"} & given.keys()):
             given[name] = random.integers(0, 3, given[name].shape)
         for name in ("clearance_body", "target_clearance_body"):

@@ -49,7 +49,7 @@ def errors(flown: Run, name: str) -> np.ndarray:
 
 def test_who_is_in_which_team(flown: Run) -> None:
     trace, time = flown.trace, flown.trace["time"].values
-    assert team_names(trace) == ["one", "two"] and trace["obstacle_team"].values.tolist() == [1, 2, 2]
+    assert team_names(trace) == ["one", "two"] and (trace["obstacle_team"].values == [1, 2, 2]).all()
     count = (trace["member_of"].values == 2).sum(axis=1)
     assert count[time < CHANGE - 0.005].tolist() == [3] * int((time < CHANGE - 0.005).sum())
     assert set(count[time > CHANGE + 0.005]) == {4}  # one has no other to spare, when 5 is lost
@@ -83,6 +83,36 @@ def test_every_verdict_is_of_its_team(flown: Run) -> None:
     for name, bound in (("two.radius_error_max", 1e-6), ("two.settled", 10.0)):
         assert found[name].value == pytest.approx(two, rel=1e-12)
         assert found[name].passed == (two <= bound)
+
+
+def test_a_team_has_the_targets_and_the_radius_of_the_moment() -> None:
+    """The second team gives a target to the first at 1 s, and comes nearer; the gift is the larger one."""
+    one, two = ({**team, "demand": ()} for team in TEAMS)
+    b, c = two["targets"]  # type: ignore[misc]
+    b = {**b, "position": (0.0, 2.5), "escorted_by": ({"after": 1.0, "team": "one"},)}
+    two = {**two, "radius": 4.5, "radii": ({"after": 1.0, "radius": 1.5},)}
+    two["targets"] = (b, {**c, "radius": 0.1})
+    flown = run(Scenario(
+        duration=2.0, target=None, teams=({**one, "radius": 2.5}, two), recording={"rate": 100},
+        robots={"count": 7}, mission={"behaviors": ("vertices", "surface")},
+    ))  # fmt: skip
+    trace, late = flown.trace, flown.trace["time"].values > 0.9999
+    assert np.array_equal(trace["obstacle_team"].values, np.where(late[:, None], [1, 1, 2], [1, 2, 2]))
+    place = trace["obstacle_position"].values
+    for name, first, then, radii in (
+        ("one", place[:, 0], 0.5 * (place[:, 0] + place[:, 1]), (2.5, 2.5)),
+        ("two", 0.5 * (place[:, 1] + place[:, 2]), place[:, 2], (4.5, 1.5)),
+    ):
+        part = of_team(trace, name)
+        center = np.where(late[:, None], then, first)
+        assert np.allclose(part["target_position"].values, center, rtol=0.0, atol=1e-15)
+        robots = np.array({"one": (1, 2, 3, 7), "two": (4, 5, 6)}[name]) - 1
+        error = np.linalg.norm(trace["q"].values[:, robots] - center[:, None], axis=2)
+        error -= np.where(late, radii[1], radii[0])[:, None]
+        tail = trace["time"].values >= 1.6 - 1e-9
+        assert flown.values[f"{name}.radius_error_max"] == pytest.approx(np.abs(error[tail]).max(), rel=1e-12)
+        assert part.attrs["target_radius"] == 0.3 - 0.0 * len(robots)
+        assert bool(len(part["neighbors"].values)) == (name == "one")
 
 
 def test_teams_that_keep_their_members_have_their_neighbors() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.trace import load_recording, save_trace
-from escort_mj.signals import OPPONENTS, SIGNALS, TEAMS
+from escort_mj.signals import MOVERS, OPPONENTS, SIGNALS, TEAMS
 from tests.synthetic import build_trace
 
 MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
@@ -99,7 +99,7 @@ def test_distances_to_what_is_not_there(make_trace, robots, obstacles):
     """Center to center they are left out; clearances, which have a place for each group, are infinite."""
     trace = make_trace([0.0, 1.0], robots=robots, obstacles=obstacles)
     absent = {"robot_distance_min"} if robots == 1 else set()
-    channels = {TEAMS} if obstacles else {TEAMS, OPPONENTS}
+    channels = {TEAMS} if obstacles else {TEAMS, OPPONENTS, MOVERS}
     absent |= {signal.name for signal in SIGNALS if signal.channel in channels}
     assert {signal.name for signal in SIGNALS} - set(trace.variables) == absent
     there = np.isfinite(trace["clearance"].values).all(axis=(0, 1))

@@ -19,6 +19,13 @@ def behaving(behavior: str) -> str:
     return BOTH + f"mission: {{behaviors: [{behavior}]}}"
 
 
+def joining(escorts: str, b: str = "", c: str = "", radii: str = "") -> str:
+    """Two targets of the second team, 1 m apart, that change teams."""
+    b, c = f"{{name: b, position: [20, 0], escorted_by: [{b}]}}", f"escorted_by: [{c or escorts}]"
+    targets = f"[{b}, {{name: c, position: [21, 0], {c}}}]"
+    return with_two(f"{{name: two, robots: [4, 5], radius: 5, radii: [{radii}], targets: {targets}}}")
+
+
 B = "targets: [{name: b, position: [20, 0]}]"
 WRONG = [
     (with_two(f"{{name: 'a b', robots: [4, 5], {B}}}"), "teams[1].name", "letters, digits"),
@@ -52,6 +59,22 @@ WRONG = [
      "teams[1].demand[0].after", "the run ends at 30 s"),
     (with_two(f"{{name: two, robots: [4, 5], demand: [{{after: 4, robots: 1}}, {{robots: 2}}], {B}}}"),
      "teams[1].demand[1].after", "in order of time"),
+    (joining("{team: tow}"), "teams[1].targets[1].escorted_by[0].team", 'did you mean "two"?'),
+    (joining("{after: 2}"), "teams[1].targets[1].escorted_by[0].team", "missing"),
+    (joining("{after: -2, team: one}"), "teams[1].targets[1].escorted_by[0].after", "at least 0"),
+    (joining("{after: 4, team: null}, {after: 4, team: two}"),
+     "teams[1].targets[1].escorted_by[1].after", "found 4 s after 4 s; expected entries in order of time"),
+    (joining("{after: 40, team: null}"), "teams[1].targets[1].escorted_by[0].after", "the run ends at 30 s"),
+    (joining("{after: 8, team: one}"), "teams[0].radius", "a is 10.5 m from the middle at 8 s"),
+    (joining("{team: one}, {after: 9, team: two}"), "teams[0].radius", "a is 10.5 m from the middle at 0 s"),
+    (joining("{after: 2, team: null}", b="{after: 9, team: null}"), "teams[1].targets",
+     "found no target of team two from 9 s on; expected one at least, at every time"),
+    (joining("{after: 2, team: two}", b="{team: null}, {after: 3, team: two}", c="{team: null}"),
+     "teams[1].targets", "found no target of team two from 0 s on"),
+    (joining("", radii="{after: 3, radius: 2}"), "teams[1].radii[0].radius", "at least 3 m: b is 0.5 m"),
+    (joining("", radii="{after: 3, radius: 5}, {after: 2, radius: 6}"), "teams[1].radii[1].after",
+     "found 2 s after 3 s"),
+    (joining("", radii="{radius: 2}"), "teams[1].radii[0].after", "missing"),
     (with_two(f"{{name: two, robot: [4, 5], robots: [4, 5], {B}}}"),
      "teams[1].robot", 'did you mean "robots"?'),
     (f"teams: [{ONE}, {TWO}]\ntarget: {{position: [0, 9]}}", "target", "expected target: null"),

@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.control.opponents import COMES
+from escort_mj.components.movers import COMES
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.look import NARROW
@@ -127,7 +127,7 @@ def _draw(axes: Axes, trace: Recorded, moment: int) -> list[Key]:
         axes.plot(*robot[:, None], "o", color=color, markersize=5.0, markeredgecolor="white")
     for obstacle in teams.team_targets(trace):
         place = trace["obstacle_position"].values[moment, obstacle]
-        color = palette.team_color(int(trace["obstacle_team"].values[obstacle]) - 1)
+        color = palette.target_color(int(trace["obstacle_team"].values[moment, obstacle]))
         axes.plot(*place[:, None], "D", color=color, markersize=5.0, markeredgecolor=palette.TARGET)
     if escorts(trace):
         axes.add_patch(Circle(target, float(trace.attrs["target_radius"]), color=palette.TARGET))

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.control.opponents import COMES, INTERCEPTED, REACHED
+from escort_mj.components.movers import COMES, INTERCEPTED, REACHED
 from escort_mj.report.figures.curves import BOUND
 from escort_mj.report.figures.style import Key
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 Array = NDArray[np.float64]
+SMALL, LARGE = 4.5, 7.0  # of marks, where another team escorts a target, and at the end [points]
 
 
 def colors_at(trace: Recorded, sample: int) -> list[palette.Color]:
@@ -43,8 +44,10 @@ def colored(
 
 
 def team_targets(trace: Recorded) -> list[int]:
-    """Return which obstacles are targets of teams, from 0."""
-    return np.flatnonzero(trace["obstacle_team"].values).tolist() if "member_of" in trace else []
+    """Return which obstacles are targets of teams at any time, from 0."""
+    if "member_of" not in trace:
+        return []
+    return np.flatnonzero(trace["obstacle_team"].values.any(axis=0)).tolist()
 
 
 def way_of_escort(trace: Recorded) -> tuple[Array, float]:
@@ -55,7 +58,7 @@ def way_of_escort(trace: Recorded) -> tuple[Array, float]:
 
 
 def draw_teams(axes: Axes, trace: Recorded, rows: NDArray[np.int64], moments: list[int]) -> None:
-    """Draw the way of each team's targets with a mark at its end, and in a plan circles around the middle.
+    """Draw ways of targets, with marks at their ends and where they change teams, and in a plan circles.
 
     Args:
         axes: Where to draw.
@@ -64,15 +67,16 @@ def draw_teams(axes: Axes, trace: Recorded, rows: NDArray[np.int64], moments: li
         moments: Samples of circles.
     """
     for target in team_targets(trace):
-        color = palette.team_color(int(trace["obstacle_team"].values[target]) - 1)
-        way = trace["obstacle_position"].values[:, target]
+        team, way = trace["obstacle_team"].values[:, target], trace["obstacle_position"].values[:, target]
         axes.plot(*way[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
-        look: dict[str, Any] = {"markeredgecolor": palette.TARGET, "markersize": 7, "zorder": 4.1}
-        axes.plot(*way[-1][:, None], "D", color=color, **look)
+        changes = np.flatnonzero(np.diff(team)) + 1
+        for sample, size in [*((change, SMALL) for change in changes.tolist()), (-1, LARGE)]:
+            look: dict[str, Any] = {"markeredgecolor": palette.TARGET, "markersize": size, "zorder": 4.1}
+            axes.plot(*way[sample][:, None], "D", color=palette.target_color(int(team[sample])), **look)
     for number in range(len(team_names(trace)) if trace.sizes["axis"] == 2 else 0):
         rim: dict[str, Any] = {"fill": False, "color": palette.team_color(number), "linewidth": 0.8}
         for moment in moments:
-            center, radius = trace["team_center"].values[moment, number], trace["team_radius"].values[number]
+            center, radius = (trace[f"team_{each}"].values[moment, number] for each in ("center", "radius"))
             axes.add_patch(Circle(center, radius, **rim, linestyle=(0, (1, 2)), zorder=1.2))
 
 
@@ -87,4 +91,8 @@ def name_all(figure: Figure, axes: Iterable[Axes], trace: Recorded, others: Sequ
         for number, name in enumerate(names)
     ]
     mark: dict[str, Any] = {"marker": "D", "markerfacecolor": "white", "markersize": 5}
-    legend(figure, [*keys, ("target", Line2D([], [], color=palette.TARGET, **mark)), *others])
+    keys.append(("target", Line2D([], [], color=palette.TARGET, **mark)))
+    if (trace["obstacle_team"].values[:, team_targets(trace)] == 0).any():
+        mark["markerfacecolor"] = palette.target_color(0)
+        keys.append(("without a team", Line2D([], [], color=palette.TARGET, **mark)))
+    legend(figure, [*keys, *others])

@@ -117,6 +117,8 @@ class Film:
         self._overlay.paint(colors)
         for number, color in enumerate(colors if replay.members.size else (), 1):
             self._model.geom(f"robot_{number}_body").rgba[:3] = color
+        for name, color in zip(replay.targets, replay.target_colors(moment.sample), strict=True):
+            self._model.geom(f"{name}_body").rgba[:3] = color
         for robot, seen in itertools.product(np.flatnonzero(replay.lost[moment.sample]), self._replays):
             self._model.geom(f"robot_{robot + 1}{seen.suffix}_body").rgba[:3] = LOST
         avoiding = replay.lately(replay.avoiding, moment, self._glow)

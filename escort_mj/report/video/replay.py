@@ -13,6 +13,7 @@ from escort_mj.errors import RenderError
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.episodes import touched
 from escort_mj.report.figures.losses import heard_links, links, links_at
+from escort_mj.report.figures.teams import team_targets
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -29,6 +30,7 @@ OVER_TIME = (
         "target_coordinates",
     )  # which fields of a replay have a row per sample
     + ("avoiding", "touching", "obstacles", "lost", "estimates", "seen", "heard", "returns")
+    + ("members", "team_centers", "team_radius", "target_teams")
 )
 
 
@@ -93,8 +95,10 @@ class Replay:
         returns: Distances along the rays of lidars, shape (T, n, rays) [m]; no rays where not recorded.
         rays: Unit vectors along them, shape (rays, 3).
         members: Team of each robot, from 1, shape (T, n); (T, 0) where all are one team.
+        targets: Which obstacles are targets of teams, by name.
+        target_teams: Team that escorts each of these, from 1, 0 for none, shape (T, targets).
         team_centers: Middle of the targets of each team, shape (T, teams, 3) [m].
-        team_radius: Distance that each keeps from there, shape (teams,) [m].
+        team_radius: Distance that each keeps from there, shape (T, teams) [m].
         ghost_radius: Of what shows where a robot believes its target: that of the smallest target [m].
         planar: Whether the mission has two axes.
         axes: Names of the axes that are seen.
@@ -126,6 +130,8 @@ class Replay:
     returns: Array
     rays: Array
     members: NDArray[np.int8]
+    targets: tuple[str, ...]
+    target_teams: NDArray[np.int8]
     team_centers: Array
     team_radius: Array
     ghost_radius: float
@@ -144,6 +150,10 @@ class Replay:
         if not self.members.size:
             return palette.robot_colors(self.count)
         return [palette.team_color(int(number) - 1) for number in self.members[sample]]
+
+    def target_colors(self, sample: int) -> list[palette.Color]:
+        """Return the color of each target of teams at a sample: that of the team that escorts it."""
+        return [palette.target_color(int(team)) for team in self.target_teams[sample]]
 
     def aims(self, moment: Moment) -> Array:
         """Return where the target of each robot is, or the middle of its team's, shape (n, 3) [m]."""
@@ -260,6 +270,7 @@ def replay_of(trace: Recorded) -> Replay:
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
     informed, teams = "target_estimate" in trace, "member_of" in trace
+    targets, none = team_targets(trace), np.zeros((len(robots), 0), np.int8)
     rays = trace["lidar_ray"].values if "lidar_ray" in trace else np.zeros((0, 3))
     if not escorts(trace):
         places = np.concatenate([robots[0], *goals[[0, -1]]])
@@ -290,20 +301,22 @@ def replay_of(trace: Recorded) -> Replay:
         else np.zeros((*robots.shape[:2], 0), np.int16),
         returns=trace["lidar_range"].values if "lidar_range" in trace else robots[:, :, :0],
         rays=np.pad(rays, ((0, 0), (0, robots.shape[2] - rays.shape[1]))),
-        members=trace["member_of"].values if teams else np.zeros((len(robots), 0), np.int8),
+        members=trace["member_of"].values if teams else none,
+        targets=tuple(map(str, trace["obstacle"].values[targets])),
+        target_teams=trace["obstacle_team"].values[:, targets]
+        if teams
+        else np.zeros((len(robots), 0), np.int8),
         team_centers=in_space("team_center") if teams else robots[:, :0],
-        team_radius=trace["team_radius"].values if teams else np.zeros(0),
-        ghost_radius=GHOST * _target_size(trace),
+        team_radius=trace["team_radius"].values if teams else np.zeros((len(robots), 0)),
+        ghost_radius=GHOST * _target_size(trace, targets),
         planar=planar,
         axes=tuple(trace["axis"].values[:3]),
     )
 
 
-def _target_size(trace: Recorded) -> float:
+def _target_size(trace: Recorded, targets: list[int]) -> float:
     """Return the radius of the target, or of the smallest one of teams [m]."""
-    if "member_of" not in trace:
-        return float(trace.attrs["target_radius"])
-    return float(trace["obstacle_radius"].values[trace["obstacle_team"].values > 0].min())
+    return float(trace["obstacle_radius"].values[targets].min() if targets else trace.attrs["target_radius"])
 
 
 def outlines(trace: Recorded) -> Array:

@@ -141,8 +141,8 @@ class Scenery:
             self._goals(pen, moment)
         replay, width = self.replay, 2.0 * self._pixel
         circles = [(moment.target, replay.radius, palette.LIMIT)] if replay.escorts else []
-        centers = replay.team_centers[moment.sample]
-        for number, (place, size) in enumerate(zip(centers, replay.team_radius, strict=True)):
+        centers, sizes = replay.team_centers[moment.sample], replay.team_radius[moment.sample]
+        for number, (place, size) in enumerate(zip(centers, sizes, strict=True)):
             circles.append((place, float(size), palette.team_color(number)))
         for place, radius, color in circles:
             center = self._down(place, _LINKS)

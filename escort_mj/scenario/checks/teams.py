@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Formation, Surface, Vertices
 from escort_mj.laws import LAWS
@@ -13,9 +14,10 @@ from escort_mj.scenario.checks.motion import check_defined, check_order
 from escort_mj.scenario.checks.obstacles import check_drive
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
 from escort_mj.scenario.geometry.placement import robot_count
+from escort_mj.scenario.geometry.teams import escort_of
 from escort_mj.scenario.geometry.trajectory import trajectory
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.schema.teams import Team
+from escort_mj.scenario.schema.teams import Circle, Demand, Escort, Team, TeamTarget
 
 IN_SPACE = 3  # axes
 MOMENTS = 201  # at which targets are looked at
@@ -44,15 +46,43 @@ def check_team_targets(scenario: Scenario) -> Iterator[Finding]:
             yield from check_order((*path, "waypoints"), target.waypoints or ())
             yield from check_defined(scenario, (*path, "position"), target.position or ())
             yield from check_drive(scenario, target.body, (*path, "body"))
-        for place, demand in enumerate(team.demand):
-            path = (*table, "demand", place, "after")
-            if place and demand.after <= team.demand[place - 1].after:
-                before = team.demand[place - 1].after
-                words = f"found {demand.after:g} s after {before:g} s; demands are in order of time"
-                yield Finding(path, words)
-            if demand.after >= scenario.duration:
-                words = f"found {demand.after:g} s; the run ends at {scenario.duration:g} s"
-                yield Finding(path, words, late=f"it begins at {demand.after:g} s")
+            yield from _check_times(scenario, (*path, "escorted_by"), target.escorted_by)
+            for k, escort in enumerate(target.escorted_by):
+                if escort.team is not None and escort.team not in names:
+                    yield Finding((*path, "escorted_by", k, "team"), _unknown(escort.team, names))
+        yield from _check_times(scenario, (*table, "demand"), team.demand)
+        yield from _check_times(scenario, (*table, "radii"), team.radii)
+
+
+def _check_times(
+    scenario: Scenario, path: Path, entries: Sequence[Circle | Demand | Escort]
+) -> Iterator[Finding]:
+    """Entries are in order of time, and begin before the run ends."""
+    for place, entry in enumerate(entries):
+        where: Path = (*path, place, "after")
+        if place and entry.after <= entries[place - 1].after:
+            before = entries[place - 1].after
+            yield Finding(
+                where, f"found {entry.after:g} s after {before:g} s; expected entries in order of time"
+            )
+        if entry.after >= scenario.duration:
+            words = f"found {entry.after:g} s; the run ends at {scenario.duration:g} s"
+            yield Finding(where, words, late=f"it begins at {entry.after:g} s")
+
+
+def check_escorts(scenario: Scenario) -> Iterator[Finding]:
+    """Each team has a target at every time."""
+    targets = [(team, target) for team in scenario.teams for target in team.targets]
+    changes = {each.after for _, target in targets for each in target.escorted_by}
+    for moment in sorted({0.0, *changes}):
+        escorts = {escort_of(team, target, moment) for team, target in targets}
+        if not escorts <= {None, *(team.name for team in scenario.teams)}:
+            return  # see `check_team_targets`
+        for index, team in enumerate(scenario.teams):
+            if team.name not in escorts:
+                words = f"found no target of team {team.name} from {moment:g} s on; expected one at least"
+                yield Finding(("teams", index, "targets"), f"{words}, at every time")
+                return
 
 
 def check_members(scenario: Scenario) -> Iterator[Finding]:
@@ -136,32 +166,44 @@ def check_circles(scenario: Scenario) -> Iterator[Finding]:
 
     Of targets with a policy, the ways are not known before: those of their team are looked at at the start.
     """
-    avoids = [each for _, each in behaviors_of(scenario) if isinstance(each, AvoidObstacles)]
-    body = scenario.robots.largest_radius
+    targets = [(team, target) for team in scenario.teams for target in team.targets]
+    changes = {each.after for _, target in targets for each in target.escorted_by}
+    changes |= {each.after for team in scenario.teams for each in team.radii}
+    moments = sorted({*np.linspace(0.0, scenario.duration, MOMENTS).tolist(), *changes})
     for index, team in enumerate(scenario.teams):
-        radius, known = team.radius or scenario.mission.radius, all(t.policy is None for t in team.targets)
-        times = np.linspace(0.0, scenario.duration * known, MOMENTS if known else 1)
-        ways = np.array([trajectory(target, scenario.axes).position(times) for target in team.targets])
-        apart = np.linalg.norm(ways - ways.mean(axis=0), axis=2)
-        off = [
-            max(
-                [
-                    t.radius + body,
-                    *(a.safe_distance + (t.radius + body) * (a.measure == "surface") for a in avoids),
-                ]
-            )
-            for t in team.targets
+        its = [
+            (owner, target)
+            for owner, target in targets
+            if team.name in (owner.name, *(each.team for each in target.escorted_by))
         ]
-        least = apart + np.array(off)[:, None]
-        which, when = np.unravel_index(int(least.argmax()), least.shape)
-        if radius < (needed := least[which, when]):
-            away, name = apart[which, when], team.targets[which].name
+        times = np.array(moments if all(target.policy is None for _, target in its) else [0.0])
+        here = np.array([[escort_of(*each, time) == team.name for time in times] for each in its])
+        ways = np.array([trajectory(target, scenario.axes).position(times) for _, target in its])
+        center = (ways * here[:, :, None]).sum(axis=0) / here.sum(axis=0)[:, None]
+        apart, off = np.linalg.norm(ways - center, axis=2), _kept_off(scenario, [target for _, target in its])
+        radii = [team.radius or scenario.mission.radius, *(each.radius for each in team.radii)]
+        entry = np.array([sum(each.after <= time for each in team.radii) for time in times])
+        needed = np.where(here, apart + off[:, None], 0.0)
+        lack = needed - np.array(radii)[entry]
+        which, when = np.unravel_index(int(lack.argmax()), lack.shape)
+        if lack[which, when] > 0.0:
+            path: Path = ("radii", int(entry[when]) - 1, "radius") if entry[when] else ("radius",)
             yield Finding(
-                ("teams", index, "radius"),
-                f"found {radius:g} m; expected at least {needed:.4g} m: {name} is {away:.3g} m from the "
-                f"middle at {times[when]:.3g} s, and robots stay {off[which]:.4g} m off its center",
+                ("teams", index, *path),
+                f"found {radii[entry[when]]:g} m; expected at least {needed[which, when]:.4g} m: "
+                f"{its[which][1].name} is {apart[which, when]:.3g} m from the middle at {times[when]:.3g} s, "
+                f"and robots stay {off[which]:.4g} m off its center",
                 related=(("teams", index), ("mission", "radius")),
             )
+
+
+def _kept_off(scenario: Scenario, targets: Sequence[TeamTarget]) -> NDArray[np.float64]:
+    """Return how far the centers of robots stay off those of targets, shape (targets,) [m]."""
+    avoids = [each for _, each in behaviors_of(scenario) if isinstance(each, AvoidObstacles)]
+    bodies = [target.radius + scenario.robots.largest_radius for target in targets]
+    return np.array(
+        [max([body, *(a.safe_distance + body * (a.measure == "surface") for a in avoids)]) for body in bodies]
+    )
 
 
 def check_of_team(scenario: Scenario) -> Iterator[Finding]:

@@ -46,6 +46,7 @@ from escort_mj.scenario.checks.sensing import check_biases, check_delays, check_
 from escort_mj.scenario.checks.space import check_body, check_clearance, check_dimensions
 from escort_mj.scenario.checks.teams import (
     check_circles,
+    check_escorts,
     check_laws,
     check_members,
     check_of_team,
@@ -122,7 +123,7 @@ def trace_size(scenario: Scenario) -> float:
     lidar, driven = scenario.sensing.lidar, any(kind.driven for kind in kinds_of(scenario))
     rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
     opponents, teams = sum(group.count for group in scenario.opponents), len(scenario.teams)
-    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents, teams)
+    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents, teams, moving)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 
@@ -146,6 +147,7 @@ SHAPES: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_policy, ("axes", "target", "opponents", "teams")),
     (check_opponents, ("axes", "physics", "target", "opponents", "teams")),
     (check_team_targets, ("axes", "duration", "physics", "teams")),
+    (check_escorts, ("teams",)),
 )
 ROOM: tuple[tuple[Check, tuple[str, ...]], ...] = ((check_clutter, AROUND),)
 RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (

@@ -34,7 +34,7 @@ def opponent_bodies(scenario: Scenario, placed: Sequence[Body]) -> Iterator[Body
     random = np.random.Generator(np.random.Philox([scenario.seed, STARTS]))
     center, bodies = target_trajectory(scenario).position(0.0), [*placed]
     if scenario.teams:
-        center = np.mean([team_center(team, scenario.axes) for team in scenario.teams], axis=0)
+        center = np.mean([team_center(scenario, team.name) for team in scenario.teams], axis=0)
     for index, group in enumerate(scenario.opponents):
         for number in range(group.count):
             if group.positions is not None:

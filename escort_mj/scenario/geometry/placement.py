@@ -153,7 +153,7 @@ def _placements(scenario: Scenario, count: int) -> Iterator[tuple[RandomPlacemen
         yield given or RandomPlacement(within=within), np.ones(count, dtype=bool)
     for one in scenario.teams:
         near = given or RandomPlacement(within=2.0 * (one.radius or scenario.mission.radius))
-        center = near.center or tuple(map(float, team_center(one, scenario.axes)))
+        center = near.center or tuple(map(float, team_center(scenario, one.name)))
         members = np.isin(np.arange(count), np.array(one.robots) - 1)
         yield near.model_copy(update={"center": center}), members
 

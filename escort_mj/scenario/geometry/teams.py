@@ -11,7 +11,7 @@ from escort_mj.palette import TEAMS
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.geometry.trajectory import trajectory
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.scenario.schema.teams import Team
+from escort_mj.scenario.schema.teams import Team, TeamTarget
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,23 @@ def team_targets(scenario: Scenario) -> Iterator[Body]:
             )
 
 
-def team_center(team: Team, axes: int) -> Array:
-    """Return the middle of a team's targets at the start, shape (p,) [m]."""
-    places = [trajectory(target, axes).position(0.0) for target in team.targets]
+def escort_of(team: Team, target: TeamTarget, time: float) -> str | None:
+    """Return the name of the team that escorts a target at a time; None for none.
+
+    Args:
+        team: Which lists it.
+        target: The target.
+        time: When [s].
+    """
+    return ([team.name] + [each.team for each in target.escorted_by if each.after <= time])[-1]
+
+
+def team_center(scenario: Scenario, name: str) -> Array:
+    """Return the middle of the targets of a team, by its name, at the start, shape (p,) [m]."""
+    places = [
+        trajectory(target, scenario.axes).position(0.0)
+        for team in scenario.teams
+        for target in team.targets
+        if escort_of(team, target, 0.0) == name
+    ]
     return np.asarray(np.mean(places, axis=0))

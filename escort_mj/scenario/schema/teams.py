@@ -13,6 +13,15 @@ MOST_TEAMS = 20
 MOST_TARGETS = 20
 
 
+class Escort(Parameters):
+    """Team that escorts a target from a given time on."""
+
+    after: NonNegativeFloat = 0.0
+    """Time from which it applies [s]."""
+    team: Name | None
+    """Name of the team; null: none."""
+
+
 class TeamTarget(Motion):
     """A target of a team. It is driven along its path or by a policy, and counts among the obstacles."""
 
@@ -24,6 +33,8 @@ class TeamTarget(Motion):
     """Mass and drive of the body."""
     policy: Policy | None = None
     """Policy of the target; null: it follows its path. With a policy, the target starts at `position`."""
+    escorted_by: Annotated[tuple[Escort, ...], Field(max_length=100)] = ()
+    """Teams that escort it at successive times; before the first of these, the team that lists it does."""
 
 
 class Demand(Parameters):
@@ -35,6 +46,15 @@ class Demand(Parameters):
     """Number of robots that it needs."""
 
 
+class Circle(Parameters):
+    """Distance that a team keeps from a given time on."""
+
+    after: NonNegativeFloat
+    """Time from which it applies [s]."""
+    radius: Radius
+    """Distance of the robots from the middle of the targets [m]."""
+
+
 class Team(Parameters):
     """Robots that escort the same targets."""
 
@@ -43,9 +63,11 @@ class Team(Parameters):
     robots: Annotated[tuple[PositiveInt, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
     """Initial members: numbers of robots, from 1."""
     targets: Annotated[tuple[TeamTarget, ...], Field(min_length=1, max_length=MOST_TARGETS)]
-    """Its targets; the robots surround their midpoint."""
+    """Its targets; the robots surround their midpoint. They can change to another team."""
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
+    radii: Annotated[tuple[Circle, ...], Field(max_length=100)] = ()
+    """Other distances at successive later times, for example because targets join."""
     controller: Law | None = None
     """The law of its robots: a name, or a table with gains, as in `controller`; null: `controller`."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()

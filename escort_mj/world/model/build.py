@@ -188,7 +188,7 @@ def _draft(
     rays = len(lidar.rays) if lidar is not None and lidar.recorded else 0
     sizes |= channel_sizes(
         setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents),
-        len(setup.teams),
+        len(setup.teams), len(setup.movers),
     )  # fmt: skip
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule_of(scenario), sizes)
 
@@ -303,9 +303,12 @@ def _stages(scenario: Scenario, setup: Setup, robots: Placement, bodies: Sequenc
     corners = [corner for body in bodies for corner in body.corners(scenario.axes)]
     moments = np.linspace(0.0, scenario.duration, PATH_SAMPLES)
     corners += [mover.path.position(moments) for mover in setup.movers if mover.obstacle >= 0]
+    changing = any(one.escorts for one in setup.teams)
     for one in setup.teams:
         ways = [mover.path.position(moments) for mover in setup.movers if mover.obstacle in one.targets]
-        corners += [np.mean(ways, axis=0) + side * (one.radius + robots.radius.max()) for side in (-1.0, 1.0)]
+        reach = max(one.all_radii) + robots.radius.max()
+        for middle in ways if changing else [np.mean(ways, axis=0)]:
+            corners += [middle - reach, middle + reach]
     every = np.vstack([centers - around, centers + around, sent - largest, sent + largest, *corners])
     low, high = every.min(axis=0), every.max(axis=0)
     height = robots.height if scenario.axes == 2 else 0.0

@@ -58,6 +58,40 @@ def test_ways_have_the_color_of_their_team(flown: Run) -> None:
     assert words == ["one", "two", "target", "start", "end"]
 
 
+def test_targets_have_the_color_of_their_team() -> None:
+    """One target joins the other team at 1 s, and leaves it at 1.5 s."""
+    escorts = [{"after": 1.0, "team": "two"}, {"after": 1.5, "team": None}]
+    gift = {"name": "gift", "position": ["0.5*t", 0.6], "escorted_by": escorts}
+    teams = [
+        {"name": "one", "robots": [1, 2], "radius": 3.0,
+         "targets": [{"name": "of_one", "position": [0, 0]}, gift]},
+        {"name": "two", "robots": [3], "radius": 3.0, "targets": [{"name": "of_two", "position": [2, 0]}]},
+    ]  # fmt: skip
+    trace = run(Scenario(
+        duration=2.0, target=None, teams=teams, robots={"positions": [[-4, 0], [0, 4], [7, 0]]},
+        mission={"behaviors": ["surface"]}, recording={"rate": 50},
+    )).trace  # fmt: skip
+    replay, gray = replay_of(trace), palette.OBSTACLE
+    assert replay.targets == ("of_one", "gift", "of_two")
+    assert [replay.target_colors(row)[1] for row in (0, 49, 50, 74, 75, 100)] == [
+        ONE,
+        ONE,
+        TWO,
+        TWO,
+        gray,
+        gray,
+    ]
+    figure = Figure()
+    plan_view(figure, trace)
+    (axes,) = figure.axes
+    marks = [line for line in axes.lines if line.get_marker() == "D" and len(line.get_xdata()) == 1]
+    found = [(to_hex(line.get_color()), round(float(line.get_xdata()[0]), 2)) for line in marks]
+    assert found == [(to_hex(ONE), 0.0), (to_hex(TWO), 0.5), (to_hex(gray), 0.75), (to_hex(gray), 1.0),
+                     (to_hex(TWO), 2.0)]  # fmt: skip
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words == ["one", "two", "target", "without a team", "start", "end"]
+
+
 def test_links_are_between_members(flown: Run) -> None:
     before, after = links(flown.trace)
     assert before[0] == 0 and {*map(tuple, before[1].tolist())} <= {(0, 1), (0, 2), (1, 2), (3, 4)}
@@ -68,7 +102,7 @@ def test_the_video_paints_robots_as_they_change_over(flown: Run) -> None:
     replay = replay_of(flown.trace)
     assert replay.colors(0) == [ONE, ONE, ONE, TWO, TWO]
     assert replay.colors(-1) == [ONE, ONE, TWO, TWO, TWO]
-    assert replay.team_radius.tolist() == [2.0, 2.0]
+    assert replay.team_radius[0].tolist() == [2.0, 2.0]
     assert np.allclose(replay.team_centers[:, :, :2], flown.trace["team_center"].values)
 
 
