@@ -7,6 +7,7 @@ no MuJoCo, so it may fork.
 
 from __future__ import annotations
 
+import gc
 import json
 import multiprocessing
 import os
@@ -102,6 +103,7 @@ def wait_and_draw() -> int:
     Returns:
         The exit code.
     """
+    gc.disable()  # looking for garbage took a tenth of the time, and this process soon ends
     import escort_mj.report.figures.figures  # noqa: F401  slow to import
 
     if folder := sys.stdin.buffer.read():
