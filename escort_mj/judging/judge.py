@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 
 UNKNOWN = (
     *("force", "disturbance", "outer_updates", "q_d", "e", "s", "tau", "rho_hat"),
-    *("saturated_time", "effort", "work", "force_variation", "drive_force"),
+    *("saturated_time", "effort", "work", "force_variation", "drive_force", "mover_work"),
 )
 """Signals that are unknown unless the log contains them."""
 NO_FORCES = "none: touches are found by geometry, and a log tells no force of theirs"

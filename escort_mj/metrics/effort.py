@@ -51,7 +51,7 @@ def opponents_energy(trace: Recorded) -> Measure:
 
 def _driven(trace: Recorded, names: list[str], reason: str) -> Measure:
     """How much work driving forces have done on some bodies, by their names; if there is none, why."""
-    its = np.isin(trace["mover"].values, names) if "mover_work" in trace else np.zeros(0)
+    its = np.isin(trace["mover"].values, names) if "mover" in trace else np.zeros(0)
     if not its.any():
         return Measure(None, reason=reason)
     if trace.sizes["time"] < 2:

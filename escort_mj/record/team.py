@@ -57,9 +57,11 @@ def of_team(trace: Recorded, name: str) -> Recording:
         team_radius=("time", radius),
     )
     sizes = {
-        "mission_radius": float(radius.max()),
+        "mission_radius": float(radius.max(initial=0.0)),
         "target_radius": float(
-            trace["obstacle_radius"].values[(trace["obstacle_team"].values == place + 1).any(axis=0)].max()
+            trace["obstacle_radius"]
+            .values[(trace["obstacle_team"].values == place + 1).any(axis=0)]
+            .max(initial=0.0)
         ),
     }
     return replace(part, attrs={**trace.attrs, **sizes})

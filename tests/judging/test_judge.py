@@ -260,6 +260,14 @@ def test_obstacles_that_move_may_be_logged(compiled: None, tmp_path: Path) -> No
     assert there.values["obstacle_clearance_min"] > 5.0
 
 
+def test_the_work_of_drives_is_not_judged(compiled: None, tmp_path: Path) -> None:
+    """What drives the target in the scenario says nothing of what drove it in the log."""
+    run = Run(fly(parse_scenario(MISSION).replace({"target.body": {"mass": 5.0}, "expect": []})))
+    judged = escort_mj.judge(_written(positions(run), tmp_path), run.scenario)
+    assert run.values["target_energy"] > 0.0 and math.isnan(judged.values["target_energy"])
+    assert "does not contain mover_work" in judged.metrics["target_energy"]["reason"]
+
+
 def _written(table: pandas.DataFrame, folder: Path) -> Path:
     table.to_csv(folder / "log.csv", index=False)
     return folder / "log.csv"
