@@ -56,6 +56,7 @@ def test_without_a_radio_and_with_a_radio_alone() -> None:
     walk(2, "vertices", communication=RADIO)
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("failures", [[], LOSSES])
 @pytest.mark.parametrize(("axes", "outer"), [
     (2, "set_based"), (3, "set_based"), (2, {"loop": "set_based", "patience": 0.5, "turn_back": 1.0}),

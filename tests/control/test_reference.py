@@ -1,4 +1,4 @@
-"""The NumPy controller: its clock, its choice of intruder, and the formations that its outer loop reaches."""
+"""The NumPy controller: its clock and its choice of intruder; formations that the compiled one reaches."""
 
 import math
 from dataclasses import replace
@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Surface
-from escort_mj.control.reference import ReferenceController, ReferenceSignals
+from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.laws import ApdSmc
 from escort_mj.numerics.formation import OCTAHEDRON, Arrangement, arrange
+from escort_mj.scenario.geometry.trajectory import Trajectory
 from escort_mj.sensing.sensors import Channel, Sensors
+from tests.control.twins import Kernel, vector
 
 PAPER_2D = np.array([(5, 10), (-5, 5), (-5, -5), (5, -10), (5, 0)], dtype=float)
 PAPER_3D = np.array(
@@ -19,23 +21,15 @@ PAPER_3D = np.array(
 )
 
 
-class Line:
+def line(start: tuple[float, ...], rate: tuple[float, ...]) -> Trajectory:
     """A vector in uniform motion."""
-
-    def __init__(self, start: tuple[float, ...], rate: tuple[float, ...]) -> None:
-        self.start, self.rate = np.array(start, dtype=float), np.array(rate, dtype=float)
-
-    def position(self, t: float) -> np.ndarray:
-        return self.start + self.rate * t
-
-    def velocity(self, t: float) -> np.ndarray:
-        return self.rate
+    return vector(*(f"{a} + {b}*t" for a, b in zip(start, rate, strict=True)))
 
 
 def mission(q: np.ndarray, start: tuple[float, ...], rate: tuple[float, ...] | None = None) -> Setup:
     """The paper's mission for robots at q, without obstacles, noise and disturbance."""
     count, axes = q.shape
-    target = Line(start, rate or (0.0,) * axes)
+    target = line(start, rate or (0.0,) * axes)
     return Setup(
         timestep=0.002,
         seed=0,
@@ -44,7 +38,7 @@ def mission(q: np.ndarray, start: tuple[float, ...], rate: tuple[float, ...] | N
         radius=5.0,
         target_feedforward=True,
         max_speed=math.inf,
-        arrangement=arrange(q, target.start, 5.0) if (axes, count) in ((2, 5), (3, 6)) else None,
+        arrangement=arrange(q, np.array(start), 5.0) if (axes, count) in ((2, 5), (3, 6)) else None,
         obstacle_position=np.zeros((0, axes)),
         obstacle_radius=np.zeros(0),
         robot_radius=np.full(count, 0.2),
@@ -66,28 +60,28 @@ def distances(q: np.ndarray, center: np.ndarray) -> np.ndarray:
 def fly(setup: Setup, q: np.ndarray, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     """Kinematic closed loop: the robots move exactly as the outer loop asks; last q and target position."""
     setup = replace(setup, timestep=0.04)
-    controller = ReferenceController(setup)
-    controller.reset(q)
+    kernel = Kernel(setup)
     v = np.zeros_like(q)
     for step in range(round(seconds / setup.timestep)):
-        signals = controller.evaluate(step * setup.timestep, q, v)
-        v = signals.v_d
+        v = kernel.evaluate(step * setup.timestep, q, v).v_d.copy()
         q = q + setup.timestep * v
     return q, setup.target.position(seconds)
 
 
-def drive(setup: Setup, q: np.ndarray, seconds: float) -> list[ReferenceSignals]:
-    """Dynamic closed loop: point masses of 1 kg under the law, with the force limit."""
-    controller = ReferenceController(setup)
-    controller.reset(q)
+KEPT = ("q_measured", "q_d", "v_d", "avoidance_active")
+
+
+def drive(setup: Setup, q: np.ndarray, seconds: float) -> dict[str, np.ndarray]:
+    """Dynamic closed loop: point masses of 1 kg under the law, with the force limit; signals over time."""
+    kernel = Kernel(setup)
     v, history = np.zeros_like(q), []
     for step in range(round(seconds / setup.timestep)):
-        signals = controller.evaluate(step * setup.timestep, q, v)
-        force = np.clip(signals.tau, -setup.force_limit[:, None], setup.force_limit[:, None])
-        v = v + setup.timestep * (force + signals.disturbance)
+        state = kernel.evaluate(step * setup.timestep, q, v)
+        force = np.clip(state.tau, -setup.force_limit[:, None], setup.force_limit[:, None])
+        v = v + setup.timestep * (force + state.disturbance)
         q = q + setup.timestep * v
-        history.append(signals)
-    return history
+        history.append([getattr(state, name).copy() for name in KEPT])
+    return {name: np.array(rows) for name, rows in zip(KEPT, zip(*history, strict=True), strict=True)}
 
 
 def test_robots_reach_the_pentagon() -> None:
@@ -97,7 +91,6 @@ def test_robots_reach_the_pentagon() -> None:
     np.testing.assert_allclose(edges(setup.arrangement, q), 5.878, atol=1e-3)
 
 
-@pytest.mark.slow
 def test_robots_reach_the_octahedron() -> None:
     setup = mission(PAPER_3D, (0.0, 0.0, 0.0))
     q, c = fly(setup, PAPER_3D, 40.0)
@@ -112,7 +105,6 @@ def test_feedforward_removes_the_lag(feedforward: bool, lag: tuple[float, float]
     assert lag[0] <= np.abs(distances(q, c) - 5.0).max() <= lag[1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("speed", [math.inf, 1.5])
 def test_the_law_brings_real_masses_there(speed: float) -> None:
     """The octahedron from nearby, with noise and disturbance: within 5 mm over the last second."""
@@ -121,13 +113,13 @@ def test_the_law_brings_real_masses_there(speed: float) -> None:
         mission(q, (0.0, 0.0, 0.0)),
         max_speed=speed,
         sensing=Sensors(Channel(0.02), Channel(0.01)),
-        disturbance=Line((0.3, -0.2, 0.4), (0.0, 0.0, 0.0)),
+        disturbance=line((0.3, -0.2, 0.4), (0.0, 0.0, 0.0)),
     )
     history = drive(setup, q, 7.0)
-    q = np.mean([signals.q_measured for signals in history[-500:]], axis=0)
+    q = history["q_measured"][-500:].mean(axis=0)
     np.testing.assert_allclose(distances(q, np.zeros(3)), 5.0, atol=5e-3)
     np.testing.assert_allclose(edges(setup.arrangement, q), 7.071, atol=5e-3)
-    assert max(np.linalg.norm(signals.v_d, axis=1).max() for signals in history) <= speed * (1.0 + 1e-9)
+    assert np.linalg.norm(history["v_d"], axis=2).max() <= speed * (1.0 + 1e-9)
 
 
 def test_robots_pass_an_obstacle_at_the_safe_distance() -> None:
@@ -141,9 +133,9 @@ def test_robots_pass_an_obstacle_at_the_safe_distance() -> None:
         max_speed=2.0,
     )
     history = drive(replace(setup, timestep=0.01), q, 14.0)
-    gap = [float(np.linalg.norm(s.q_d - setup.obstacle_position)) for s in history]
-    assert any(s.avoidance_active[0] for s in history) and not history[-1].avoidance_active[0]
-    assert 1.9 < min(gap) < 2.1
+    gap = np.linalg.norm(history["q_d"][:, 0] - setup.obstacle_position, axis=1)
+    assert history["avoidance_active"].any() and not history["avoidance_active"][-1].any()
+    assert 1.9 < gap.min() < 2.1
 
 
 def test_first_evaluation_starts_at_the_robots() -> None:

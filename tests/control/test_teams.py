@@ -118,6 +118,7 @@ def test_targets_belong_to_their_team_from_the_step_on_that_begins_then() -> Non
     assert found[45:] == [[0, 1, 2, 2, 3]] * 15
 
 
+@pytest.mark.crossed
 @pytest.mark.parametrize("failures", [[], [{"robot": 4, "at": 1.0}, {"robot": 9, "at": 5.0}]])
 @pytest.mark.parametrize(("axes", "outer"), [
     (2, "set_based"), (3, "set_based"), (2, {"loop": "set_based", "patience": 0.5, "turn_back": 1.0}),

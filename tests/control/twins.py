@@ -15,6 +15,8 @@ from escort_mj.memory.packing import pack
 from escort_mj.numerics.formation import arrange, chords_exist
 from escort_mj.numerics.program import Op
 from escort_mj.numerics.thomson import even_figure
+from escort_mj.scenario.geometry.trajectory import Trajectory
+from escort_mj.scenario.schema.expressions import Expression
 from escort_mj.sensing.sensors import Channel, Sensors
 
 TOLERANCE = 1e-10
@@ -41,6 +43,11 @@ STACKS = (
     (REPULSION,),
     (CHORDS, VERTICES, SURFACE),
 )
+
+
+def vector(*components: float | str) -> Trajectory:
+    """A vector of numbers and expressions in t, for NumPy and as a program for the kernel."""
+    return Trajectory(tuple(Expression(component) for component in components))
 
 
 class Wave:
