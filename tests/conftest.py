@@ -45,3 +45,11 @@ def compiled() -> None:
 def make_trace() -> Callable[..., Any]:
     """Synthetic traces, see `synthetic.make_trace`."""
     return synthetic.make_trace
+
+
+@pytest.fixture
+def one_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs have one figure, for tests of what is done with figures: all are drawn in tests/report."""
+    from escort_mj.report.figures import figures
+
+    monkeypatch.setattr(figures, "PLOTS", [plot for plot in figures.PLOTS if plot.name == "panels"])

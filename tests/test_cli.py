@@ -46,7 +46,7 @@ def command(monkeypatch, capfd, tmp_path):
 QUIET = ("--no-video", "--no-figures")
 
 
-def test_a_good_run(command, tmp_path: Path) -> None:
+def test_a_good_run(command, one_figure, tmp_path: Path) -> None:
     code, out, err = command("run", "five.yaml", *QUIET)
     assert code == 0 and err == ""
     assert "five: completed" in out and "pass  contacts" in out

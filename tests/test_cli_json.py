@@ -35,7 +35,7 @@ def answer(command):
     return ask
 
 
-def test_a_run_and_what_is_done_with_it(answer, tmp_path: Path) -> None:
+def test_a_run_and_what_is_done_with_it(answer, one_figure, tmp_path: Path) -> None:
     ran = answer("run", "five.yaml", *QUIET)
     assert ran["outcome"] == "completed" and ran["folder"] == "renders/five"
     assert all((tmp_path / ran["folder"] / name).is_file() for name in ran["written"])

@@ -72,7 +72,9 @@ class Session:
     """What one call of pytest printed."""
 
     def __init__(self, folder: Path, *arguments: str) -> None:
-        command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *PLUGIN, *arguments]
+        # Asserts of the whole package would be rewritten first, which takes as long as the rest.
+        options = ["-p", "no:cacheprovider", "--assert=plain", *PLUGIN]
+        command = [sys.executable, "-m", "pytest", *options, *arguments]
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=_environment())
         self.out, self.code = done.stdout, done.returncode
         assert not done.stderr, done.stderr

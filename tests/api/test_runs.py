@@ -106,7 +106,7 @@ def test_the_video_of_a_folder_is_drawn_once(opened: Run, tmp_path: Path, monkey
     assert drawn[2].start == 0.5 and picture._repr_html_().startswith("<img ")
 
 
-def test_a_page_of_a_run_in_memory(made: Run, tmp_path: Path) -> None:
+def test_a_page_of_a_run_in_memory(made: Run, one_figure: None, tmp_path: Path) -> None:
     page = made.report(tmp_path / "page.html")
     assert str(page) == str(tmp_path / "page.html") and 'id="replay"' in page.path.read_text()
     assert page._repr_html_().startswith('<a href="file:///')

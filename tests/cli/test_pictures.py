@@ -4,7 +4,6 @@ import pytest
 
 from escort_mj.cli import pictures
 from escort_mj.errors import ScenarioError, UsageError
-from escort_mj.report.figures import figures
 from tests.test_cli import call
 
 
@@ -32,8 +31,7 @@ def test_the_format_follows_from_the_file_or_names_it(tmp_path):
         pictures._file(tmp_path, tmp_path / "a.webp", formats.GIF)
 
 
-def test_figures_for_a_paper(make_run, monkeypatch, capfd):
-    monkeypatch.setattr(figures, "PLOTS", [plot for plot in figures.PLOTS if plot.name == "panels"])
+def test_figures_for_a_paper(make_run, one_figure, monkeypatch, capfd):
     folder = make_run(samples=20)
     look = ("--width", "8.8cm", "--font-size", "7", "--font", "serif", "--no-title")
     options = ("--no-video", "--figure-format", "pdf", "--figure-format", "svg", *look)

@@ -15,7 +15,7 @@ from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import TOLERANCE, Kernel
 
 Array = NDArray[np.float64]
-STEP, STEPS = 0.05, 300
+STEP, STEPS = 0.1, 150
 AVOID = {"behavior": "avoid_obstacles", "safe_distance": 0.3}
 
 
@@ -24,7 +24,7 @@ def mission(axes: int, behavior: dict[str, object], outer: str, **more: object) 
     target = {"position": ["0.2*t", *["0"] * (axes - 1)]}
     return controller_setup(
         Scenario(
-            axes=axes, physics={"timestep": STEP}, recording={"rate": 20}, seed=axes,
+            axes=axes, physics={"timestep": STEP}, recording={"rate": 10}, seed=axes,
             robots={"count": 5, "radius": 0.2}, **{"target": target} | more,
             obstacles=[{"position": [30.0] * axes, "radius": 0.5}],
             opponents=[

@@ -224,7 +224,7 @@ def test_no_distance_falls_below_the_safe_one(measure: str, axes: int, rules: Ru
     q[1] *= 0.6
     bodies = measure == "surface"
     nearest = {"obstacle": math.inf, "lost": math.inf, "mate": math.inf}
-    for _ in range(2000):
+    for _ in range(800):
         nominal = np.clip(goal - q, -2.0, 2.0)
         v, _ = filtered(rules, setup, avoid, nominal, q, lost)
         v[lost] = 0.0

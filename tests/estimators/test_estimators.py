@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.special import chdtri
 
 from escort_mj import Scenario
 from escort_mj.behaviors import Surface
@@ -107,8 +108,6 @@ def bound(measure: str, variance: float, states: Array) -> Array:
 @pytest.mark.parametrize("measure", NOISE)
 def test_kalman_is_near_the_bound_and_consistent(measure: str, radius: float) -> None:
     """Also where robots do not know exactly where they are: errors from a ball of this radius [m]."""
-    from scipy.stats import chi2  # slow to import
-
     errors, covariances, states = flown(measure, Sensors(position=Channel(noise=radius)))
     late = slice(round(SETTLED / STEP / LOOKS), None)
     rms = np.sqrt((errors[..., :2] ** 2).sum(axis=3).mean(axis=0))[late]
@@ -116,7 +115,7 @@ def test_kalman_is_near_the_bound_and_consistent(measure: str, radius: float) ->
     ratio = np.sqrt((rms**2).mean(axis=0)) / np.sqrt((least**2).mean(axis=0))
     assert (ratio > 0.9).all() and (ratio < 1.3).all(), ratio
     nees = np.einsum("stra,strab,strb->str", errors, np.linalg.inv(covariances), errors)[:, late]
-    low, high = chi2.ppf([0.025, 0.975], 4 * SEEDS) / SEEDS
+    low, high = chdtri(4 * SEEDS, [0.975, 0.025]) / SEEDS
     mean = nees.mean(axis=0)
     assert ((mean > low) & (mean < high)).mean() > 0.85, (measure, mean.mean(), low, high)
 

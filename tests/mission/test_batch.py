@@ -68,7 +68,7 @@ def alone(scenarios: list[escort_mj.Scenario]) -> list[Run]:
     return [escort_mj.run(scenario) for scenario in scenarios]
 
 
-@pytest.mark.parametrize("threads", [1, pytest.param(2, marks=pytest.mark.slow), 3])
+@pytest.mark.parametrize("threads", [*(pytest.param(few, marks=pytest.mark.slow) for few in (1, 2)), 3])
 def test_the_bits_are_those_of_single_runs(
     scenarios: list[escort_mj.Scenario], alone: list[Run], threads: int
 ) -> None:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.special import stdtr
 
 from escort_mj.study.sweeps.statistics import (
     LEVEL,
@@ -62,11 +63,9 @@ def test_the_bootstrap_is_the_same_every_time_and_near_the_normal_interval() -> 
 
 @pytest.mark.parametrize("n", [10, pytest.param(40, marks=pytest.mark.slow)])
 def test_intervals_of_normal_values_cover_the_mean_as_often_as_theory_says(n: int) -> None:
-    from scipy.stats import t as student_t  # slow to import
-
     # It is nearly mean +- 1.96 s / sqrt(n), s with divisor n: Student's t knows how often that covers.
     trials, rng = 600, np.random.default_rng(2)
-    theory = 2.0 * student_t.cdf(1.959964 * math.sqrt((n - 1) / n), n - 1) - 1.0
+    theory = 2.0 * stdtr(n - 1, 1.959964 * math.sqrt((n - 1) / n)) - 1.0
     found = [summary(rng.normal(1.0, 1.0, n)) for _ in range(trials)]
     of_mean = np.mean([one.mean_interval.low <= 1.0 <= one.mean_interval.high for one in found])
     of_median = np.mean([one.median_interval.low <= 1.0 <= one.median_interval.high for one in found])
