@@ -22,6 +22,13 @@ CHANGES = {
     "teams[0].demand": [{"robots": 4}, {"after": 0.1, "robots": 3}],
     "teams[1].demand": [{"robots": 4}, {"after": 0.03, "robots": 5}],
 }
+MERGE = {
+    "teams[0].radii": [{"after": 0.05, "radius": 2.6}],
+    "teams[1].radii": [{"after": 0.04, "radius": 5.5}],
+    "teams[0].targets[1].escorted_by": [{"after": 0.1, "team": "south"}],
+    "teams[0].demand": [{"robots": 4}],
+    "teams[1].demand": [{"after": 0.1, "robots": 5}],
+}
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "spheres": ("main", {}),
     "shapes_and_force": ("main", WALL),
@@ -36,6 +43,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "only_lidar": ("knowledge/lidar", {}),
     "only_near": ("sensing", {}),
     "teams": ("pursuit/handover", CHANGES),
+    "teams_that_change": ("pursuit/merge", MERGE),
     "teams_and_opponents": ("pursuit/raid", {"opponents[0].start": 0.0, "opponents[0].distance": 9.0}),
 }
 
@@ -83,7 +91,7 @@ def observed(simulation: Simulation, rows: Array) -> Array:
     if setup.teams:
         member = samples["member_of"][0].astype(int) - 1
         center, velocity = (samples[f"team_{name}"].reshape(-1, p)[member] for name in ("center", "velocity"))
-        radius = np.array([team.radius for team in setup.teams])[member, None]
+        radius = samples["team_radius"][0, member, None]
     parts[:, 0] = (center - q) / radius
     parts[:, 1] = velocity / speed
     parts[:, 2] = samples["v_measured"].reshape(n, p) / speed
@@ -132,7 +140,7 @@ def rewards(simulation: Simulation, rows: Array, commanded: Array, reward: Rewar
     if setup.teams:
         member, lost = samples["member_of"][0].astype(int) - 1, samples["lost"][0] > 0.0
         center = samples["team_center"].reshape(-1, p)[member]
-        radius = np.array([team.radius for team in setup.teams])[member]
+        radius = samples["team_radius"][0, member]
         left = np.array([np.sum((member == own) & ~lost) for own in member])
         even = 2.0 * radius * np.sin(np.pi / left)  # chord of a regular polygon
         apart = np.linalg.norm(q[:, None] - q, axis=2)
