@@ -61,7 +61,7 @@ def keep_artifact(piece: Artifact, code: bytes) -> None:
 
 def kept(piece: Artifact) -> bytes | None:
     """A piece's machine code; None where it neither ships nor is in the cache."""
-    return shipped.shipped_code(piece.file) or cache.kernels.read(piece.file)
+    return shipped.shipped_file(piece.file) or cache.kernels.read(piece.file)
 
 
 def have(pieces: Sequence[Artifact]) -> None:

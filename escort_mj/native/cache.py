@@ -240,21 +240,6 @@ formations = Shelf(lambda: home() / "formations")
 digests = Shelf(lambda: home() / "digests")
 
 
-def remembered(name: str, make: Callable[[], str]) -> str:
-    """Return a text that depends on nothing but sources and versions, made once on each machine.
-
-    Args:
-        name: Of the file; whatever else the text depends on must be in it.
-        make: Makes the text.
-    """
-    kept = kernels.read(name)
-    if kept is not None:
-        return kept.decode()
-    text = make()
-    kernels.write(name, text.encode())
-    return text
-
-
 def _make(folder: Path) -> bool:
     """Make a folder and those above it, for this user alone; whether it was missing."""
     missing = [path for path in (folder, *folder.parents) if not path.exists()]

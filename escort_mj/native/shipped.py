@@ -1,26 +1,28 @@
-"""Machine code that comes with the package: of all kernels that ship, for a level of processors.
+"""What comes with the package made: machine code of all kernels, and texts that take long to make.
 
-Set-up makes it for this machine, a wheel carries it for every level. It counts as long as the sources are
-those that it was made from; where it is missing, kernels are compiled when they are first needed, and cached.
+Set-up makes it for this machine's level of processors, a wheel carries it for every level. It counts as long
+as the sources are those that it was made from; what is missing is made when it is first needed, and cached.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from escort_mj.native import levels
-from escort_mj.native.cache import source_digest, version
+from escort_mj.native.cache import kernels, source_digest, version
 
 FOLDER = Path(__file__).with_name("machine_code")
 MANIFEST = "manifest.json"
+CODE = ".o"
 
 
-def shipped_code(name: str) -> bytes | None:
-    """Return a file of machine code; None where it does not ship, is damaged, or is of other sources."""
+def shipped_file(name: str) -> bytes | None:
+    """Return a file that ships; None where there is none, or it is damaged or of other sources."""
     digest = _manifest().get("files", {}).get(name)
     if digest is None:
         return None
@@ -31,9 +33,24 @@ def shipped_code(name: str) -> bytes | None:
     return code if hashlib.sha256(code).hexdigest() == digest else None
 
 
+def remembered(name: str, make: Callable[[], str]) -> str:
+    """Return a text that ships, or is made once on each machine.
+
+    Args:
+        name: Of the file; all that the text depends on beside sources and versions must be in it.
+        make: Makes the text.
+    """
+    kept = shipped_file(name) or kernels.read(name)
+    if kept is not None:
+        return kept.decode()
+    text = make()
+    kernels.write(name, text.encode())
+    return text
+
+
 def count() -> int:
     """Return how many kernels ship for this machine."""
-    return len(_manifest().get("files", {}))
+    return sum(name.endswith(CODE) for name in _manifest().get("files", {}))
 
 
 def numba_version() -> str:
@@ -42,10 +59,10 @@ def numba_version() -> str:
 
 
 def write(folder: Path, files: dict[str, bytes]) -> None:
-    """Write machine code with its manifest, which comes last: what has no manifest is not read."""
+    """Write files with their manifest, which comes last: what has no manifest is not read."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / MANIFEST).unlink(missing_ok=True)
-    for stale in set(folder.glob("*.o")) - {folder / name for name in files}:
+    for stale in set(folder.iterdir()) - {folder / name for name in files}:
         stale.unlink()
     for name, code in files.items():
         (folder / name).write_bytes(code)
@@ -55,7 +72,7 @@ def write(folder: Path, files: dict[str, bytes]) -> None:
 
 
 def is_current(folder: Path) -> bool:
-    """Whether a folder has machine code of the present sources."""
+    """Whether a folder has what is made of the present sources."""
     return bool(_read_manifest(folder))
 
 

@@ -36,7 +36,7 @@ def loaded(folder: Path, here: Path) -> list[str]:
 @pytest.fixture
 def bare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache for this process, which has loaded nothing and finds no machine code that ships."""
-    monkeypatch.setattr(shipped, "shipped_code", lambda name: None)
+    monkeypatch.setattr(shipped, "shipped_file", lambda name: None)
     monkeypatch.setattr(cache.kernels, "folder", tmp_path)
     monkeypatch.setattr(artifacts, "_loaded", {})
     return tmp_path

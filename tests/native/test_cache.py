@@ -318,11 +318,3 @@ for _ in range(200):
     processes = [subprocess.Popen([sys.executable, "-c", program, tmp_path]) for _ in range(3)]
     assert [process.wait() for process in processes] == [0, 0, 0]
     assert [path.name for path in tmp_path.iterdir()] == ["name"]
-
-
-def test_a_text_is_made_once(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(cache.kernels, "folder", tmp_path)
-    made = []
-    for _ in range(2):
-        assert cache.remembered("name", lambda: made.append(1) or "text") == "text"
-    assert made == [1]

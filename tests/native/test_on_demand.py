@@ -67,7 +67,7 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
         place.mkdir(mode=0o700)
         patch.setattr(cache.kernels, "folder", place)
         for piece in every_piece():
-            code = shipped.shipped_code(piece.file)
+            code = shipped.shipped_file(piece.file)
             assert code is not None, "make machine-code"
             artifacts.keep_artifact(piece, code)
     return home

@@ -11,3 +11,5 @@ EVERY_KERNEL = (
     "escort_mj.memory.rivals",
 )
 """Modules that bring all kernels and views."""
+EVERY_TEXT = ("escort_mj.world.loop.layout", "escort_mj.world.model.parts")
+"""Modules with texts that take long to make: each has a function `texts` that returns them by name."""

@@ -1,4 +1,4 @@
-"""Compiles all kernels that ship: `python -m escort_mj.native.compiler.ship`, for this machine's level.
+"""Makes all that ships for this machine's level: `python -m escort_mj.native.compiler.ship`.
 
 With `--every-level` it compiles for every level that a wheel carries. What is there already stays.
 """
@@ -16,7 +16,7 @@ from threading import Lock
 
 from escort_mj.native import levels, on_demand, shipped
 from escort_mj.native.artifacts import Artifact
-from escort_mj.native.compiler import EVERY_KERNEL
+from escort_mj.native.compiler import EVERY_KERNEL, EVERY_TEXT
 from escort_mj.native.levels import Level
 
 
@@ -27,6 +27,12 @@ def every_piece() -> list[Artifact]:
     return [*on_demand.callbacks, *(entry.piece for entry in on_demand.entries.values())]
 
 
+def every_text() -> dict[str, bytes]:
+    """Return the texts that ship, by name."""
+    made = (import_module(module).texts() for module in EVERY_TEXT)
+    return {name: text.encode() for texts in made for name, text in texts.items()}
+
+
 MANY_LEFT = 16  # pieces of a class: fewer are not worth compiling in a second process what they call
 
 
@@ -34,7 +40,8 @@ def ship(level: Level) -> None:
     """Compile for a level what ships, unless it is there."""
     folder = shipped.FOLDER / level.name
     if not shipped.is_current(folder):
-        shipped.write(folder, {piece.file: code for piece, code in _compiled(every_piece(), level).items()})
+        kernels = {piece.file: code for piece, code in _compiled(every_piece(), level).items()}
+        shipped.write(folder, kernels | every_text())
 
 
 def _compiled(pieces: Iterable[Artifact], level: Level) -> dict[Artifact, bytes]:

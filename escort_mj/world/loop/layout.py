@@ -14,8 +14,8 @@ from typing import Any
 
 import mujoco
 
-from escort_mj.native.cache import remembered
 from escort_mj.native.kernels import number
+from escort_mj.native.shipped import remembered
 
 _SCALARS: dict[str, type] = {
     "mjtNum": ctypes.c_double,
@@ -108,14 +108,23 @@ def _offset(struct: str, field: str) -> int:
 def _layout() -> dict[str, dict[str, int]]:
     """Offsets of all fields of the structures that kernels use, and sizes under no name.
 
-    They are worked out once on each machine: reading MuJoCo's description of itself takes 0.1 s.
+    They ship: reading MuJoCo's description of itself takes 0.1 s. Another release has its own.
     """
-
-    def work_out() -> str:
-        return json.dumps({name: _offsets(structure(name)) for name in STRUCTURES})
-
-    found: dict[str, dict[str, int]] = json.loads(remembered("layout.json", work_out))
+    found: dict[str, dict[str, int]] = json.loads(remembered(_name(), _work_out))
     return found
+
+
+def texts() -> dict[str, str]:
+    """Return the offsets in this release of MuJoCo, by the name of their file."""
+    return {_name(): _work_out()}
+
+
+def _name() -> str:
+    return f"layout.{mujoco.__version__}.json"
+
+
+def _work_out() -> str:
+    return json.dumps({name: _offsets(structure(name)) for name in STRUCTURES})
 
 
 def _offsets(kind: Any) -> dict[str, int]:

@@ -1,7 +1,7 @@
 """Composes the hand-written parts in `models/` into one flat MJCF tree.
 
 Flat, because attaching one model per robot costs time quadratic in their number. `dm_control.mjcf` reads and
-checks the parts, once on each machine; worlds are made of plain copies: an element of its own costs 0.3 ms.
+checks the parts at set-up; worlds are made of plain copies: an element of its own costs 0.3 ms.
 Where dm_control is not installed (it needs labmaze, which has no wheel for Python 3.13 and later), MuJoCo
 checks them: the models are the same.
 """
@@ -18,7 +18,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from escort_mj.errors import PluginError
-from escort_mj.native.cache import remembered
+from escort_mj.native.shipped import remembered
 from escort_mj.robots import RobotKind
 
 
@@ -32,9 +32,23 @@ def models_folder() -> Path:
 @cache
 def load_part(name: str) -> Element:
     """One of the parts, such as `point_mass`, read once; shared, so never changed."""
-    text = (models_folder() / f"{name}.xml").read_text("utf-8")
-    digest = hashlib.sha256(text.encode()).hexdigest()[:16]
-    return ElementTree.fromstring(remembered(f"{name}.{digest}.xml", lambda: _checked(text)))
+    text = _written(name)
+    return ElementTree.fromstring(remembered(_file(name, text), lambda: _checked(text)))
+
+
+def texts() -> dict[str, str]:
+    """Return the checked parts, by the names of their files."""
+    written = {path.stem: _written(path.stem) for path in sorted(models_folder().glob("*.xml"))}
+    return {_file(name, text): _checked(text) for name, text in written.items()}
+
+
+def _written(name: str) -> str:
+    return (models_folder() / f"{name}.xml").read_text("utf-8")
+
+
+def _file(name: str, text: str) -> str:
+    """The name of a checked part's file: of what was written."""
+    return f"{name}.{hashlib.sha256(text.encode()).hexdigest()[:16]}.xml"
 
 
 def _checked(text: str) -> str:
