@@ -183,7 +183,8 @@ choice.value = "3";
 choice.dispatchEvent(new Event("change"));
 player.speed.value = 8;
 player.toggle();
-await new Promise(done => setTimeout(done, 1500));
+for (let i = 0; i < 100 && player.record.now <= 2.5 + 1e-3; i++)
+  await new Promise(done => setTimeout(done, 100));
 tell({
   places, sought, hues, turned, curves, label: signalsBox.querySelector(".u-legend").textContent,
   played: player.record.now, error: player.canvas.gl.getError(),
