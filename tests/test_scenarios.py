@@ -1,4 +1,4 @@
-"""Every scenario that ships: it loads, builds, runs a little, repeats to the bit, and names its schema."""
+"""Every scenario that ships: it loads, builds, repeats to the bit, names its schema, holds its verdicts."""
 
 import re
 from pathlib import Path
@@ -52,3 +52,10 @@ def test_runs_and_repeats(path: Path, compiled: None) -> None:
             assert variable.values.tobytes() == second.trace[name].values.tobytes(), name
     touched = first.trace["body_group"].values[first.trace["episode_second"].values.astype(int)]
     assert set(touched) <= {"floor"}, "nothing touches, but for what rolls"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", WELL, ids=lambda path: str(path.relative_to(FOLDER)))
+def test_it_holds_what_it_promises(path: Path, compiled: None) -> None:
+    flight = fly(load_file(path))
+    assert flight.passed, (flight.message, [verdict for verdict in flight.verdicts if not verdict.passed])
