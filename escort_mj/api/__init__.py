@@ -140,7 +140,7 @@ def start(
     overrides: Overrides = (),
     plugins: Sequence[str] = (),
 ) -> LiveMission:
-    """Start a mission that is stepped from Python, with the law on.
+    """Start a mission that is stepped from Python, under the control of its law.
 
     Args:
         scenario: A scenario, or any source that `load_scenario` accepts.
@@ -186,21 +186,21 @@ def judge(
     report: bool = False,
     progress: Progress | None = None,
 ) -> Run:
-    """Judge a log of real robots by a scenario.
+    """Judge a log of real robots against a scenario.
 
     Args:
         log: A CSV, Parquet or MCAP file, or a ROS bag.
-        scenario: What the log is judged by: a scenario, or any source that `load_scenario` accepts.
+        scenario: A scenario against which the log is judged, or any source that `load_scenario` accepts.
         out: Run folder; None keeps the run in memory.
-        names: What bodies (`robot_1` ..., `target`) are called in the log: in columns, or their topics.
+        names: Names of bodies (`robot_1` ..., `target`) in the log: in its columns, or its topics.
         start: Time stamp of the mission's start [s]; None for the first at which all bodies are logged.
         overwrite: Whether to replace an existing run in the folder.
         figures: Whether to write the figures to the run folder.
         report: Whether to write `report.html` to the run folder.
-        progress: Called periodically with the time that is judged and the duration [s].
+        progress: Called periodically with the judged time and the duration [s].
 
     Returns:
-        The run. Verdicts about what the log does not contain have `skip`, the reason.
+        The run. Verdicts on what the log does not contain give the reason in `skip`.
 
     Raises:
         LogError: With all faults of the log.

@@ -7,22 +7,22 @@ from escort_mj.mission.stepped import SteppedMission
 
 
 class LiveMission(SteppedMission):
-    """A mission that runs as far as it is asked to, with the controller of its scenario.
+    """A mission that runs step by step, with the controller of its scenario.
 
-    Without interventions, it is the run that `escort_mj.run` makes, bit for bit. What is done between steps
-    acts from the next physics step on and is listed in `notes` and in the attribute `interventions` of the
-    trace: the scenario alone does not repeat the run.
+    Without interventions, its run is identical, bit for bit, to that of `escort_mj.run`. Interventions
+    between steps take effect from the next physics step on and are listed in `notes` and in the attribute
+    `interventions` of the trace: the scenario alone does not repeat the run.
 
     Attributes:
-        scenario: What is simulated, with all changes so far.
+        scenario: The simulated scenario, with all changes so far.
         outcome: `running` until the mission has reached its duration or failed.
-        message: How it ended, in words; empty while it runs.
-        notes: What was done from outside, with the time of each intervention.
+        message: How the mission ended, in words; empty while it runs.
+        notes: All interventions, each with its time.
     """
 
     def run(self) -> Run:
         """Return the mission so far as a run: trace, metrics, verdicts, figures.
 
-        A mission that has not ended has the outcome `interrupted`. It can go on afterwards.
+        A mission that has not ended has the outcome `interrupted`. It can continue afterwards.
         """
         return Run(self.flight())

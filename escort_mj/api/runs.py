@@ -140,7 +140,7 @@ class Run:
 
     @property
     def figures(self) -> tuple[str, ...]:
-        """Names of the figures that `plot` can draw of this run."""
+        """Names of the figures that `plot` can draw for this run."""
         from escort_mj.report.figures.figures import plots_of
 
         return tuple(plots_of(self.trace))
@@ -158,15 +158,15 @@ class Run:
         Args:
             name: One of `figures`; None for the first, distances and tracking errors.
             width: `column` (3.5 in), `page` (7.2 in), a length such as `8.8cm`, or a number of inches.
-            font: Family of the letters.
-            font_size: Of most letters [points].
+            font: Font family.
+            font_size: Size of most text [points].
             title: Whether the figure has a title.
 
         Returns:
             A matplotlib figure.
 
         Raises:
-            UsageError: If the run has no such figure, or the figure cannot look so.
+            UsageError: If the run has no such figure, or if a width or font is invalid.
             RenderError: If there is no sample to draw.
         """
         from escort_mj.report.figures.figures import figure_of
@@ -326,10 +326,10 @@ class Run:
 
 
 def table(runs: Iterable[Run]) -> pandas.DataFrame:
-    """Return many runs as one table: a row each, with the columns of `Run.summary`.
+    """Return many runs as one table, with one row per run and the columns of `Run.summary`.
 
     Args:
-        runs: Such as those of `run_many`.
+        runs: Runs, for example those of `run_many`.
     """
     import pandas
 

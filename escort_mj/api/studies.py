@@ -122,7 +122,7 @@ def sweep(
     overrides: Sequence[str] = (),
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Make the missing runs of a study.
+    """Perform the missing runs of a study.
 
     Args:
         study: Study file, name of a shipped study, or a mapping with the keys of a file.
@@ -176,7 +176,7 @@ def compare(
         seeds: Number of seeds, starting at the scenario's seed.
         out: Folder of results; None for `renders/compare/NAME`.
         workers: Number of processes; None for one per core.
-        docs: Markdown page that also gets the table, between its marks; None for none.
+        docs: Markdown page into which the table is also written, between its marks; None for none.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
@@ -217,7 +217,7 @@ def reproduce(
         only: Figures, 5 to 17 or `laws`; empty for all.
         out: Folder of results; None for `renders/reproduction`.
         workers: Number of processes; None for one per core.
-        docs: Markdown file that also gets the table of all simulations; None for none.
+        docs: Markdown file into which the table of all simulations is also written; None for none.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
@@ -260,7 +260,7 @@ def tune(
     figures: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Tune values of a scenario within the bounds of a study's section `tune`.
+    """Tune values of a scenario within the bounds of a study's `tune` section.
 
     Args:
         study: Study file, name of a shipped study, or a mapping with the keys of a file.
@@ -306,7 +306,7 @@ def falsify(
     overrides: Sequence[str] = (),
     progress: ShowProgress = None,
 ) -> StudyResult:
-    """Search within the bounds of a study's section `falsify` for missions that violate a verdict.
+    """Search within the bounds of a study's `falsify` section for missions that violate a verdict.
 
     Args:
         study: Study file, name of a shipped study, or a mapping with the keys of a file.

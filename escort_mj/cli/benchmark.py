@@ -47,7 +47,7 @@ def benchmark_command(
     scenario: Annotated[
         str | None,
         typer.Option(
-            help="Scenario that gives behaviors, law and sensing [default: that of the environment].",
+            help="Scenario with behaviors, law and sensing [default: that of the environment].",
             autocompletion=complete.scenarios,
         ),
     ] = None,

@@ -59,7 +59,7 @@ class Listed(NamedTuple):
 
 @app.command("list")
 def list_command(
-    kind: Annotated[Kind | None, typer.Argument(help="What to list.")] = None,
+    kind: Annotated[Kind | None, typer.Argument(help="Kind of items to list.")] = None,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print a Markdown page.")] = False,
     plugins: PluginOption = None,
     as_json: JsonOption = False,

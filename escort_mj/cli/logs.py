@@ -68,7 +68,7 @@ def judge_command(
 ) -> None:
     """Judge a log of real robots against a scenario, and write it as a run folder.
 
-    Verdicts about what the log does not contain are neither passed nor failed.
+    Verdicts on quantities that the log does not contain neither pass nor fail.
 
     Example: escort-mj judge flight.csv --scenario mission.yaml
 

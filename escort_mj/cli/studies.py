@@ -224,7 +224,7 @@ def tune_command(
     ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Tune scenario values within the bounds of a study's section tune. Resumes if interrupted.
+    """Tune scenario values within the bounds of a study's tune section. Resumes if interrupted.
 
     Example: escort-mj tune studies/tune_apd_smc
     """
@@ -254,7 +254,7 @@ def falsify_command(
     ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Search within the bounds of a study's section falsify for a mission that violates a verdict.
+    """Search within the bounds of a study's falsify section for a mission that violates a verdict.
 
     The search simplifies each counterexample.
 

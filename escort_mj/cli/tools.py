@@ -118,7 +118,7 @@ def gains_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Propose gains of each law that fit its robots: the numbers of `controller: {gains: auto}`.
+    """Propose gains that fit the robots of each law, as `controller: {gains: auto}` computes them.
 
     Example: escort-mj gains robots/quadrotor
 
@@ -201,11 +201,11 @@ def check_robot_command(
         ),
     ] = None,
     figure: Annotated[
-        Path | None, typer.Option("--figure", help="Where to draw the step response: .png, .pdf or .svg.")
+        Path | None, typer.Option("--figure", help="File for the step response: .png, .pdf or .svg.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Show what is found in a robot's MJCF, and how the robot responds to a velocity step along each axis.
+    """Show what the program finds in a robot's MJCF, and its response to a velocity step along each axis.
 
     Exit codes: 0 if the robot comes within 5 % of each step and overshoots by less than 30 %, 1 if not, 2 if
     it cannot be read or driven.
@@ -236,9 +236,7 @@ def check_robot_command(
 
 @app.command("doctor")
 def doctor_command(
-    folder: Annotated[Path, typer.Option("--out", help="Folder in which runs will be written.")] = Path(
-        "renders"
-    ),
+    folder: Annotated[Path, typer.Option("--out", help="Folder for the runs.")] = Path("renders"),
     as_json: JsonOption = False,
 ) -> None:
     """Check whether runs, figures and videos work on this machine, and suggest fixes.

@@ -23,7 +23,7 @@ def _changed_by(trace: Recorded, cause: str) -> np.ndarray:
 
 @metric(unit="J", grows=True, watched=False, rank=270)
 def lyapunov_rise(trace: Recorded) -> Measure:
-    """Largest rise of a robot's V1 above its minimum so far, except what the reference causes."""
+    """Largest rise of a robot's V1 above its minimum so far, excluding the effect of the reference."""
     if "lyapunov" not in trace:
         return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
     value = trace["lyapunov"].values - _changed_by(trace, "reference")

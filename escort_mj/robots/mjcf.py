@@ -29,7 +29,7 @@ class FileKind(ModeledKind):
     body: Name | None = None
     """Name of the body that the law moves; null: the only one that can move."""
     drive: Drive = DriveKeys()
-    """How it is driven: a name, or a table; null values are determined from the effect of the actuators on
+    """Drive of the robot: a name, or a table; null values are determined from the effect of the actuators on
     the base."""
     sha256: Digest | None = None
     """Required SHA-256 digest of the content; null: any. Every run writes it into its scenario."""

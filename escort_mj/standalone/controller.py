@@ -1,4 +1,4 @@
-"""The public controller: a mission's law, called with what is measured, for robots that are elsewhere."""
+"""The public controller: a mission's law, called with measurements, for robots outside the simulation."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ class Signals(dict[str, Any]):
 
 
 class Controller:
-    """The law of a scenario without the simulator, for robots that move elsewhere.
+    """The law of a scenario without the simulator, for robots outside the simulation.
 
-    Each call takes what is measured at one time and returns the force for every robot. MuJoCo is not
+    Each call takes the measurements at one time and returns the force for every robot. MuJoCo is not
     imported. Positions, velocities and forces are in the frame of the scenario's coordinates.
 
     The law counts in timesteps (`physics.timestep`): a call less than half a timestep after the last one
     evaluates the law again without advancing its state. A call several timesteps later makes up for the
     missed ones, with the measurements interpolated between the two calls. A gap longer than `longest_gap`
-    and a time that steps back are errors.
+    or a time that steps back is an error.
 
     Attributes:
         scenario: The checked scenario.
@@ -74,7 +74,7 @@ class Controller:
         simulate: bool = False,
         longest_gap: float = 0.1,
     ) -> None:
-        """Make the controller of a scenario.
+        """Create the controller of a scenario.
 
         Args:
             scenario: A scenario, or any source that `load_scenario` accepts: a file, a name, or keys.
@@ -85,7 +85,7 @@ class Controller:
             simulate: Whether to add what the scenario simulates around the law: errors of sensors, what
                 robots see, hear and estimate, failures of motors and the disturbance. By default, the law is
                 given the measurements as they are. The ranges of `sensing.radius` always apply.
-            longest_gap: Longest time between two calls that is made up for [s].
+            longest_gap: Longest time between two calls for which missed timesteps are made up for [s].
 
         Raises:
             ScenarioError: With all faults of the scenario.
@@ -119,9 +119,9 @@ class Controller:
         """Start the mission again; the next call is its first one, at any time.
 
         Args:
-            positions: Where the robots are, shape (n, p) [m]: each gets a place in the formation that is
-                near. None for the scenario's start.
-            target: Where the target is then, shape (p,) [m]; None for the scenario's start.
+            positions: Positions of the robots, shape (n, p) [m]: each robot gets a nearby place in the
+                formation. None for the scenario's start.
+            target: Position of the target at this time, shape (p,) [m]; None for the scenario's start.
         """
         robots = self._robots
         if positions is not None:
@@ -165,25 +165,25 @@ class Controller:
     ) -> Array:
         """Return the force for every robot, within its force limit, shape (n, p) [N].
 
-        The weight of flying robots is not part of it.
+        The force does not include the weight of flying robots.
 
         Args:
             time: Time of the measurements [s]; any clock that does not step back.
-            positions: Of the robots, shape (n, p) [m].
-            velocities: Of the robots, shape (n, p) [m/s].
+            positions: Positions of the robots, shape (n, p) [m].
+            velocities: Velocities of the robots, shape (n, p) [m/s].
             target: Position [m] and velocity [m/s] of the target, shape (p,) each; None for the scenario's
                 own.
             obstacles: Centers of the moving obstacles in the order of the scenario, or of all obstacles,
                 shape (k, p) [m]; None for the scenario's own.
             points: The point of each obstacle that is nearest to each robot, shape (n, m, p) [m], for sensors
-                that measure it; of spheres the center. None to compute it from the shapes.
+                that measure it; for spheres, the center. None to compute it from the shapes.
             mass: Mass of each robot, shape (n,), or mass matrix, shape (n, p, p) [kg], for laws that use a
                 model; None for the scenario's mass.
             bias: Bias force of each robot, likewise, shape (n, p) [N]; None for none.
 
         Raises:
             UsageError: If an array has a wrong shape or contains a number that is not finite, if the time
-                steps back, or if the gap since the last call is too long; the state remains as it was.
+                steps back, or if the gap since the last call is too long; the state does not change.
             EscortError: If the law or a plugin fails.
         """
         known, before = self._surroundings, self._before
@@ -240,12 +240,12 @@ class Controller:
 
     @property
     def velocity(self) -> Array:
-        """Reference velocity of every robot, shape (n, p) [m/s]: for robots that take velocities."""
+        """Reference velocity of every robot, shape (n, p) [m/s], for robots that take velocities."""
         return np.array(self._backend.value("v_d"))
 
     @property
     def signals(self) -> Signals:
-        """Every control signal of the last call by name, as in the trace; copies."""
+        """Copies of every control signal of the last call by name, as in the trace."""
         found = Signals()
         for name, signal in CONTROL_SIGNALS.items():
             value = np.asarray(self._backend.value(name)).astype(signal.dtype)
@@ -254,10 +254,10 @@ class Controller:
 
     @property
     def state(self) -> dict[str, Any]:
-        """Everything that later calls depend on, a copy; set it to continue from there, bit for bit.
+        """Copy of everything that later calls depend on; set it to continue from there, bit for bit.
 
         With the backend `native`, it contains arrays only, for example for `numpy.savez`, and suits every
-        controller of the same scenario and start. With `numpy`, it is for the same process.
+        controller of the same scenario and start. With `numpy`, it is valid only in the same process.
         """
         found = self._backend.save()
         found["clock"] = np.array([self._first, self._evaluated, self._steps])
@@ -277,10 +277,10 @@ class Controller:
         self._before = Knowledge(**kept | {"time": float(kept["time"])}) if kept else None  # type: ignore[arg-type]
 
     def robot(self, number: int) -> RobotController:
-        """Return the controller of one robot, for software that runs on it, with a state of its own.
+        """Return the controller of one robot, for software that runs on it, with its own state.
 
         Args:
-            number: Of the robot, from 1.
+            number: Number of the robot, from 1.
 
         Raises:
             UsageError: If there is no such robot.

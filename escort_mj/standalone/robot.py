@@ -20,12 +20,12 @@ Array = NDArray[np.float64]
 class RobotController:
     """The law as one robot computes it, with its own measurements and what it knows of its teammates.
 
-    `Controller.robot` makes it. The robot computes the law of the whole team, as far as it knows the team,
+    `Controller.robot` creates it. The robot computes the law of the whole team, as far as it knows the team,
     and keeps its own row: given the same measurements, the force is that of the team's controller, bit for
     bit.
 
     Attributes:
-        number: Of the robot, from 1.
+        number: Number of the robot, from 1.
         timestep: Time between two calls for which the law is meant [s].
         team: The team's controller as this robot has it, for example for its signals.
     """
@@ -37,7 +37,7 @@ class RobotController:
         self._known: Array = team.start.copy()
 
     def reset(self, positions: ArrayLike | None = None, target: ArrayLike | None = None) -> None:
-        """Start the mission again, see `Controller.reset`; teammates are where it says until heard of."""
+        """Start the mission again, see `Controller.reset`; teammates stay there until they are heard."""
         self.team.reset(positions, target)
         self._known = self.team.start.copy() if positions is None else np.array(positions, dtype=float)
 
@@ -58,16 +58,16 @@ class RobotController:
 
         Args:
             time: Time of the measurements [s].
-            position: Of this robot, shape (p,) [m].
-            velocity: Of this robot, shape (p,) [m/s].
-            teammates: Positions by robot number, as far as something new is known, or of the whole team,
-                shape (n, p) [m], of which the own row is not used. A teammate that is not mentioned stays
-                where it was last heard of, at first at its start.
+            position: Position of this robot, shape (p,) [m].
+            velocity: Velocity of this robot, shape (p,) [m/s].
+            teammates: Positions by robot number, for teammates with a new position, or positions of the
+                whole team, shape (n, p) [m], in which the robot's own row is ignored. A teammate that is
+                not listed stays at its last known position, initially its start.
             target: As for `Controller`.
             obstacles: As for `Controller`.
             points: Nearest point of each obstacle, shape (m, p) [m].
-            mass: Of this robot, one number or a matrix, shape (p, p) [kg].
-            bias: Of this robot, shape (p,) [N].
+            mass: Mass of this robot, one number or a matrix, shape (p, p) [kg].
+            bias: Bias force of this robot, shape (p,) [N].
 
         Raises:
             UsageError: As for `Controller`.
@@ -117,7 +117,7 @@ class RobotController:
 
     @property
     def state(self) -> dict[str, Any]:
-        """As of `Controller`, with where teammates were last heard of."""
+        """As for `Controller`, with the last known positions of the teammates."""
         return self.team.state | {"known": self._known.copy()}
 
     @state.setter
