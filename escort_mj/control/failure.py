@@ -63,7 +63,7 @@ class Failure(Parameters):
     kind: Literal["dead", "stuck", "mad"] = "dead"
     """`dead`: no force; `stuck`: constant last force; `mad`: random forces, each held for 0.5 s."""
     notice: NonNegativeFloat = 0.5
-    """Delay until the team knows about the failure [s]; until then the robot counts as intact."""
+    """Delay until the team knows about the failure [s]; until then, the robot counts as intact."""
     force: Annotated[PositiveFloat, Field(le=1e12)] | None = None
     """Largest force per axis of a `mad` robot [N]; null: the robot's force limit."""
 

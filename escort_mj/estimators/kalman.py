@@ -26,8 +26,8 @@ class Kalman(Estimator):
     model: Literal["velocity", "acceleration"] = "velocity"
     """Motion model of the target: constant `velocity` or constant `acceleration`, except for noise."""
     noise: PositiveFloat = 0.5
-    """Square root of the spectral density of this noise, in the acceleration [m/s^1.5] or, for the model
-    `acceleration`, in the jerk [m/s^2.5]."""
+    """Square root of the spectral density of the model's noise, in the acceleration [m/s^1.5] or, for the
+    model `acceleration`, in the jerk [m/s^2.5]."""
 
     @property
     def orders(self) -> int:

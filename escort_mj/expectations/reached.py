@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ReachedExpectation(Deadline):
-    """A time by which every robot has come to its last goal and stays there."""
+    """A time by which every robot has reached its last goal and stays there."""
 
     kind = "reached"
     rank = 45

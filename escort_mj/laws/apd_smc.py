@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ApdSmc(SlidingModeLaw):
-    """The paper's law: a PD part, a sliding term for disturbances, adaptation for the unknown model."""
+    """The paper's law: a PD part, a sliding term for disturbances, and adaptation for the unknown model."""
 
     has_lyapunov: ClassVar[bool] = True
     title: ClassVar[str] = "APD-SMC"

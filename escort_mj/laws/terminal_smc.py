@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class TerminalSmc(SlidingModeLaw):
     """The law of Yang and Yang (2011), on the surface z = e + a |e|^2 sgn(e) + b |e_dot|^(3/2) sgn(e_dot).
 
-    On z = 0 the error vanishes in finite time: the squared error speeds up convergence at large errors, the
+    On z = 0, the error vanishes in finite time: the squared error speeds up convergence at large errors, the
     root of the velocity error at small ones. The equivalent part m |e_dot|^(1/2) sgn(e_dot) (1 + 2 a |e|) /
     (3/2 b) contains no negative power and is not singular at e = 0. m is an assumed mass; the reaching terms
     compensate for its error. The recorded `s`, which anti-windup uses, remains e_dot + slope * e.

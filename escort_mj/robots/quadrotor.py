@@ -47,7 +47,7 @@ HUB, ROTOR, THICKNESS, ARM = 0.3, 0.28, 0.03, 0.04  # sizes of what is drawn, of
 class Quadrotor(RobotKind):
     """Four rotors on a rigid body. An attitude loop tilts the thrust toward the force that the law demands.
 
-    The weight of the nominal mass is fed forward, and planar missions hold the height. The law knows
+    The weight of the nominal mass is fed forward, and in planar missions, the height is held. The law knows
     nothing of this. The hull is a sphere with the robot's radius that contains the rotors.
     """
 

@@ -105,7 +105,7 @@ class Knowledge(Parameters):
 
 
 class Loss(Parameters):
-    """Loss of messages in bursts: a chain of a good and a bad state on each link."""
+    """Loss of messages in bursts: a Markov chain with a good and a bad state on each link."""
 
     mean: Annotated[float, Field(gt=0.0, lt=1.0)]
     """Share of lost messages [1]."""
@@ -128,7 +128,7 @@ class Edges(Parameters):
 
 
 class Blackout(Parameters):
-    """A period in which some messages do not get through. Without `robots` and `groups`, none does."""
+    """A period in which some messages do not get through. Without `robots` and `groups`, no message does."""
 
     after: NonNegativeFloat = 0.0
     """Start [s]."""

@@ -89,8 +89,8 @@ class Obstacle(Parameters):
     """Radius of a sphere [m]; null: 0.5."""
     size: Annotated[tuple[Radius, ...], Field(min_length=1, max_length=3)] | None = None
     """Half-sizes as in MuJoCo [m]. Box and ellipsoid: along the body's x, y, z; cylinder and capsule: radius
-    and half-length along the body's z, without the caps of a capsule. In two axes you can omit the last one,
-    except for a capsule: the half-height is then the robots' radius."""
+    and half-length along the body's z, without the caps of a capsule. In two axes, you can omit the last
+    value, except for a capsule: the half-height is then the robots' radius."""
     vertices: Annotated[tuple[Vector, ...], Field(min_length=3, max_length=MOST_VERTICES)] | None = None
     """Vertices of a mesh, relative to its center [m]; the body is their convex hull. In two axes: vertices of
     the outline."""

@@ -49,7 +49,7 @@ class RobotOverride(Parameters):
     kind: OneKind | None = None
     """Kind of robot: a name, or a table with parameters."""
     actuators: Actuators | None = None
-    """Errors of its motors."""
+    """Errors of the robot's motors."""
     position: Vector | None = None
     """Initial position [m]."""
 

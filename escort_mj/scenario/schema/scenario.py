@@ -232,9 +232,9 @@ class Scenario(Parameters, metaclass=_Checked):
     sensing: Sensing = Sensing()
     """Sensors of the robots and their errors."""
     knowledge: Knowledge | None = None
-    """What each robot knows about the target by itself; null: all robots share the team's measurements."""
+    """What each robot itself knows about the target; null: all robots share the team's measurements."""
     communication: Communication | None = None
-    """Messages between the robots; null: all know each other's positions at once."""
+    """Messages between the robots; null: all robots know each other's positions immediately."""
     uncertainty: Uncertainty = Uncertainty()
     """Disturbances that the controller does not know."""
     recording: Recording = Recording()

@@ -52,7 +52,7 @@ class Sensor(Parameters):
     delay: NonNegativeFloat = 0.0
     """Delay of the measurement [s], a whole number of physics steps."""
     dropout: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
-    """Probability per step that the measurement is lost and the previous value stays [1]."""
+    """Probability per step that the measurement is lost and the previous value is kept [1]."""
     resolution: Annotated[float, Field(ge=1e-9, le=1e6)] | None = None
     """Resolution to which values are rounded [m or m/s]; null: no rounding."""
 

@@ -34,7 +34,7 @@ class TeamTarget(Motion):
     policy: Policy | None = None
     """Policy of the target; null: it follows its path. With a policy, the target starts at `position`."""
     escorted_by: Annotated[tuple[Escort, ...], Field(max_length=100)] = ()
-    """Teams that escort it at successive times; before the first of these, the team that lists it does."""
+    """Teams that escort it at successive times; before that, it is the team that lists it."""
 
 
 class Demand(Parameters):
@@ -43,7 +43,7 @@ class Demand(Parameters):
     after: NonNegativeFloat = 0.0
     """Time from which it applies [s]."""
     robots: PositiveInt
-    """Number of robots that it needs."""
+    """Number of robots that the team needs."""
 
 
 class Circle(Parameters):
@@ -63,13 +63,13 @@ class Team(Parameters):
     robots: Annotated[tuple[PositiveInt, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
     """Initial members: numbers of robots, from 1."""
     targets: Annotated[tuple[TeamTarget, ...], Field(min_length=1, max_length=MOST_TARGETS)]
-    """Its targets; the robots surround their midpoint. They can change to another team."""
+    """Targets of the team; the robots surround their midpoint. Targets can change to another team."""
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
     radii: Annotated[tuple[Circle, ...], Field(max_length=100)] = ()
     """Other distances at successive later times, for example because targets join."""
     controller: Law | None = None
-    """The law of its robots: a name, or a table with gains, as in `controller`; null: `controller`."""
+    """Law of the team: a name, or a table with gains, as in `controller`; null: that of the scenario."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
     """Numbers of robots required at successive times. A team with too few robots gets the nearest ones that
     other teams can spare."""
