@@ -179,9 +179,9 @@ def main(arguments: Any = None) -> None:
     low = binomtest(runs, runs).proportion_ci(0.95, "exact").low
     high = binomtest(0, runs).proportion_ci(0.95, "exact").high
     note = (
-        f"The numbers in the figure count the passing runs, out of {runs} with different noise. By exact "
-        f"binomial intervals (95 %), {runs} of {runs} means that more than {100 * low:.0f} % of such runs "
-        f"pass, and 0 of {runs} means that fewer than {100 * high:.0f} % pass."
+        f"The numbers in the figure count the passing runs, out of {runs} runs with different noise. "
+        f"By exact binomial intervals (95 %), {runs} of {runs} means that more than {100 * low:.0f} % of "
+        f"such runs pass, and 0 of {runs} means that fewer than {100 * high:.0f} % pass."
     )
     head = ["law", *(f"{f.words}{f' [{f.unit}]' if f.unit else ''}" for f in FACTORS)]
     tables = {
