@@ -27,7 +27,7 @@ from escort_mj.report.pages.study_tables import (
     write_tables,
 )
 from escort_mj.study.sweeps.design import Planned
-from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED, VALUES
+from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED
 from escort_mj.study.sweeps.results import Results, open_results
 from escort_mj.study.sweeps.statistics import proportion_of
 from escort_mj.study.sweeps.worst import failed_runs, reason, worst_runs, write_scenario
@@ -90,7 +90,7 @@ def _parts(
     return parts | {
         "rates": rates,
         "values": values,
-        "rest": [name for name in results.known(VALUES) if name not in shown],
+        "rest": [name for name in results.known(results.metrics) if name not in shown],
         "factor": factor,
         "compared": compared,
         "figures": draw_study(results, folder, compare, formats),
@@ -158,7 +158,7 @@ def _worst(results: Results, quantities: Sequence[str], folder: Path, path: Path
     for quantity, value, run in worst_runs(results, quantities, EACH):
         if run.key not in files:
             files[run.key] = write_scenario(results, run, folder)
-        unit = VALUES[quantity].unit
+        unit = results.metrics[quantity].unit
         rows.append(
             [
                 Text(quantity),

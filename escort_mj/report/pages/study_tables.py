@@ -17,10 +17,9 @@ from escort_mj.study.sweeps.quantities import (
     EFFORT,
     PASSED,
     PRECISION,
-    QUANTITIES,
     RATES,
     SAFETY,
-    VALUES,
+    Quantity,
 )
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import Interval, Proportion, Summary
@@ -65,7 +64,7 @@ def cell_rates(results: Results) -> Table:
         *((factor.title, "") for factor in results.factors.values()),
         ("runs", "made of asked for"),
     ]
-    head += [(HEADS[name], QUANTITIES[name].meaning) for name in RATES]
+    head += [(HEADS[name], results.quantities[name].meaning) for name in RATES]
     head.append(("failed", "expectations that failed, and in how many runs"))
     rows = []
     for index in _cells(results):
@@ -85,8 +84,11 @@ def cell_values(results: Results, quantities: Sequence[str]) -> Table:
     """Median and mean of quantities in each cell."""
     head = [("cell", ""), *((factor.title, "") for factor in results.factors.values())]
     for name in quantities:
-        unit = "" if VALUES[name].unit == "1" else f" [{VALUES[name].unit}]"
-        head += [(f"{name}{unit}, median", VALUES[name].meaning), ("mean", VALUES[name].meaning)]
+        unit = "" if results.metrics[name].unit == "1" else f" [{results.metrics[name].unit}]"
+        head += [
+            (f"{name}{unit}, median", results.metrics[name].meaning),
+            ("mean", results.metrics[name].meaning),
+        ]
     rows = []
     for index in _cells(results):
         row = _named(results, index)
@@ -137,7 +139,7 @@ def comparisons(results: Results, factor: Factor | None, quantities: Sequence[st
     ]
     rows = []
     for quantity, first, level, found, p in results.comparisons(factor, [*results.known(RATES), *quantities]):
-        unit = QUANTITIES[quantity].unit
+        unit = results.quantities[quantity].unit
         notes = [f"{found.unpaired} without a value"] if found.unpaired else []
         notes += [f"{found.never} with never"] if found.never else []
         pairs = f"{found.pairs} of {found.blocks} {results.block}s" + (
@@ -150,19 +152,19 @@ def comparisons(results: Results, factor: Factor | None, quantities: Sequence[st
                 Text(pairs, found.pairs),
                 with_interval(found.difference, found.interval),
                 with_interval(found.dominance, found.dominance_interval),
-                Text(_better(quantity, first, level, found.dominance_interval)),
+                Text(_better(results.quantities[quantity], first, level, found.dominance_interval)),
                 Text("-" if math.isnan(p) else f"{p:.2g}", p, kind="number"),
             ]
         )
     return Table(f"Levels of {factor.name} against {factor.levels[0]}", head, rows)
 
 
-def _better(quantity: str, first: str, level: str, dominance: Interval) -> str:
+def _better(quantity: Quantity, first: str, level: str, dominance: Interval) -> str:
     """Which level is better, where that can be told."""
     if math.isnan(dominance.low) or dominance.low <= 0.0 <= dominance.high:
         return "-"
     larger = dominance.low > 0.0
-    return level if larger == QUANTITIES[quantity].more_is_better else first
+    return level if larger == quantity.more_is_better else first
 
 
 def _failed(results: Results, index: int) -> str:
@@ -190,7 +192,7 @@ def write_tables(tables: Sequence[Table], folder: Path, name: str) -> None:
 
 def write_cells(results: Results, path: Path) -> None:
     """Write every statistic of every cell as comma-separated values, in SI units, for other programs."""
-    known = results.known(VALUES)
+    known = results.known(results.metrics)
     head = ["cell", *results.factors, "runs", "failed"]
     head += [f"{name}_{part}" for name in RATES for part in ("times", "of", "share", "low", "high")]
     head += [f"{name}_{part}" for name in known for part in STATISTICS]

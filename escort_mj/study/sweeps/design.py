@@ -17,6 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.metrics import METRICS
+from escort_mj.metrics.metric import Metric
 from escort_mj.native.shipped import numba_version
 from escort_mj.recognize import scenario_names
 from escort_mj.scenario.findings import did_you_mean, listed, parse_key_path, shortened
@@ -171,6 +173,16 @@ class Design:
         ]
         if faults:
             raise ScenarioError(faults)
+
+    def own_metrics(self) -> list[Metric]:
+        """Metrics that the plugins of its scenarios bring."""
+        one_each = {str(cell.settings.get("plugins")): cell for cell in reversed(self.cells)}
+        known = [
+            metric
+            for cell in reversed(one_each.values())
+            for metric in catalog_of(type(self.scenario(cell, self.seeds[0]))).metrics
+        ]
+        return list({metric.name: metric for metric in known if metric not in METRICS}.values())
 
     def _placed(self, fault: Fault, cell: Cell) -> Fault:
         """A fault of a cell's scenario, at the place in the study that brought it about."""

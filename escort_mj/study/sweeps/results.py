@@ -22,7 +22,7 @@ from escort_mj.scenario.reader.paths import locate
 from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import Range, Steps, draws_of
 from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Design, Planned
-from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, QUANTITIES, SAFETY, VALUES, quantity_of
+from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, RATES, SAFETY, VALUES, Quantity, quantity_of
 from escort_mj.study.sweeps.statistics import (
     Paired,
     Proportion,
@@ -102,6 +102,8 @@ class Results:
         levels: Each run's level of each factor, an index into the factor's levels, shape (runs,).
         level_of_cell: Each cell's level of each factor, shape (cells,).
         factors: What is varied.
+        metrics: What a run has a value of, by name: shipped metrics, and those of plugins.
+        quantities: Metrics and rates, by name.
     """
 
     def __init__(self, facts: Mapping[str, Any], rows: Mapping[str, Row]) -> None:
@@ -117,6 +119,9 @@ class Results:
         self.runs = tuple(Planned(*run) for run in facts["runs"])
         self.rows = {run.key: rows[run.key] for run in self.runs if run.key in rows}
         self.cell = np.array([run.cell for run in self.runs], dtype=np.intp)
+        own = {name: Quantity(**one) for name, one in facts.get("metrics", {}).items()}
+        self.metrics: dict[str, Quantity] = VALUES | own
+        self.quantities = RATES | self.metrics
         self.levels: dict[str, NDArray[np.intp]] = {}
         self.level_of_cell: dict[str, NDArray[np.intp]] = {}
         self._values: dict[str, Array] = {}
@@ -186,7 +191,7 @@ class Results:
     def judged(self) -> list[str]:
         """Metrics that the verdicts of these runs look at."""
         names = {v["metric"]: None for row in self.rows.values() for v in row.verdicts}
-        return [name for name in names if name in VALUES]
+        return [name for name in names if name in self.metrics]
 
     def medians(self, quantity: str) -> Array:
         """Median of each cell, shape (cells,); NaN where no run has a value."""
@@ -197,7 +202,7 @@ class Results:
         kept = self.known([SAFETY, PRECISION, EFFORT])
         if not kept:
             return np.zeros(len(self.cells), dtype=bool)
-        signs = [-1.0 if QUANTITIES[name].more_is_better else 1.0 for name in kept]
+        signs = [-1.0 if self.quantities[name].more_is_better else 1.0 for name in kept]
         return pareto(
             np.stack([sign * self.medians(name) for sign, name in zip(signs, kept, strict=True)], axis=1)
         )
@@ -291,6 +296,10 @@ def facts_of(design: Design) -> dict[str, Any]:
         "factors": [{"name": n, "log": n in log, "drawn": n in drawn} for n in design.factors],
         "cells": [cell._asdict() for cell in design.cells],
         "runs": [list(run) for run in design.runs()],
+        "metrics": {
+            metric.name: Quantity(metric.unit, metric.meaning, metric.more_is_better)._asdict()
+            for metric in design.own_metrics()
+        },
     }
 
 
@@ -326,6 +335,12 @@ class _Factor(BaseModel, strict=True):
     drawn: bool
 
 
+class _Metric(BaseModel, strict=True):
+    unit: str
+    meaning: str
+    more_is_better: bool
+
+
 class _Cell(BaseModel, strict=True):
     labels: dict[str, Any]
     settings: dict[str, Any]
@@ -341,6 +356,7 @@ class _Facts(BaseModel, strict=True):
     factors: list[_Factor]
     cells: Annotated[list[_Cell], Field(min_length=1)]
     runs: list[Annotated[list[Any], Field(min_length=3, max_length=3)]]
+    metrics: dict[str, _Metric] = {}
 
 
 def _checked(facts: Any, path: Path) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from escort_mj.errors import ScenarioError
 from escort_mj.record.files import write_text
 from escort_mj.scenario import dump_scenario, parse_scenario
 from escort_mj.study.sweeps.design import Planned
-from escort_mj.study.sweeps.quantities import QUANTITIES
 from escort_mj.study.sweeps.results import Results
 
 FOLDER = "worst"
@@ -45,7 +44,7 @@ def worst_runs(results: Results, quantities: Iterable[str], each: int) -> Iterat
         known = np.flatnonzero(~np.isnan(values))
         if not len(known) or (values[known] == values[known[0]]).all():
             continue
-        sign = 1.0 if QUANTITIES[name].more_is_better else -1.0
+        sign = 1.0 if results.quantities[name].more_is_better else -1.0
         for index in known[np.argsort(sign * values[known], kind="stable")][:each]:
             yield Worst(name, float(values[index]), results.runs[index])
 

@@ -14,6 +14,7 @@ from escort_mj.scenario import parse_scenario
 from escort_mj.study.engine.store import Store
 from escort_mj.study.sweeps.results import open_results, write_design
 from escort_mj.study.sweeps.worst import failed_runs, write_scenario
+from tests.plugged import METRIC
 from tests.report.browser import Page, look, needs_browser
 from tests.study.planted import design, study_folder
 
@@ -121,6 +122,25 @@ def test_cells_as_tables_for_papers(folder: Path) -> None:
         assert "Levels of controller against apd" in words and "settling" in words
     last = (folder / "cells.csv").read_text().splitlines()[-1]
     assert "radius_error_mean at most 0.1 m (" in last
+
+
+def test_metrics_of_plugins_are_in_the_tables(tmp_path: Path) -> None:
+    """With their unit, and without the plugin: a report needs nothing but the folder."""
+    plugin = tmp_path / "own_metric.py"
+    plugin.write_text(METRIC)
+    text = (
+        "study: own\nscenario: main\n"
+        "set: {plugins: [own_metric.py], expect: [{metric: farthest, at_most: 9}]}\n"
+        "vary: {controller: [apd_smc, pd]}\nseeds: 2\n"
+    )
+    out = study_folder(tmp_path, text, lambda cell, seed: {"farthest": 3.0 + seed, "contacts": 0.0})
+    plugin.unlink()
+    results = open_results(out)
+    assert results.metrics["farthest"].unit == "m" and "farthest" in results.known(results.metrics)
+    write_study_page(out)
+    head, first, *_ = (out / "cells.csv").read_text().splitlines()
+    assert dict(zip(head.split(","), first.split(","), strict=True))["farthest_mean"] == "4.5"
+    assert "Also in" in (page := (out / "report.html").read_text()) and "farthest" in page
 
 
 def test_the_same_results_give_the_same_page(few: Path) -> None:
