@@ -49,7 +49,7 @@ QUIET = ("--no-video", "--no-figures")
 def test_a_good_run(command, one_figure, tmp_path: Path) -> None:
     code, out, err = command("run", "five.yaml", *QUIET)
     assert code == 0 and err == ""
-    assert "five: completed" in out and "pass  contacts" in out
+    assert "five: completed 2 s (" in out and "pass  contacts" in out
     folder = tmp_path / "renders" / "five"
     written = {
         "scenario.yaml",

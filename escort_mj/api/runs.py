@@ -295,9 +295,10 @@ class Run:
 
     def _in_words(self) -> str:
         """How the run ended, and how many verdicts held."""
-        passed = sum(verdict.passed for verdict in self.verdicts)
-        ending = self.message if self.outcome.good else f"{self.outcome.value}: {self.message}"
-        return f"{ending}; {passed} of {len(self.verdicts)} verdicts passed"
+        judged = [verdict.passed for verdict in self.verdicts if not verdict.skip]
+        skipped = len(self.verdicts) - len(judged)
+        words = f"{self.outcome.told(self.message)}; {sum(judged)} of {len(judged)} verdicts passed"
+        return words + (f", {skipped} not judged" if skipped else "")
 
     def __repr__(self) -> str:
         failed = [verdict.message for verdict in self.verdicts if not verdict.passed]

@@ -189,12 +189,13 @@ def show_command(
     """
     from escort_mj.expect.verdicts import Verdict, verdict_lines
     from escort_mj.record.folder import read_run
+    from escort_mj.record.outcome import Outcome
 
     stored = read_run(run_folder)
     samples, robots = stored.trace.sizes["time"], stored.trace.sizes["robot"]
     physics = stored.trace.attrs.get("contact_physics")
     lines = [
-        f"{shown_path(run_folder)}: {stored.outcome['outcome']}: {stored.outcome['message']}",
+        f"{shown_path(run_folder)}: {Outcome(stored.outcome['outcome']).told(stored.outcome['message'])}",
         f"trace: {samples} samples of {robots} robots",
         *([f"physics: {physics}"] if physics else []),
         *verdict_lines([Verdict(**verdict) for verdict in stored.verdicts if "metric" in verdict]),
@@ -258,7 +259,7 @@ def _report(result: Flight) -> None:
     summary = result.metrics["run"]
     speed = summary["real_time_factor"]
     say(
-        f"{result.scenario.name}: {result.outcome.value}: {result.message}"
+        f"{result.scenario.name}: {result.outcome.told(result.message)}"
         f" ({summary['wall_time']:.2f} s of wall time{f', {speed:.0f} times real time' if speed else ''})"
     )
     for line in verdict_lines(result.verdicts):

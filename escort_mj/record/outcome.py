@@ -26,6 +26,10 @@ class Outcome(StrEnum):
         """Description of the outcome in one sentence."""
         return _MEANINGS[self]
 
+    def told(self, message: str) -> str:
+        """The message of a run with this outcome; that of a completed run says so itself."""
+        return message if self.good else f"{self.value}: {message}"
+
 
 _MEANINGS = {
     Outcome.COMPLETED: "the run reached the end of its duration",

@@ -10,6 +10,8 @@ import pytest
 import escort_mj
 from escort_mj.api.runs import Run
 from escort_mj.errors import UsageError
+from escort_mj.record.folder import read_run
+from escort_mj.report.video.video import ending
 
 TEXT = {
     "name": "two",
@@ -46,6 +48,14 @@ def test_the_text_is_short_and_says_what_failed(made: Run) -> None:
     first, *failed = repr(made).splitlines()
     assert first == "<Run two: completed 1 s; 2 of 4 verdicts passed>"
     assert len(failed) == 2 and failed[0].startswith("  FAIL  force_rms at least 50 N: ")
+
+
+def test_what_was_not_judged_is_not_counted_as_passed(compiled: None, tmp_path: Path) -> None:
+    short = escort_mj.load_scenario({**TEXT, "expect": TEXT["expect"][:1] + [{"settled": 1, "by": 0.5}]})
+    run = escort_mj.run(short.replace(duration=0.1))
+    assert repr(run) == "<Run two: completed 0.1 s; 2 of 2 verdicts passed, 1 not judged>"
+    run.save(tmp_path / "two")
+    assert ending(read_run(tmp_path / "two")) == ("completed 0.1 s, 2 expectations met, 1 not judged", True)
 
 
 def test_the_cell_of_a_notebook_has_verdicts_and_a_picture(made: Run) -> None:

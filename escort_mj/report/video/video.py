@@ -285,6 +285,9 @@ def ending(run: StoredRun) -> tuple[str, bool]:
         return f"{outcome}: {message}", False
     if held < all_of_them:
         return f"{message}, {all_of_them - held} of {all_of_them} expectations failed", False
+    skipped = sum(bool(verdict.get("skip")) for verdict in run.verdicts)
+    if skipped:
+        return f"{message}, {held - skipped} expectations met, {skipped} not judged", True
     return f"{message}, all expectations met" if run.verdicts else message, True
 
 
