@@ -20,3 +20,8 @@ def test_pages_hold_what_they_are_about() -> None:
     assert "### check-plugin" in (DOCS / "commands.md").read_text()
     assert "| `hull_margin` | m |" in (DOCS / "metrics.md").read_text()
     assert "| `rho_hat` | N |" in (DOCS / "signals.md").read_text()
+
+
+def test_pages_link_to_each_other_and_not_to_files_of_the_repository() -> None:
+    for page in DOCS.glob("*.md"):
+        assert "(docs/" not in page.read_text(), page.name

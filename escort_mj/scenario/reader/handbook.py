@@ -88,7 +88,12 @@ def _tag(table: Node) -> str:
 def _words(node: Node) -> str:
     """Return the description of a key or table in one line, without the sections of a docstring."""
     text = re.split(r"\n\s*(?:Args|Attributes|Raises):\n", node.get("description", ""))[0]
-    return re.sub(r"\(docs/(\w+)\.md\)", r"([\1](\1.md))", " ".join(text.split()))
+    return linked(" ".join(text.split()))
+
+
+def linked(text: str) -> str:
+    """Text for a page of docs/, with links to the pages that it names."""
+    return re.sub(r"\(docs/(\w+)\.md\)", r"([\1](\1.md))", text)
 
 
 def _default(node: Node) -> str:
