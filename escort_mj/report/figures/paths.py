@@ -25,7 +25,7 @@ from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_k
 from escort_mj.report.figures.look import NARROW
 from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
 from escort_mj.report.figures.opponents import draw_opponents, opponent_keys, opponents
-from escort_mj.report.figures.style import WIDTH, Key, narrow
+from escort_mj.report.figures.style import WIDTH, Key, narrow, room_in_space
 from escort_mj.report.video.replay import outlines, safe_radius
 from escort_mj.scenario.geometry.shapes import OUTLINE_POINTS, outward
 
@@ -194,9 +194,10 @@ def space_view(figure: Figure, trace: Recorded) -> None:
         getattr(axes, f"set_{name}lim")(center - size, center + size)
         getattr(axes, f"set_{name}label")(f"{name} [m]", labelpad=9.0 if name == "x" else 2.0)
         getattr(axes, f"{name}axis").set_pane_color((0.97, 0.975, 0.98, 1.0))
-        ticks = int(np.clip(round(7 * size / half.max()), 2, 7))
+        ticks = int(np.clip(round((4 if narrow(figure) else 7) * size / half.max()), 2, 7))
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(ticks))
-    axes.set_box_aspect(half, zoom=1.05 + 0.3 * max(2.0 * half[0] / np.linalg.norm(half) - 1.0, 0.0))
+    zoom = 1.05 + 0.3 * max(2.0 * half[0] / np.linalg.norm(half) - 1.0, 0.0)
+    axes.set_box_aspect(half, zoom=zoom)
     axes.view_init(elev=22, azim=-62)
     floor = middle[2] - half[2]
 
@@ -233,6 +234,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
         artist.set_in_layout(False)
     teams.name_all(figure, [axes], trace, _keys(trace))
+    axes.set_box_aspect(half, zoom=zoom * room_in_space(figure, axes))
 
 
 def _step(span: float) -> float:

@@ -27,6 +27,7 @@ DPI = 200
 COMPRESSION = 3  # of PNG: half the time of 6, the usual one, for files 10 % larger
 SHOWN_DPI = 110  # in notebooks
 LEGEND_LETTERS = 104  # that fit side by side in a legend
+EDGE = 0.04  # kept free beside labels of axes in space [inches]
 TITLE = 10.0
 FAILED = palette.from_hex("B00020")
 
@@ -240,3 +241,13 @@ def _columns(words: Sequence[str], figure: Figure) -> int:
     room = LEGEND_LETTERS * width_of(figure) / WIDTH * USUAL.size / matplotlib.rcParams["font.size"]
     rows = -(-len(words) // max(int(room / widest), 1))
     return -(-len(words) // rows)
+
+
+def room_in_space(figure: Figure, axes: Any) -> float:
+    """By how much 3-D axes are to shrink for their labels to be inside of the figure; 1 if they are."""
+    root = figure.get_figure(root=True)
+    root.draw_without_rendering()
+    drawn, middle = axes.get_tightbbox(), (axes.bbox.x0 + axes.bbox.x1) / 2
+    reach = max(drawn.x1 - middle, middle - drawn.x0)
+    room = min(figure.bbox.x1 - middle, middle - figure.bbox.x0) - EDGE * root.dpi
+    return float(min(1.0, room / reach))

@@ -150,6 +150,19 @@ def test_running_rms_of_a_sine():
 def test_narrow_figures_hold_all_their_words(make_run, name):
     canvas = figure_of(read_run(make_run()).trace, name, look=look_of("column", font_size=6.5))
     assert canvas.get_figwidth() == 3.5
+    assert_words_inside(canvas)
+
+
+@pytest.mark.parametrize("width", ["column", "page"])
+def test_paths_in_space_hold_all_their_words(make_run, width):
+    trace = read_run(make_run(count=6, axes=3)).trace
+    way = np.linspace(0.0, 40.0, trace.sizes["time"])  # far along x, as missions go
+    trace["q"][:, :, 0] += way[:, None]
+    trace["target_position"][:, 0] += way
+    assert_words_inside(figure_of(trace, "paths", look=look_of(width)))
+
+
+def assert_words_inside(canvas):
     canvas.draw_without_rendering()
     renderer, (_, _, right, top) = canvas.canvas.get_renderer(), canvas.bbox.extents
     for part in [*canvas.axes, *canvas.texts, *canvas.legends]:
