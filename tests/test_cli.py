@@ -78,7 +78,7 @@ def test_an_earlier_run_stays(command, tmp_path: Path) -> None:
     (tmp_path / "renders" / "five" / "video.mp4").write_text("of the first run")
     code, out, err = command(*short)
     assert code == 0 and "wrote renders/five-2:" in out
-    assert err == "renders/five holds an earlier run, which stays; --overwrite would replace it\n"
+    assert err == "renders/five holds an earlier run, which is kept; --overwrite replaces it\n"
     code, _, err = command(*short, "--out", "renders/five")
     assert code == 2 and err.endswith(
         "holds a run already; --overwrite (in Python overwrite=True) replaces it\n"
@@ -152,9 +152,9 @@ def test_compare_runs_each_law_once(command, tmp_path: Path) -> None:
     arguments = ("compare", "five.yaml", "--laws", "pd,apd_smc", "--set", "duration=1", "--workers", "1")
     code, out, err = command(*arguments)
     assert code == 0 and err == ""
-    assert "2 runs: 2 run now" in out and "APD-SMC" in out and "wrote renders/compare/five" in out
+    assert "2 runs: 2 new" in out and "APD-SMC" in out and "wrote renders/compare/five" in out
     assert (tmp_path / "renders" / "compare" / "five" / "table.csv").is_file()
-    assert "0 run now" in command(*arguments)[1]
+    assert "0 new" in command(*arguments)[1]
 
 
 def test_a_program_error_is_one_message(command, monkeypatch) -> None:

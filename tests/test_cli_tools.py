@@ -37,7 +37,7 @@ def test_export_says_what_it_cannot_do(command) -> None:
     code, _, err = command("export", "five.yaml", "five.txt")
     assert code == 2 and "allowed are .xml, .csv, .parquet" in err
     code, _, err = command("export", "five.yaml", "five.csv")
-    assert code == 2 and "is no run folder" in err
+    assert code == 2 and "not a run folder" in err
     code, _, err = command("export", "mian", "main.xml")
     assert code == 2 and 'did you mean "main"?' in err
     assert command("export", "five.yaml", "nowhere/five.xml")[0] == 2

@@ -72,7 +72,7 @@ def run_command(
     if out is None and not overwrite:
         created = RunFolder.create_beside(usual)
         if created.path != usual and not OUTPUT.quiet:
-            words = f"{shown_path(usual)} holds an earlier run, which stays; --overwrite would replace it"
+            words = f"{shown_path(usual)} holds an earlier run, which is kept; --overwrite replaces it"
             say(words, err=True)
     else:
         created = RunFolder.create(out if out is not None else usual, overwrite=overwrite)
@@ -140,6 +140,8 @@ def check_command(
     as_json: JsonOption = False,
 ) -> None:
     """Run scenarios in parallel and evaluate their verdicts.
+
+    The folders that an earlier check left of the same scenarios are replaced, or removed if they pass now.
 
     Example: escort-mj check main paper/case1_2d
 

@@ -320,8 +320,11 @@ def report_command(
     from escort_mj.report.pages.study_page import write_study_page
 
     page = write_study_page(folder, out, compare, ("svg", "png") if png else ("svg",))
-    lines = [f"wrote {shown_path(page)}", f"wrote {shown_path(folder)}: cells.csv figures/ worst/"]
-    written = ["cells.csv", "figures/", "worst/"]
+    lines = [
+        f"wrote {shown_path(page)}",
+        f"wrote {shown_path(folder)}: cells.csv cells.md cells.tex figures/ worst/",
+    ]
+    written = ["cells.csv", "cells.md", "cells.tex", "figures/", "worst/"]
     finish("report", as_json, lines, page=shown_path(page), folder=shown_path(folder), written=written)
 
 

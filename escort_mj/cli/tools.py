@@ -102,7 +102,7 @@ def export_command(
     if is_run:
         export_run(read_run(source), to)
     elif to.suffix != MJCF:
-        raise UsageError(f"{source}: is no run folder; {to.suffix} holds what a run recorded")
+        raise UsageError(f"{source}: not a run folder; only runs can be exported as {to.suffix}")
     else:
         from escort_mj.world.model.build import build
 

@@ -97,8 +97,8 @@ def _at_target(member: type[Behavior], kind: type[Scenario]) -> CheckResult:
         stand.state.q_measured[:] = stand.state.target_position_measured
         stand.call(0)
         if not np.isfinite(stand.outputs()).all():
-            return CheckResult("no singularity", False, "no numbers where all robots are at the target")
-    return CheckResult("no singularity", True, "numbers even where all robots are at the target")
+            return CheckResult("no singularity", False, "not finite where all robots are at the target")
+    return CheckResult("no singularity", True, "finite where all robots are at the target")
 
 
 def _view(stand: Stand) -> BehaviorView:

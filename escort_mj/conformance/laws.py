@@ -54,11 +54,11 @@ def _holds_still(member: type[Law], kind: type[Scenario]) -> CheckResult:
         )  # fmt: skip
         if max(force, rates) > ROUNDING:
             return CheckResult(
-                "holds still",
+                "at rest",
                 False,
-                f"without any error it demands {force:.3g} N, at a rate of {rates:.3g} N/s",
+                f"without error, the force is {force:.3g} N and the rate of adaptation {rates:.3g} N/s",
             )
-    return CheckResult("holds still", True, "without any error: no force, and nothing is learned")
+    return CheckResult("at rest", True, "without error, force and adaptation are zero")
 
 
 def _at_rest(stand: Stand) -> None:

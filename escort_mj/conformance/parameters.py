@@ -72,4 +72,4 @@ def _takes(member: type[BaseModel], name: str, value: Any) -> bool:
 def _told(name: str, node: dict[str, Any]) -> str:
     """A parameter with its default and bounds."""
     bounds = [f"{sign} {node[key]:g}" for key, sign in BOUNDS.items() if key in node]
-    return " ".join([name, str(node.get("default")), *bounds])
+    return " ".join([name, str(node["default"]) if "default" in node else "(required)", *bounds])

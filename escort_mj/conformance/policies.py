@@ -48,5 +48,5 @@ def _among_robots(member: type[Policy], kind: type[Scenario]) -> CheckResult:
         stand.state.q[:] = stand.state.target_position[:] = stand.state.mover_position[0]
         stand.call(0)
         if not np.isfinite(stand.outputs()).all():
-            return CheckResult("no singularity", False, "no numbers where all bodies are at one place")
-    return CheckResult("no singularity", True, "numbers even where all bodies are at one place")
+            return CheckResult("no singularity", False, "not finite where all bodies are at one point")
+    return CheckResult("no singularity", True, "finite where all bodies are at one point")

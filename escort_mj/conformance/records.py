@@ -110,9 +110,7 @@ def try_metric(metric: Metric, kind: type[Scenario]) -> Iterator[CheckResult]:
                 )
                 return
             values.append(found.value)
-    yield CheckResult(
-        "runs", True, f"{len(values)} values, {silent} times nothing to say, in {len(BESIDE)} runs"
-    )
+    yield CheckResult("runs", True, f"{len(values)} values, {silent} without a value, in {len(BESIDE)} runs")
     yield CheckResult("deterministic", True, "same value again")
     yield CheckResult("within bounds", bool(values), _range(values))
     if metric.grows:
@@ -127,10 +125,10 @@ def _grows(metric: Metric) -> CheckResult:
             found = measure(metric, trace, 0.0, 0.25 * step).value
             if found is not None and found < last:
                 return CheckResult(
-                    "grows", False, f"{name}: falls from {last:g} to {found:g} as the window grows"
+                    "grows", False, f"{name}: decreases from {last:g} to {found:g} as the window grows"
                 )
             last = last if found is None else found
-    return CheckResult("grows", True, "never falls as its window grows")
+    return CheckResult("grows", True, "never decreases as the window grows")
 
 
 def check_expectation(member: type[Expectation], kind: type[Scenario]) -> Iterator[CheckResult]:

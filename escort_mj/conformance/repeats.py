@@ -52,14 +52,12 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
                 twin.memory[:] = kept
                 apart = max(apart, gap(first, _written(twin, robot)))
     sizes = "in 2 and 3 axes" if issubclass(member, Policy) else "in 2, 3 and 5 axes"
-    yield CheckResult("finite", finite, f"{'numbers' if finite else 'something else than numbers'} {sizes}")
-    yield CheckResult(
-        "leaves what it sees", not touched, "writes its outputs only" if not touched else "writes inputs"
-    )
+    yield CheckResult("finite", finite, f"{'finite' if finite else 'not finite'} {sizes}")
+    yield CheckResult("inputs", not touched, "unchanged" if not touched else "changed; write outputs only")
     yield CheckResult(
         "deterministic",
         same,
-        "same bits again" if same else "other bits for the same input: it keeps something",
+        "same input, same bits" if same else "same input, other bits: it keeps state between calls",
     )
     if plain is not None:
         held = apart <= ROUNDING

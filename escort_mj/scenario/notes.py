@@ -27,7 +27,7 @@ def trace_note(scenario: Scenario) -> str:
     size = trace_size(scenario)
     if size < LARGE_TRACE:
         return ""
-    return f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate takes less"
+    return f"the trace will take up to {size / 1e6:.0f} MB; a lower recording.rate makes it smaller"
 
 
 def passage_note(scenario: Scenario) -> str:
@@ -45,11 +45,14 @@ def passage_note(scenario: Scenario) -> str:
         return ""
     what = "the smallest circle" if surface.fit else "the circle"
     fits = 0.5 * door.width - margin
-    smaller = f"a radius of at most {fits:.3g} m fits" if fits > 0.0 else "no radius fits"
+    if fits > 0.0:
+        smaller = f"a radius of at most {fits:.3g} m fits"
+        smaller += "" if surface.fit else "; surface with fit: true shrinks where necessary"
+    else:
+        smaller = f"no radius fits; the safe distance must be less than {0.5 * door.width:.3g} m"
     words = f"{what} of {radius:.3g} m needs {2.0 * (radius + margin):.3g} m with its safe distances, and "
     words += f"{door.between} leave {door.width:.3g} m at {door.time:.3g} s, so robots lose their places: "
-    words += smaller
-    return words if surface.fit else f"{words}, and surface with fit: true shrinks where it has to"
+    return words + smaller
 
 
 def lidar_note(scenario: Scenario) -> str:

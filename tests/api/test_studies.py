@@ -55,9 +55,7 @@ def test_a_sweep_is_a_table_and_goes_on(study: str) -> None:
         escort_mj.sweep(study, workers=1, confirmed=True, progress=interrupt)
     result = escort_mj.sweep(study, workers=1, confirmed=True)
     assert result.folder == Path("renders/studies/small") and result.passed
-    assert result.lines == [
-        "small: 4 runs in 2 cells: 2 made now, 2 had been made before; 0 failed, 0 of them broke"
-    ]
+    assert result.lines == ["small: 4 runs in 2 cells: 2 new, 2 from earlier; 0 failed, 0 of them crashed"]
     assert result.table["robots.mass"].tolist() == [1, 2, 1, 2] and result.table["passed"].all()
     assert result.table["force_rms"].dtype == float
     assert result.to_dataframe() is not result.table and repr(result).startswith("<small: 4 rows in ")
@@ -68,7 +66,7 @@ def test_a_sweep_is_a_table_and_goes_on(study: str) -> None:
 def test_laws_are_compared(study: str) -> None:
     result = escort_mj.compare("one.yaml", "pd", workers=1, progress=False)
     assert result.folder == Path("renders/compare/one") and result.passed
-    assert result.table["law"].tolist() == ["pd"] and "1 runs: 1 run now" in result.lines[0]
+    assert result.table["law"].tolist() == ["pd"] and "1 runs: 1 new" in result.lines[0]
 
 
 def test_tuning_and_falsifying_are_tables(study: str) -> None:
@@ -104,6 +102,6 @@ def test_a_study_may_be_a_mapping(study: str) -> None:
     assert result.table["robots.mass"].tolist() == [1.0, 2.0]
     assert load_study("out/study.yaml").study.vary == {"robots.mass": (1.0, 2.0)}
     again = escort_mj.sweep(keys, "out", workers=1)
-    assert " 0 made now, 2 had been made before" in again.lines[0]
+    assert " 0 new, 2 from earlier" in again.lines[0]
     with pytest.raises(escort_mj.ScenarioError, match=r"masss\[0\]: .*robots.masss: is not a key"):
         escort_mj.sweep(keys | {"vary": {"robots.masss": [1]}})

@@ -53,7 +53,7 @@ def test_a_second_time_nothing_runs(whole):
     out, scenario, _, _ = whole
     before = (out / "table.md").read_text()
     again = compare_controllers(scenario, out, undrawn, ["pd,super_twisting"], seeds=2, workers=1)
-    assert again.lines[0] == "4 runs: 0 run now, 4 had run before"
+    assert again.lines[0] == "4 runs: 0 new, 4 from earlier"
     assert (out / "table.md").read_text() == before
 
 

@@ -69,7 +69,7 @@ def test_a_second_time_nothing_runs_and_the_table_keeps_everything(whole):
     draw = lambda out, runs, figure: drawn.append(figure.key)  # noqa: E731
     result = reproduce_paper(scenarios_folder(), out, draw, only=["5"], workers=1)
     assert drawn == ["5"]
-    assert result.lines[0] == "2 simulations: 0 run now, 2 had run before"
+    assert result.lines[0] == "2 simulations: 0 new, 2 from earlier"
     assert (out / "table.md").read_text() == before
 
 

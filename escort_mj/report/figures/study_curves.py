@@ -144,7 +144,7 @@ def _name(canvas: Figure, by: Factor | None, never: bool) -> None:
             for level, color in zip(by.levels, colors_of(len(by.levels)), strict=True)
         ]
     if never:
-        keys.append(("never, in the median", Line2D([], [], color="#555555", marker="x", linestyle="")))
+        keys.append(("median: never", Line2D([], [], color="#555555", marker="x", linestyle="")))
     legend(canvas, keys)
 
 

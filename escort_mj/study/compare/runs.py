@@ -76,7 +76,7 @@ def lines_of(kind: str, ended: Sequence[tuple[str, str, str, bool]]) -> list[str
     """
     ran = sum(now for *_, now in ended)
     return [
-        f"{len(ended)} {kind}: {ran} run now, {len(ended) - ran} had run before",
+        f"{len(ended)} {kind}: {ran} new, {len(ended) - ran} from earlier",
         *(
             f"  {name}: {outcome}: {message}"
             for name, outcome, message, _ in ended

@@ -102,8 +102,8 @@ def sweep_design(
 def sweep_line(study: str, done: Swept) -> str:
     """What a sweep did, in a line."""
     return (
-        f"{study}: {done.runs} runs in {done.cells} cells: {done.made} made now, "
-        f"{done.runs - done.made} had been made before; {done.failed} failed, {done.broken} of them broke"
+        f"{study}: {done.runs} runs in {done.cells} cells: {done.made} new, "
+        f"{done.runs - done.made} from earlier; {done.failed} failed, {done.broken} of them crashed"
     )
 
 
