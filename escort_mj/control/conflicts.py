@@ -52,22 +52,24 @@ def weigh_tasks(i: int, plan: Plan, state: State) -> None:
         state: Its state; signals `task_...` and `ruling` are written.
     """
     behaviors = state.task_error.shape[1]
-    store(state.ruling, i, NOBODY)
-    for column in range(i * behaviors, (i + 1) * behaviors):
-        scatter(state.task_error, column, behaviors, 0.0)
-        scatter(state.task_wish, column, behaviors, 0.0)
-        scatter(state.task_removed, column, behaviors, 0.0)
-        scatter(state.task_angle, column, behaviors, NO_CONFLICT)
+    every = plan.alike and int(plan.phase_levels[0]) == behaviors
+    if not every:
+        store(state.ruling, i, NOBODY)
+        for column in range(i * behaviors, (i + 1) * behaviors):
+            scatter(state.task_error, column, behaviors, 0.0)
+            scatter(state.task_wish, column, behaviors, 0.0)
+            scatter(state.task_removed, column, behaviors, 0.0)
+            scatter(state.task_angle, column, behaviors, NO_CONFLICT)
     for phase in range(plan.phase_first.shape[0]):
         mine = there(state.q.shape[0] - i) & (load(state.lost, i) < 0.5)
         mine = mine & (abs(load(state.phase, i) - float(phase)) < 0.5)
         if any_of(mine):
-            _weigh_phase(i, phase, plan, state)
+            _weigh_phase(i, phase, every, plan, state)
 
 
 @merged
-def _weigh_phase(i: int, phase: int, plan: Plan, state: State) -> None:
-    """The task signals of those of robots i to i + 7 that a phase rules."""
+def _weigh_phase(i: int, phase: int, every: bool, plan: Plan, state: State) -> None:
+    """The task signals of those of robots i to i + 7 that a phase rules; `every`: all robots, all columns."""
     p, behaviors = state.q.shape[1], state.task_error.shape[1]
     first, levels = int(plan.phase_first[phase]), int(plan.phase_levels[phase])
     wanted, parts = stack_rows(MAX_LEVELS * p), stack_rows(MAX_LEVELS * p)
@@ -81,8 +83,9 @@ def _weigh_phase(i: int, phase: int, plan: Plan, state: State) -> None:
         column = i * behaviors + int(place)
         task = wish(i, first + level, plan, state, x, wanted, p * level)
         active = task.active > 0.5
-        _write(state.task_wish, column, behaviors, mine & active, root(square_of(wanted, p * level, p)))
-        _write(state.task_error, column, behaviors, mine & active, task.error)
+        length = root(square_of(wanted, p * level, p))
+        _write(state.task_wish, column, behaviors, mine & active, length, 0.0, every)
+        _write(state.task_error, column, behaviors, mine & active, task.error, 0.0, every)
         ruling = where(active, place, ruling)
         set_row(weights, MAX_DIRECTIONS * level, task.weight)
         set_row(weights, MAX_DIRECTIONS * level + 1, task.second)
@@ -92,25 +95,29 @@ def _weigh_phase(i: int, phase: int, plan: Plan, state: State) -> None:
         counts[level] = task.directions
         for k in range(p):
             set_row(parts, p * level + k, row_of(wanted, p * level + k))
-        for lower in range(level + 1, levels):
+        for lower in range(level + 1, levels if any_of(active) else 0):
             below, others = directions[MAX_DIRECTIONS * p * lower :], weights[MAX_DIRECTIONS * lower :]
             angle = _angle(p, task, x, int(counts[lower]), row_of(crosswise, lower), below, others)
             both = active & (row_of(actives, lower) > 0.5)
             set_row(angles, lower, where(both, smaller(angle, row_of(angles, lower)), row_of(angles, lower)))
             leave(p, task, x, parts, p * lower)
-    store(state.ruling, i, where(mine, ruling, load(state.ruling, i)))
+    store(state.ruling, i, ruling if every else where(mine, ruling, load(state.ruling, i)))
     for level in range(levels):
         column = i * behaviors + int(plan.level_column[first + level])
         for k in range(p * level, p * level + p):
             set_row(wanted, k, row_of(wanted, k) - row_of(parts, k))
-        _write(state.task_removed, column, behaviors, mine, root(square_of(wanted, p * level, p)))
-        _write(state.task_angle, column, behaviors, mine, row_of(angles, level))
+        length = root(square_of(wanted, p * level, p))
+        _write(state.task_removed, column, behaviors, mine, length, 0.0, every)
+        _write(state.task_angle, column, behaviors, mine, row_of(angles, level), NO_CONFLICT, every)
 
 
 @inlined
-def _write(signal: Array, column: int, behaviors: int, where_to: Any, value: Lanes) -> None:
-    """Writes a signal of those robots that are meant."""
-    scatter(signal, column, behaviors, where(where_to, value, gather(signal, column, behaviors)))
+def _write(
+    signal: Array, column: int, behaviors: int, where_to: Any, value: Lanes, others: float, every: bool
+) -> None:
+    """Writes a signal of those robots that are meant; the others' is kept, or becomes what every one has."""
+    left = everywhere(others) if every else gather(signal, column, behaviors)
+    scatter(signal, column, behaviors, where(where_to, value, left))
 
 
 @inlined
@@ -131,10 +138,12 @@ def _angle(p: int, task: Wish, x: Array, lower: int, crosswise: Lanes, y: Array,
         weight = task.weight if a == 0 else task.second
         for b in range(lower):
             share = abs(_dot(p, x, p * a, y, p * b)) * root(weight * row_of(v, b))
-            beside_x = _share_across(p, x, p * a, weight, y, p * b, row_of(v, b))
-            beside_y = _share_across(p, y, p * b, row_of(v, b), x, p * a, weight)
-            share = where(task.across > 0.5, beside_x, where(crosswise > 0.5, beside_y, share))
-            found = greatest(where((task.across > 0.5) & (crosswise > 0.5), 1.0, share), found)
+            if any_of(greatest(task.across, crosswise) > 0.5):
+                beside_x = _share_across(p, x, p * a, weight, y, p * b, row_of(v, b))
+                beside_y = _share_across(p, y, p * b, row_of(v, b), x, p * a, weight)
+                share = where(task.across > 0.5, beside_x, where(crosswise > 0.5, beside_y, share))
+                share = where((task.across > 0.5) & (crosswise > 0.5), 1.0, share)
+            found = greatest(share, found)
     return arc_cosine(smaller(found, 1.0))
 
 

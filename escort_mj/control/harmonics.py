@@ -34,7 +34,7 @@ class HarmonicParameters(Fields):
 
     lines: Annotated[Array, 2, "followed", Value("1", "values at 0 and slopes")]
     tones: Annotated[Array, 2, "tones", Value("rad/s and rad", "pulsatances and phases")]
-    waves: Annotated[Array, "2*tones", "followed", Value("1", "shares of cosine and sine of each tone")]
+    waves: Annotated[Array, "waves", "followed", Value("1", "shares of cosine and sine of each tone")]
 
 
 class Sum(NamedTuple):
@@ -102,11 +102,11 @@ def tabulate(sums: Sequence[Sum | None]) -> dict[str, Array]:
         `tones`, pulsatances and phases, shape (2, tones), filled up to whole lanes.
         The others have a column for each of the target's coordinates, its velocities and the disturbance's
         forces, filled up to whole lanes: `lines`, value at 0 and slope, shape (2, followed), and `waves`,
-        shares of cosine and sine of each tone, shape (2 * tones, followed).
+        shares of cosine and sine of each tone, filled up to pairs of tones, shape (waves, followed).
     """
     p, tones = len(sums) // 2, list(dict.fromkeys(tone for each in sums if each for tone in each.waves))
-    room, followed = room_for(len(tones)), room_for(3 * p)
-    lines, waves = np.zeros((2, followed)), np.zeros((room, 2, followed))
+    room, followed, pairs = room_for(len(tones)), room_for(3 * p), len(tones) + len(tones) % 2
+    lines, waves = np.zeros((2, followed)), np.zeros((pairs, 2, followed))
     for k, each in enumerate(sums):
         if each is None:
             continue
@@ -120,7 +120,7 @@ def tabulate(sums: Sequence[Sum | None]) -> dict[str, Array]:
                 waves[tones.index(tone), :, p + k] = tone[0] * b, -tone[0] * a
     table = np.zeros((2, room))
     table[:, : len(tones)] = np.reshape(tones, (-1, 2)).T
-    return {"lines": lines, "tones": table, "waves": waves.reshape(2 * room, followed)}
+    return {"lines": lines, "tones": table, "waves": waves.reshape(2 * pairs, followed)}
 
 
 @inlined
@@ -135,7 +135,7 @@ def follow(plan: Plan, time: float, position: Array, velocity: Array, push: Arra
         push: Result: the disturbance, shape (p,) [N].
     """
     p, count = position.shape[0], plan.tones.shape[1]
-    followed = plan.lines.shape[1]
+    followed, shares = plan.lines.shape[1], plan.waves.shape[0] // 2
     turns, found = stack_rows(2), stack_rows(followed // WIDTH)
     for at in range(0, followed, WIDTH):
         store(found, at, load(plan.lines, at) + time * load(plan.lines, followed + at))
@@ -145,7 +145,7 @@ def follow(plan: Plan, time: float, position: Array, velocity: Array, push: Arra
         set_row(turns, 1, sine)
         for at in range(0, followed, WIDTH):
             a, b, c, d = load(found, at), everywhere(0.0), everywhere(0.0), everywhere(0.0)
-            for lane in range(0, WIDTH, 2):  # four sums, so that none has to wait long for itself
+            for lane in range(0, min(WIDTH, shares - first), 2):  # four sums: none waits long for itself
                 row = 2 * (first + lane) * followed + at
                 a = a + turns[0, lane] * load(plan.waves, row)
                 b = b + turns[1, lane] * load(plan.waves, row + followed)

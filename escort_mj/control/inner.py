@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -85,7 +86,9 @@ def inner_loop(plan: Plan, state: State) -> None:
         store(state.s, at, e_dot + plan.slope * load(state.e, at))
     if state.v_d_rate.shape[0] > 0:
         _differentiate(plan, state)
-    if plan.law != OUTSIDE:
+    if plan.law == DEFAULT:
+        _default_loop(0, plan, state)
+    elif plan.law != OUTSIDE:
         _force_of(plan.law, 0, plan, state)
 
 
@@ -121,6 +124,7 @@ def _demand(anti_windup: bool, plan: Plan, state: State, at: int, tau: Lanes, ra
     store(state.q_d_rate, at, velocity)
 
 
+@cache
 def _loop_of(law: type[Law]) -> Callable[..., Any]:
     """Return the kernel that has a law demand the forces of all robots, with its numbers from a place on."""
     force, read = inlined(law.__dict__["force_lanes"]), reader(law)
@@ -131,7 +135,17 @@ def _loop_of(law: type[Law]) -> Callable[..., Any]:
             tau, rate = force(parameters, at, plan, state)
             _demand(parameters.anti_windup, plan, state, at, tau, rate)
 
-    return on_demand(reachable(loop, f"force_of_{law.model_fields['law'].default}"))
+    return inlined(loop)
+
+
+def _kernel_of(law: type[Law]) -> Callable[..., Any]:
+    """Return the same as machine code of its own."""
+    loop = _loop_of(law)
+
+    def force(place: int, plan: Plan, state: State) -> None:
+        loop(place, plan, state)
+
+    return on_demand(reachable(force, f"force_of_{law.model_fields['law'].default}"))
 
 
 @on_demand
@@ -142,8 +156,8 @@ def _force_of_plugin(place: int, plan: Plan, state: State) -> None:
         _demand(plan.anti_windup, plan, state, at, load(state.tau, at), load(state.rho_hat_rate, at))
 
 
-_LOOPS = [_loop_of(law) for law in LAWS]
-_force_of_shipped = one_of(_LOOPS)
+_KERNELS = [_kernel_of(law) for law in LAWS]
+_force_of_shipped = one_of(_KERNELS)
 
 
 @on_demand
@@ -190,6 +204,6 @@ def change_law(i: int, old: int, new: int, plan: Plan, state: State) -> None:
             state.v_d_filtered[i, k] += ahead * state.v_d_rate[i, k]
 
 
-_force_of = one_of([*_LOOPS, _force_of_plugin, _force_of_teams])
-DEFAULT_FORCE = _LOOPS[LAWS.index(ApdSmc)]
-"""The law of most missions: compiled with the callbacks."""
+_force_of = one_of([*_KERNELS, _force_of_plugin, _force_of_teams])
+DEFAULT = LAWS.index(ApdSmc)
+_default_loop = _loop_of(ApdSmc)  # of most missions: part of `evaluate`

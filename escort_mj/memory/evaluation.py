@@ -8,7 +8,6 @@ from functools import cache
 
 from escort_mj.control.conflicts import weigh_tasks
 from escort_mj.control.controller import evaluate, follow_time
-from escort_mj.control.inner import DEFAULT_FORCE
 from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
 from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Artifact
@@ -43,7 +42,4 @@ def evaluation_of(axes: int) -> Callable[[int, int], None]:
 
 def law_pieces(axes: int | None) -> list[Artifact]:
     """Return what most missions evaluate the law with, for so many axes; None for more than are unrolled."""
-    return [
-        piece_of(each, axes)
-        for each in (evaluate, take_measurements, weigh_tasks, follow_time, DEFAULT_FORCE)
-    ]
+    return [piece_of(each, axes) for each in (evaluate, take_measurements, weigh_tasks, follow_time)]

@@ -152,6 +152,15 @@ def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, stat
         scatter(state.clearance_body, i * groups + g, groups, where(nearer, body, nearest))
 
 
+@inlined
+def _keep(i: int, g: int, least: Lanes, who: Lanes, state: State) -> None:
+    """Write the clearances of robots i to i + 7 to a group, and whose they are: NOBODY's where as before."""
+    groups = state.clearance.shape[1]
+    before = gather(state.clearance_body, i * groups + g, groups)
+    scatter(state.clearance, i * groups + g, groups, least)
+    scatter(state.clearance_body, i * groups + g, groups, where(who > NOBODY, who, before))
+
+
 @merged
 def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bool) -> bool:
     """Clearances to target and obstacles; in a step that is sampled also distances center to center.
@@ -175,21 +184,21 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
             reach = state.target_clearance[robots] + (own + target_radius)
             if any_of((square < reach * reach) & there(left)):
                 _note_robots_of_target(i, robots, target_radius, plan, state)
-        g, least, who = -1, own, own
+        g, least, who, found = -1, own, own, False
         for j in range(m):
             body = n + 1 + j
             if g != int(plan.watched_group[body]):
-                if g >= 0:
-                    scatter(state.clearance, i * groups + g, groups, least)
-                    scatter(state.clearance_body, i * groups + g, groups, who)
+                if found:
+                    _keep(i, g, least, who, state)
                 g = int(plan.watched_group[body])
                 least = gather(state.clearance, i * groups + g, groups)
-                who = gather(state.clearance_body, i * groups + g, groups)
+                who, found = everywhere(NOBODY), False
             if plan.shaped:
                 rows = lesser(lane_numbers() + float(i), float(n - 1))
                 gap = pick(state.obstacle_gap, rows * float(m) + float(j))
                 nearer = (gap - own < least) & there(left)
                 least, who = where(nearer, gap - own, least), where(nearer, float(body), who)
+                found = found or any_of(nearer)
                 if sampled:
                     scatter(state.obstacle_distance, i * m + j, m, gap + plan.obstacle_radius[j])
                 continue
@@ -201,12 +210,11 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
             if any_of((square < reach * reach) & there(left)):
                 clearance = math.sqrt(square) - (own + plan.obstacle_radius[j])
                 nearer = clearance < least
-                least, who = where(nearer, clearance, least), where(nearer, float(body), who)
+                least, who, found = where(nearer, clearance, least), where(nearer, float(body), who), True
             if sampled:
                 scatter(state.obstacle_distance, i * m + j, m, math.sqrt(square))
-        if g >= 0:
-            scatter(state.clearance, i * groups + g, groups, least)
-            scatter(state.clearance_body, i * groups + g, groups, who)
+        if found:
+            _keep(i, g, least, who, state)
     overlaps = False
     for j in range(m if target_radius > 0.0 else 0):
         body = n + 1 + j
@@ -285,7 +293,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
         own, nearest = load(radius, i), everywhere(math.inf)
         load_rows(q, i, here)
         least = gather(state.clearance, i * groups + g, groups)
-        who = gather(state.clearance_body, i * groups + g, groups)
+        who, found = everywhere(NOBODY), False
         for j in range(n):
             square = everywhere(0.0)
             for k in range(p):
@@ -296,11 +304,11 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
             if any_of((square < reach * reach) & another):
                 clearance = math.sqrt(square) - bodies
                 nearer = (clearance < least) & another
-                least, who = where(nearer, clearance, least), where(nearer, float(j), who)
+                least, who, found = where(nearer, clearance, least), where(nearer, float(j), who), True
             if sampled:
                 nearest = where((square < nearest) & another, square, nearest)
-        scatter(state.clearance, i * groups + g, groups, least)
-        scatter(state.clearance_body, i * groups + g, groups, who)
+        if found:
+            _keep(i, g, least, who, state)
         if sampled:
             store(state.robot_distance_min, i, math.sqrt(nearest))
 

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@on_demand_unrolled
-def take_measurements(plan: Plan, state: State) -> None:
+@inlined
+def measure(plan: Plan, state: State) -> None:
     """Measures all robots, and the target once for the team.
 
     Args:
@@ -39,7 +39,14 @@ def take_measurements(plan: Plan, state: State) -> None:
         for k in range(p):
             state.target_position_measured[k] = state.target_position[k]
             state.target_velocity_measured[k] = state.target_velocity[k]
-        return
+    else:
+        take_measurements(plan, state)
+
+
+@on_demand_unrolled
+def take_measurements(plan: Plan, state: State) -> None:
+    """As `measure`, with sensors that are not perfect."""
+    n, p = state.q.shape
     step, noise = int(state.step[0]), plan.sensor_noise
     per_robot = int(noise[0] > 0.0) + int(noise[1] > 0.0)
     for_target = int(noise[2] > 0.0) + int(noise[3] > 0.0)

@@ -92,7 +92,7 @@ def test_axes_share_their_tones_and_tables_are_whole_lanes() -> None:
     tables = tabulate([found("4*cos(0.5*t)"), found("3*t + 4*sin(0.5*t)"), None, found("1 + 2*t")])
     assert tables["tones"].shape == (2, WIDTH)
     assert tables["tones"][:, 0].tolist() == [0.5, 0.0]
-    assert tables["waves"].shape == (2 * WIDTH, WIDTH)
+    assert tables["waves"].shape == (4, WIDTH), "pairs of tones"
     assert tables["waves"][0].tolist() == [4.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0], "shares of the cosine"
     assert tables["waves"][1].tolist() == [0.0, 4.0, -2.0, 0.0, 0.0, 0.0, 0.0, 0.0], "shares of the sine"
     assert not tables["waves"][2:].any()

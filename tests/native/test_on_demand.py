@@ -22,11 +22,9 @@ MISSION = {
 REACHED = {
     "evaluate",
     "follow_time",
-    "take_measurements",
     "supervise",
     "_refresh_some",
     "weigh_tasks",
-    "force_of_apd_smc",
 }
 PROGRAM = """
 import json, sys

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
+import llvmlite.binding as llvm
 from numba import config, njit, types
 from numba.core import cgutils, codegen
 from numba.core.compiler_lock import global_compiler_lock
@@ -109,8 +110,20 @@ def optimized(library: Any) -> Any:
 
 
 def object_file(module: Any) -> bytes:
-    """Return a module as machine code."""
-    return bytes(cpu_target.target_context.codegen()._tm.emit_object(module))
+    """Return a module as machine code.
+
+    On x86 it reaches its constants, which are loaded beside it, relative to itself. By absolute addresses, as
+    numba's own machine code does, each takes an instruction more and ten bytes.
+    """
+    near = {"reloc": "pic", "codemodel": "small"} if level().processor else {}
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        cpu=config.CPU_NAME or llvm.get_host_cpu_name(),
+        features=config.CPU_FEATURES or level().flags,
+        opt=3,
+        jit=True,
+        **near,
+    )
+    return bytes(machine.emit_object(module))
 
 
 def holds_addresses(library: Any) -> bool:

@@ -104,7 +104,7 @@ def control(m: int, d: int, axes: int) -> None:
     qpos = vector_at(pointer_at(d + DATA_QPOS()), nq)
     qvel = vector_at(pointer_at(d + DATA_QVEL()), nq)  # of which there are no more
     state.time[0] = double_at(d + DATA_TIME())
-    copy_numbers(qpos, state.qpos, nq)
+    copy_in(qpos, state.qpos, nq)
     if addresses.in_row:
         copy_in(qpos, state.q, n * p)
         copy_in(qvel, state.v, n * p)

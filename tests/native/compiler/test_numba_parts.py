@@ -3,7 +3,7 @@
 from importlib.metadata import version
 
 from escort_mj.native.compiler import numba_parts
-from escort_mj.native.compiler.numba_parts import TRIED, codegen, cpu_target
+from escort_mj.native.compiler.numba_parts import TRIED, codegen
 
 
 def test_this_release_of_numba_was_tried() -> None:
@@ -15,7 +15,6 @@ def test_this_release_of_numba_was_tried() -> None:
 def test_what_is_not_public_is_where_it_was() -> None:
     assert callable(codegen.JITCodeLibrary._finalize_specific)
     assert callable(codegen.JITCPUCodegen._add_module) and callable(codegen.JITCPUCodegen.set_env)
-    assert callable(cpu_target.target_context.codegen()._tm.emit_object)
     assert hasattr(codegen.JITCodeLibrary, "serialize_using_object_code")
 
 
