@@ -74,6 +74,8 @@ def reproduce_command(
 ) -> None:
     """Reproduce the paper's simulations and figures, and check its claims.
 
+    The run folders of all figures take 0.5 GB, because each keeps its trace; --only FIG takes a part of it.
+
     Example: escort-mj reproduce --only 5 --only 6
     """
     from escort_mj.api import studies
