@@ -217,8 +217,8 @@ def validate_command(
 ) -> None:
     """Validate scenarios and studies without running them. Exit code 2 if one is invalid.
 
-    All errors are reported together, except that a table with an invalid key is compared with others only once its
-    own keys are valid.
+    All errors are reported together, except that a table with an invalid key is compared with others only
+    once its own keys are valid.
 
     Example: escort-mj validate mine.yaml
 
