@@ -167,7 +167,7 @@ def sweep_command(
 
     Example: escort-mj sweep studies/minute --workers 2
 
-    Example: escort-mj sweep mine.yaml --backend dask --scheduler tcp://host:8786
+    Example: escort-mj sweep heavier.yaml --backend dask --scheduler tcp://host:8786
     """
     if backend == "local":
         _get_ready(workers)
