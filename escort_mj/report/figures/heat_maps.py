@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
-from escort_mj.report.figures.scales import Scale, heading, logarithmic, readable, scale_of
+from escort_mj.report.figures.scales import Scale, heading, logarithmic, readable, scale_of, ticks_of
 from escort_mj.report.figures.style import figure
 from escort_mj.study.sweeps.quantities import QUANTITIES, RATES
 from escort_mj.study.sweeps.results import Factor, Results
@@ -96,9 +96,10 @@ def _panel(axes: Axes, table: Array, scale: Scale, quantity: str, x: Factor, y: 
     axes.grid(visible=False)
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0)
-    axes.set_xticks(np.arange(len(x.levels)) + 0.5, x.levels)
-    axes.set_yticks(np.arange(len(y.levels)) + 0.5, y.levels)
-    if max(map(len, x.levels)) * len(x.levels) > 40:
+    below = ticks_of(x)
+    axes.set_xticks(np.arange(len(below)) + 0.5, below)
+    axes.set_yticks(np.arange(len(y.levels)) + 0.5, ticks_of(y))
+    if max(map(len, below)) * len(below) > 40:
         axes.tick_params(axis="x", labelrotation=30)
     if table.size <= MOST_WORDS:
         for (row, column), value in np.ndenumerate(table):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from escort_mj.study.sweeps.quantities import (
     RATES,
     SAFETY,
 )
+from escort_mj.study.sweeps.results import Factor
 
 DECADES = 30.0  # times the least: positive values that reach so far are shown on a logarithmic scale
 HEADINGS = {
@@ -74,6 +76,12 @@ def scale_of(quantity: str, values: NDArray[np.float64]) -> Scale:
         low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
     log = low > 0.0 and high > DECADES * low and not QUANTITIES[quantity].more_is_better
     return Scale(factor, unit, label, log, factor * low, factor * high)
+
+
+def ticks_of(factor: Factor) -> Sequence[str]:
+    """Levels of a factor along an axis: numbers with three digits, if these tell them apart."""
+    short = [f"{number:.3g}" for number in factor.numbers]
+    return short if short and len(set(short)) == len(short) else factor.levels
 
 
 def logarithmic(axis: Axis) -> None:

@@ -14,7 +14,7 @@ from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.report.figures.scales import Scale, colors_of, heading, logarithmic, scale_of
+from escort_mj.report.figures.scales import Scale, colors_of, heading, logarithmic, scale_of, ticks_of
 from escort_mj.report.figures.style import FAILED, Key, figure, legend
 from escort_mj.study.sweeps.quantities import RATES
 from escort_mj.study.sweeps.results import Factor, Results
@@ -67,7 +67,7 @@ def draw_study_curves(
                 axes.set_xscale("log")
                 logarithmic(axes.xaxis)
             if len(factor.levels) <= 10 and not factor.drawn:
-                axes.set_xticks(factor.numbers, factor.levels)
+                axes.set_xticks(factor.numbers, ticks_of(factor))
                 axes.xaxis.set_minor_locator(NullLocator())
         _name(canvas, by, never)
 

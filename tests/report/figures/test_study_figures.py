@@ -20,6 +20,8 @@ SHAPES = {
     "three_factors": STUDY,
     "laws_and_masses": HEAD
     + "vary: {controller: [apd_smc, pd], robots.mass: [0.2, 0.5, 1, 2, 5]}\nseeds: 3\n",
+    "uneven_masses": HEAD
+    + "vary: {controller: [apd_smc, pd], robots.mass: {low: 0.2, high: 5, count: 7, scale: log}}\nseeds: 3\n",
     "cases": HEAD
     + "cases: {calm: {}, heavy: {robots.mass: 5}, a long name of a case: {robots.mass: 2}}\nseeds: 3\n",
     "drawn": HEAD
@@ -34,6 +36,8 @@ EXPECTED = {
     "three_factors": {"curves_robots.mass", "curves_robots.force_limit", "tradeoff"}
     | {f"map_{name}_robots.mass_robots.force_limit" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
     "laws_and_masses": {"curves_robots.mass", "tradeoff"}
+    | {f"map_{name}_robots.mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
+    "uneven_masses": {"curves_robots.mass", "tradeoff"}
     | {f"map_{name}_robots.mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
     "cases": {"intervals", "tradeoff"},
     "drawn": {"curves_robots.mass", "tradeoff"},
@@ -80,7 +84,7 @@ SLOW = [
 ]
 
 
-@pytest.mark.parametrize("shape", ["cases", "drawn", "one_cell", *SLOW])
+@pytest.mark.parametrize("shape", ["cases", "drawn", "one_cell", "uneven_masses", *SLOW])
 def test_every_figure_that_a_study_has_data_for(shape: str, tmp_path: Path, unreadable: list[str]) -> None:
     drawn = draw_study(results(tmp_path, SHAPES[shape]), tmp_path, formats=("png",))
     assert {one.path.stem for one in drawn} == EXPECTED[shape]
