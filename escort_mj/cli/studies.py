@@ -296,6 +296,7 @@ def report_command(
     out: Annotated[Path | None, typer.Option(help="HTML file [default: report.html in the folder].")] = None,
     compare: Annotated[str | None, typer.Option(help="Factor to compare [default: laws or cases].")] = None,
     png: Annotated[bool, typer.Option("--png", help="Also write the figures of a study as PNG.")] = False,
+    pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures of a study as PDF.")] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Write a self-contained HTML page: of a run, with a replay, or of a study, with its worst runs.
@@ -305,8 +306,8 @@ def report_command(
     from escort_mj.record.folder import is_run
 
     if is_run(folder):
-        if compare is not None or png:
-            raise UsageError(f"{folder}: is a run; --compare and --png are for studies")
+        if compare is not None or png or pdf:
+            raise UsageError(f"{folder}: is a run; --compare, --png and --pdf are for studies")
         from escort_mj.report.pages.run_page import write_run_page
 
         page = write_run_page(folder, out)
@@ -321,7 +322,7 @@ def report_command(
         )
     from escort_mj.report.pages.study_page import write_study_page
 
-    page = write_study_page(folder, out, compare, ("svg", "png") if png else ("svg",))
+    page = write_study_page(folder, out, compare, ("svg", *["png"] * png, *["pdf"] * pdf))
     lines = [
         f"wrote {shown_path(page)}",
         f"wrote {shown_path(folder)}: cells.csv cells.md cells.tex figures/ worst/",

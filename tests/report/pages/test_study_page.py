@@ -6,7 +6,9 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import pytest
+from typer.testing import CliRunner
 
+from escort_mj.cli import app
 from escort_mj.errors import UsageError
 from escort_mj.report.pages.html import Table, Text, templates
 from escort_mj.report.pages.study_page import write_study_page
@@ -145,6 +147,15 @@ def test_metrics_of_plugins_are_in_the_tables(tmp_path: Path) -> None:
 
 def test_the_same_results_give_the_same_page(few: Path) -> None:
     assert write_study_page(few).read_text() == write_study_page(few).read_text()
+
+
+def test_the_command_writes_figures_for_papers_too(few: Path) -> None:
+    done = CliRunner().invoke(app, ["report", str(few), "--pdf"])
+    assert done.exit_code == 0, done.output
+    figures = few / "figures"
+    for picture in figures.glob("*.svg"):
+        assert picture.with_suffix(".pdf").read_bytes().startswith(b"%PDF")
+    assert {path.suffix for path in figures.iterdir()} == {".svg", ".pdf"}
 
 
 def test_a_study_without_runs_has_a_page(tmp_path: Path) -> None:
