@@ -13,7 +13,7 @@ import numpy as np  # noqa: E402
 import escort_mj  # noqa: E402
 from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
 from escort_mj import palette  # noqa: E402
-from escort_mj.report.figures.style import figure, legend  # noqa: E402
+from escort_mj.report.figures.drawing.style import figure, legend  # noqa: E402
 
 PAGE, PICTURE = "pursuit.md", DOCS / "figures" / "dashes.png"
 COUNTS = range(4, 13)

@@ -14,7 +14,7 @@ from benchmarks.bare import Bare
 from benchmarks.document import table
 from benchmarks.paired import alternate, effort, paired
 from benchmarks.peers.ours import advance, mission
-from escort_mj.report.figures.style import figure
+from escort_mj.report.figures.drawing.style import figure
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
 from escort_mj.world.plant import Plant

@@ -14,7 +14,7 @@ import numpy as np  # noqa: E402
 
 from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
 from escort_mj.api import scenarios_folder  # noqa: E402
-from escort_mj.report.figures.style import figure  # noqa: E402
+from escort_mj.report.figures.drawing.style import figure  # noqa: E402
 from escort_mj.study.engine import backends  # noqa: E402
 from escort_mj.study.engine.parallel import cores  # noqa: E402
 from escort_mj.study.engine.store import Row, Store  # noqa: E402

@@ -65,7 +65,7 @@ def rows(points: dict[str, list[Point]]) -> Iterator[list[str]]:
 def draw(points: dict[str, list[Point]]) -> None:
     """The trade-off as a curve per mission."""
     from escort_mj import palette
-    from escort_mj.report.figures.style import figure
+    from escort_mj.report.figures.drawing.style import figure
 
     path, title = DOCS / "figures" / "event_trigger.png", "Event trigger: updates against precision"
     with figure(path, 3.6, title) as canvas:

@@ -11,7 +11,7 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 from benchmarks.document import DOCS, publish, table, wants_docs  # noqa: E402
 from escort_mj.api import scenarios_folder  # noqa: E402
-from escort_mj.report.figures.tuning import draw_tuning  # noqa: E402
+from escort_mj.report.figures.studies.tuning import draw_tuning  # noqa: E402
 from escort_mj.study.engine import backends  # noqa: E402
 from escort_mj.study.engine.parallel import cores  # noqa: E402
 from escort_mj.study.search.evaluate import base_of  # noqa: E402

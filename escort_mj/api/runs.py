@@ -169,8 +169,8 @@ class Run:
             UsageError: If the run has no such figure, or if a width or font is invalid.
             RenderError: If there is no sample to draw.
         """
+        from escort_mj.report.figures.drawing.look import look_of
         from escort_mj.report.figures.figures import figure_of
-        from escort_mj.report.figures.look import look_of
 
         if name is not None and name not in self.figures:
             raise UsageError(f"{name}: is not a figure of this run; allowed are {', '.join(self.figures)}")

@@ -291,7 +291,7 @@ def tune(
     lines = list(tuning_lines(found, section, {key: base_of(design, key) for key in section.over}))
     written = ["results.sqlite", TRIALS, SUMMARY, BEST]
     if figures:
-        from escort_mj.report.figures.tuning import draw_tuning
+        from escort_mj.report.figures.studies.tuning import draw_tuning
 
         with stopping.keeping(lambda: kept_words(folder)):
             written += [path.name for path in draw_tuning(folder, section, found)]

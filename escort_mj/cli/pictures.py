@@ -119,8 +119,8 @@ def render_command(
     written: list[str] = []
     with drawing_video(run_folder, wanted, file) if video else nullcontext(lambda: False) as rendered:
         if figures:
+            from escort_mj.report.figures.drawing.look import look_of
             from escort_mj.report.figures.figures import draw_figures
-            from escort_mj.report.figures.look import look_of
 
             look = look_of(width, font, font_size, title)
             with progress_bar("drawing the figures", "", announced=True):

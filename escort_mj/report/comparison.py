@@ -14,8 +14,8 @@ from matplotlib.ticker import MaxNLocator
 from escort_mj import palette
 from escort_mj.metrics.radius_error import radius_error
 from escort_mj.record.folder import read_run
-from escort_mj.report.figures.curves import draw_curves, log_scale, running_rms, timeline
-from escort_mj.report.figures.style import FAILED, figure
+from escort_mj.report.figures.drawing.curves import draw_curves, log_scale, running_rms, timeline
+from escort_mj.report.figures.drawing.style import FAILED, figure
 from escort_mj.scenario import Scenario
 from escort_mj.study.compare.comparison import LAWS, OUTERS, QUANTITIES, Combination, Result, rows, title_of
 from escort_mj.study.compare.comparison_table import subject

@@ -14,8 +14,8 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from escort_mj import palette
 from escort_mj.record.folder import read_run
 from escort_mj.report.figures import nearness, paths, timelines
-from escort_mj.report.figures.curves import log_ticks, running_rms
-from escort_mj.report.figures.style import FAILED, WIDTH, figure
+from escort_mj.report.figures.drawing.curves import log_ticks, running_rms
+from escort_mj.report.figures.drawing.style import FAILED, WIDTH, figure
 from escort_mj.study.compare.measured import QUANTITIES, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS, SHOWN, PaperFigure, PaperRun
 

@@ -5,7 +5,7 @@ from collections import Counter
 
 import pytest
 
-from escort_mj.scenario.reader.paths import locate
+from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.signals import SIGNALS
 from tests.docs.pages import ROOT
 

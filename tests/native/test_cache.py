@@ -65,7 +65,8 @@ def test_sources_that_change_places_change_the_key(copied: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "source", ["cli/app.py", "report/figures/style.py", "scenario/checks/space.py", "mission.py", "errors.py"]
+    "source",
+    ["cli/app.py", "report/figures/drawing/style.py", "scenario/checks/space.py", "mission.py", "errors.py"],
 )
 def test_a_change_of_what_no_kernel_reads_compiles_nothing(source: str, copied: Path) -> None:
     before = cache.cache_key(copied)

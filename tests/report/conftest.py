@@ -14,7 +14,7 @@ from escort_mj import palette
 from escort_mj.monitor.signals import CAUSES
 from escort_mj.record.folder import RunFolder
 from escort_mj.record.outcome import Outcome
-from escort_mj.report.figures import style
+from escort_mj.report.figures.drawing import style
 from escort_mj.signals import SIGNALS, record_size, truth_sizes
 from tests.synthetic import build_trace
 

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from escort_mj import palette
 from escort_mj.record.folder import read_run
-from escort_mj.report.figures import curves, paths, style, timelines
+from escort_mj.report.figures import paths, timelines
+from escort_mj.report.figures.drawing import curves, style
 from escort_mj.report.figures.figures import draw_figures
 from escort_mj.report.video.pen import Pen
 from escort_mj.report.video.replay import replay_of

@@ -27,7 +27,7 @@ def test_a_large_trace_is_told_beforehand():
     crowd = Scenario.model_validate(keys)
     assert 1e8 < trace_size(crowd) < 2e9
     assert notes(crowd) == [
-        f"the trace will take up to {trace_size(crowd) / 1e6:.0f} MB; a lower recording.rate takes less"
+        f"the trace will take up to {trace_size(crowd) / 1e6:.0f} MB; a lower recording.rate makes it smaller"
     ]
 
 

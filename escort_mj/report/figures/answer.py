@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.report.figures.style import figure
+from escort_mj.report.figures.drawing.style import figure
 
 Array = NDArray[np.float64]
 

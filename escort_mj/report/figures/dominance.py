@@ -14,10 +14,10 @@ from escort_mj import palette
 from escort_mj.components.movers import COMES
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.report.figures import teams
-from escort_mj.report.figures.look import NARROW
+from escort_mj.report.figures.drawing.look import NARROW
+from escort_mj.report.figures.drawing.style import WIDTH, Key, narrow
 from escort_mj.report.figures.opponents import opponents
 from escort_mj.report.figures.paths import bounds
-from escort_mj.report.figures.style import WIDTH, Key, narrow
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -13,8 +13,8 @@ from escort_mj.errors import RenderError
 from escort_mj.record.folder import FIGURES, StoredRun, read_run
 from escort_mj.record.recording import LOG, is_log, not_logged
 from escort_mj.report.figures import dominance, gap, knowledge, nearness, paths, tasks, timelines, truth
-from escort_mj.report.figures.look import USUAL, Look, check_formats
-from escort_mj.report.figures.style import canvas_of, figure, png_of
+from escort_mj.report.figures.drawing.look import USUAL, Look, check_formats
+from escort_mj.report.figures.drawing.style import canvas_of, figure, png_of
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -15,8 +15,8 @@ from escort_mj.metrics.hull_margin import margins, over_time
 from escort_mj.metrics.largest_gap import gaps
 from escort_mj.monitor.signals import TARGET
 from escort_mj.record.episodes import moving_as
-from escort_mj.report.figures.curves import BOUND, draw_curves, limit_line, timeline
-from escort_mj.report.figures.style import Key, legend
+from escort_mj.report.figures.drawing.curves import BOUND, draw_curves, limit_line, timeline
+from escort_mj.report.figures.drawing.style import Key, legend
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -17,7 +17,7 @@ from escort_mj import palette
 from escort_mj.metrics.knowledge import parts
 from escort_mj.metrics.reading import lost
 from escort_mj.record.team import of_team, own_targets, team_names
-from escort_mj.report.figures.curves import (
+from escort_mj.report.figures.drawing.curves import (
     SECOND,
     curve_keys,
     dashed_curves,
@@ -29,8 +29,8 @@ from escort_mj.report.figures.curves import (
     running_rms,
     timeline,
 )
+from escort_mj.report.figures.drawing.style import Key, name_robots
 from escort_mj.report.figures.losses import heard_links, lost_keys
-from escort_mj.report.figures.style import Key, name_robots
 from escort_mj.report.figures.teams import colored, colors_at
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from escort_mj.metrics.knowledge import linked
 from escort_mj.metrics.reading import lost
 from escort_mj.numerics.thomson import nearest_edges
-from escort_mj.report.figures.style import Key
+from escort_mj.report.figures.drawing.style import Key
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

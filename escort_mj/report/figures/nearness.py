@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.metrics.reading import lost
 from escort_mj.record.episodes import apart_from, pair
-from escort_mj.report.figures.curves import (
+from escort_mj.report.figures.drawing.curves import (
     BOUND,
     curve_keys,
     draw_curves,
@@ -22,8 +22,8 @@ from escort_mj.report.figures.curves import (
     limit_line,
     timeline,
 )
+from escort_mj.report.figures.drawing.style import Key, name_robots
 from escort_mj.report.figures.losses import lost_keys
-from escort_mj.report.figures.style import Key, name_robots
 from escort_mj.report.video.replay import safe_radius
 
 if TYPE_CHECKING:

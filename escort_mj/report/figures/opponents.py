@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.components.movers import COMES, INTERCEPTED, REACHED
-from escort_mj.report.figures.curves import BOUND
-from escort_mj.report.figures.style import Key
+from escort_mj.report.figures.drawing.curves import BOUND
+from escort_mj.report.figures.drawing.style import Key
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -14,8 +14,14 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.report.figures.curves import average_keys, draw_curves, log_scale, running_mean, timeline
-from escort_mj.report.figures.style import Key, legend, narrow
+from escort_mj.report.figures.drawing.curves import (
+    average_keys,
+    draw_curves,
+    log_scale,
+    running_mean,
+    timeline,
+)
+from escort_mj.report.figures.drawing.style import Key, legend, narrow
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

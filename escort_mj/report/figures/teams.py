@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.record.team import team_names
-from escort_mj.report.figures.style import Key, legend, name_robots
+from escort_mj.report.figures.drawing.style import Key, legend, name_robots
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -16,7 +16,7 @@ from escort_mj.metrics.arrival import goal_distance
 from escort_mj.metrics.energy_ratio import energy_ratios
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.recording import not_logged
-from escort_mj.report.figures.curves import (
+from escort_mj.report.figures.drawing.curves import (
     BOUND,
     TWIN,
     curve_keys,
@@ -27,9 +27,9 @@ from escort_mj.report.figures.curves import (
     running_rms,
     timeline,
 )
-from escort_mj.report.figures.look import NARROW
+from escort_mj.report.figures.drawing.look import NARROW
+from escort_mj.report.figures.drawing.style import Key, name_robots, narrow
 from escort_mj.report.figures.losses import lost_keys
-from escort_mj.report.figures.style import Key, name_robots, narrow
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

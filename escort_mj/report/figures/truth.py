@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from escort_mj import palette
-from escort_mj.report.figures.curves import (
+from escort_mj.report.figures.drawing.curves import (
     SECOND,
     curve_keys,
     dashed_curves,
@@ -22,7 +22,7 @@ from escort_mj.report.figures.curves import (
     thin,
     timeline,
 )
-from escort_mj.report.figures.style import Key, name_robots
+from escort_mj.report.figures.drawing.style import Key, name_robots
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded

@@ -16,8 +16,8 @@ from escort_mj.record.episodes import pair
 from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, read_run
 from escort_mj.record.recording import LOG, NOT_LOGGED
+from escort_mj.report.figures.drawing.scales import readable
 from escort_mj.report.figures.figures import PLOTS, draw_figures
-from escort_mj.report.figures.scales import readable
 from escort_mj.report.pages.html import Table, Text, page
 from escort_mj.report.pages.replay_data import replay_data
 from escort_mj.report.pages.signals_data import signals_data

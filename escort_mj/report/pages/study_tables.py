@@ -8,7 +8,7 @@ from pathlib import Path
 
 from escort_mj.record.files import write_text
 from escort_mj.record.tables import comma_separated, latex, markdown
-from escort_mj.report.figures.scales import readable
+from escort_mj.report.figures.drawing.scales import readable
 from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.quantities import (

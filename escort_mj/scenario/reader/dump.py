@@ -14,8 +14,8 @@ from escort_mj.components.parameters import NAME_KEYS
 from escort_mj.expectations import EXPECTATIONS
 from escort_mj.laws.gains import LAWS_WITH_A_RULE
 from escort_mj.scenario.reader.document import plain_scalar
+from escort_mj.scenario.reader.files.paths import tag_of
 from escort_mj.scenario.reader.gains import AUTO, KEY
-from escort_mj.scenario.reader.paths import tag_of
 from escort_mj.scenario.schema.scenario import Scenario
 
 _FIRST = {*NAME_KEYS, *(kind.kind for kind in EXPECTATIONS)}  # keys that say what a table is

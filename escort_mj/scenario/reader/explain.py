@@ -10,7 +10,7 @@ from pydantic_core import ErrorDetails
 
 from escort_mj.scenario.findings import Finding, Path, did_you_mean, listed, shown
 from escort_mj.scenario.reader.catalog import catalog_of
-from escort_mj.scenario.reader.paths import Location, locate, member_name
+from escort_mj.scenario.reader.files.paths import Location, locate, member_name
 from escort_mj.scenario.schema.fields import PATTERNS
 from escort_mj.scenario.schema.scenario import Scenario
 

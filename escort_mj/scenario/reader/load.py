@@ -16,13 +16,13 @@ from escort_mj.scenario.reader import explain
 from escort_mj.scenario.reader.catalog import resolve_plugins
 from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
 from escort_mj.scenario.reader.dump import differing
+from escort_mj.scenario.reader.files.robots import read_robots
+from escort_mj.scenario.reader.files.waypoints import read_tables
 from escort_mj.scenario.reader.gains import with_gains, without_gains
 from escort_mj.scenario.reader.late import judged_again, late, left_out
 from escort_mj.scenario.reader.overrides import Overrides, apply
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import load_plugin, source_of
-from escort_mj.scenario.reader.robots import read_robots
-from escort_mj.scenario.reader.waypoints import read_tables
 from escort_mj.scenario.schema.scenario import Scenario
 
 MAX_BYTES = 1_000_000

@@ -9,7 +9,7 @@ from typing import Any
 from escort_mj.errors import Fault, ScenarioError
 from escort_mj.scenario.findings import Path, key_path, parse_key_path, shortened
 from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, read_document
-from escort_mj.scenario.reader.paths import locate, models, tag_of
+from escort_mj.scenario.reader.files.paths import locate, models, tag_of
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import placed_in
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from escort_mj.scenario.findings import Path
 from escort_mj.scenario.reader.dump import flow
-from escort_mj.scenario.reader.paths import locate
+from escort_mj.scenario.reader.files.paths import locate
 
 WIDTH = 100  # columns of a comment
 SCHEMA = "# yaml-language-server: $schema=schema.json"

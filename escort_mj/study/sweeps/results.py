@@ -18,7 +18,7 @@ from escort_mj.errors import RunFolderError, UsageError
 from escort_mj.record.files import read_json, write_text
 from escort_mj.scenario.findings import key_path, parse_key_path
 from escort_mj.scenario.reader.dump import flow
-from escort_mj.scenario.reader.paths import locate
+from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import Range, Steps, draws_of
 from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Design, Planned

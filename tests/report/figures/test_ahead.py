@@ -5,7 +5,8 @@ import shutil
 import pytest
 
 from escort_mj.errors import RunFolderError
-from escort_mj.report.figures import ahead, style
+from escort_mj.report.figures import ahead
+from escort_mj.report.figures.drawing import style
 from escort_mj.report.figures.figures import draw_figures
 
 

@@ -9,10 +9,11 @@ from escort_mj import palette
 from escort_mj.errors import RenderError, RunFolderError
 from escort_mj.record.folder import read_run
 from escort_mj.record.outcome import Outcome
-from escort_mj.report.figures import curves, figures, paths, style
+from escort_mj.report.figures import figures, paths
+from escort_mj.report.figures.drawing import curves, style
+from escort_mj.report.figures.drawing.look import look_of
+from escort_mj.report.figures.drawing.style import figure
 from escort_mj.report.figures.figures import draw_figures, figure_of
-from escort_mj.report.figures.look import look_of
-from escort_mj.report.figures.style import figure
 
 ALWAYS = {"panels", "paths", "forces", "tasks"}
 

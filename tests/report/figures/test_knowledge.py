@@ -8,8 +8,8 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_rgb
 
 from escort_mj import palette
+from escort_mj.report.figures.drawing.look import look_of
 from escort_mj.report.figures.figures import figure_of, plots_of
-from escort_mj.report.figures.look import look_of
 from tests.synthetic import make_trace
 
 TIME = np.arange(0.0, 20.0, 0.1)

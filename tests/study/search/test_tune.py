@@ -9,7 +9,7 @@ import pytest
 from escort_mj.api import scenarios_folder
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.mission import fly
-from escort_mj.report.figures.tuning import draw_tuning
+from escort_mj.report.figures.studies.tuning import draw_tuning
 from escort_mj.scenario import load_file
 from escort_mj.study.engine.backends import here
 from escort_mj.study.engine.store import Row

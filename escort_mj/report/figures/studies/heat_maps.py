@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
-from escort_mj.report.figures.scales import Scale, heading, logarithmic, readable, scale_of, ticks_of
-from escort_mj.report.figures.style import figure
+from escort_mj.report.figures.drawing.scales import Scale, heading, logarithmic, readable, scale_of, ticks_of
+from escort_mj.report.figures.drawing.style import figure
 from escort_mj.study.sweeps.quantities import QUANTITIES, RATES
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import proportion_of, summary

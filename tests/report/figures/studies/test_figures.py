@@ -10,8 +10,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 from PIL import Image
 
-from escort_mj.report.figures import scales
-from escort_mj.report.figures.study_figures import draw_study
+from escort_mj.report.figures.drawing import scales
+from escort_mj.report.figures.studies.figures import draw_study
 from escort_mj.study.sweeps.quantities import EFFORT, PASSED, PRECISION, SAFETY
 from tests.study.planted import STUDY, plant, results
 

@@ -14,8 +14,8 @@ from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.report.figures.scales import Scale, colors_of, heading, logarithmic, scale_of, ticks_of
-from escort_mj.report.figures.style import FAILED, Key, figure, legend
+from escort_mj.report.figures.drawing.scales import Scale, colors_of, heading, logarithmic, scale_of, ticks_of
+from escort_mj.report.figures.drawing.style import FAILED, Key, figure, legend
 from escort_mj.study.sweeps.quantities import RATES
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import Interval, proportion_of, summary

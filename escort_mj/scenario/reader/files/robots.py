@@ -16,7 +16,7 @@ from escort_mj.errors import RobotError
 from escort_mj.robots.mjcf import FileKind, Menagerie, Mjcf
 from escort_mj.robots.modeled import RobotModel, known
 from escort_mj.scenario.findings import Finding, Path
-from escort_mj.scenario.reader.waypoints import with_value
+from escort_mj.scenario.reader.files.waypoints import with_value
 
 ASSETS, DIGITS = "assets", 12  # where a run folder has copies, and what of the digest is their name
 KINDS: dict[str, type[FileKind]] = {"mjcf": Mjcf, "menagerie": Menagerie}

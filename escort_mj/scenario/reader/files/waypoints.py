@@ -12,7 +12,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from escort_mj.scenario.findings import Finding, Path, shortened
-from escort_mj.scenario.reader.networks import read_network
+from escort_mj.scenario.reader.files.networks import read_network
 
 SUFFIX = ".csv"
 MOST = 10_000  # waypoints of a table

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from escort_mj.metrics import METRICS
-from escort_mj.report.figures.style import figure
+from escort_mj.report.figures.drawing.style import figure
 from escort_mj.study.sweeps.searches import Tune
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ from matplotlib.lines import Line2D
 
 from escort_mj import palette
 from escort_mj.record.files import make_folder, replaced
-from escort_mj.report.figures.letters import FONT, finish_texts
-from escort_mj.report.figures.look import NARROW, USUAL, Look
+from escort_mj.report.figures.drawing.letters import FONT, finish_texts
+from escort_mj.report.figures.drawing.look import NARROW, USUAL, Look
 
 WIDTH = USUAL.width
 DPI = 200

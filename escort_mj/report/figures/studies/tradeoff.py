@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from escort_mj.report.figures.scales import heading, logarithmic, scale_of
-from escort_mj.report.figures.style import Key, figure, legend
+from escort_mj.report.figures.drawing.scales import heading, logarithmic, scale_of
+from escort_mj.report.figures.drawing.style import Key, figure, legend
 from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, SAFETY
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import pareto

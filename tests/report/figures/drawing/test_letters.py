@@ -7,10 +7,10 @@ from matplotlib.mathtext import MathTextParser
 from PIL import Image
 
 from escort_mj.record.folder import read_run
-from escort_mj.report.figures import letters, style
+from escort_mj.report.figures.drawing import letters, style
+from escort_mj.report.figures.drawing.letters import BOX, FONT, finish_texts, font_file, legible
+from escort_mj.report.figures.drawing.style import figure
 from escort_mj.report.figures.figures import figure_of
-from escort_mj.report.figures.letters import BOX, FONT, finish_texts, font_file, legible
-from escort_mj.report.figures.style import figure
 
 NOWHERE = "\U0010fffd"  # of the private use planes: no font has it
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from escort_mj.record.folder import FIGURES
-from escort_mj.report.figures import heat_maps, study_curves, tradeoff
+from escort_mj.report.figures.studies import curves, heat_maps, tradeoff
 from escort_mj.study.sweeps.quantities import EFFORT, PASSED, PRECISION, SAFETY
 from escort_mj.study.sweeps.results import Factor, Results
 
@@ -73,7 +73,7 @@ def _all(
     laid_out = [factor for factor in others if not factor.drawn]
     for factor in (f for f in others if f.numbers):
         words = f"Against {factor.name}: {BANDS}" + TOGETHER * (len(others) > 1)
-        study_curves.draw_study_curves(add(f"curves_{factor.name}", words), results, factor, by, quantities)
+        curves.draw_study_curves(add(f"curves_{factor.name}", words), results, factor, by, quantities)
     pairs = [(x, y, by) for x, y in combinations(laid_out, 2)]
     if not pairs and by is not None and laid_out:
         pairs = [(laid_out[0], by, None)]
@@ -87,7 +87,7 @@ def _all(
             heat_maps.draw_map(add(name, words), results, quantity, x, y, panels)
     if not any(factor.numbers for factor in others):
         words = f"Each cell: {BANDS}"
-        study_curves.draw_intervals(add("intervals", words), results, by, quantities)
+        curves.draw_intervals(add("intervals", words), results, by, quantities)
     if {SAFETY, PRECISION} <= set(quantities):
         tradeoff.draw_tradeoff(add("tradeoff", TRADEOFF), results, by)
     return drawn

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from matplotlib.font_manager import fontManager
 
 from escort_mj.errors import UsageError
-from escort_mj.report.figures.letters import FONT
+from escort_mj.report.figures.drawing.letters import FONT
 
 WIDTHS = {"column": 3.5, "page": 7.2}
 """Widths of one and of two columns of a journal's page [inches]."""

@@ -1,0 +1,1 @@
+"""What all figures share: style, letters, formats, scales, and curves that stay readable."""

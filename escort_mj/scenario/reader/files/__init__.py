@@ -1,0 +1,1 @@
+"""Files beside a scenario: waypoints, robots, networks, and where they may lie."""
