@@ -19,8 +19,8 @@ class Avoid(Policy):
     """Move in the direction closest to the target's that leads past all robots within sight.
 
     A direction leads past a robot that lies behind the body or far enough to the side. If no direction leads
-    past all, the body heads straight for the target. The direction is chosen again at an interval, in steps
-    of one degree in the plane and of about four in space.
+    past all, the body heads straight for the target. The direction is chosen again after each `interval`, in
+    steps of one degree in the plane and of about four in space.
     """
 
     seeks: ClassVar[bool] = True

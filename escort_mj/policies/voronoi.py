@@ -16,12 +16,12 @@ class Voronoi(Policy):
 
     The cell contains the points that are closer to the body than to any robot: those that it reaches first if
     no robot is faster (Zhou, Zhang, Ding, Huang, Stipanovic, Tomlin, Automatica 2016, 72, 64-72). The
-    direction is chosen again at an interval.
+    direction is chosen again after each `interval`.
     """
 
     policy: Literal["voronoi"] = "voronoi"
     wait: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
-    """Rest before the body moves [s]."""
+    """Waiting time before the body moves [s]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 

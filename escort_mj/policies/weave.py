@@ -12,7 +12,7 @@ NEAR = 1e-9  # m
 
 
 class Weave(Policy):
-    """Move toward the target, swinging to either side in the plane of the first two axes."""
+    """Move toward the target, swinging from side to side in the plane of the first two axes."""
 
     seeks: ClassVar[bool] = True
     policy: Literal["weave"] = "weave"

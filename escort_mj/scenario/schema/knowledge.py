@@ -101,7 +101,7 @@ class Knowledge(Parameters):
     estimator: Estimator = Predict()
     """How each robot estimates the target from what it sees and hears: a name, or a table with parameters."""
     initial: InitialKnowledge = InitialKnowledge()
-    """Accuracy of what robots know of the target at the start, or when they change over to another team."""
+    """Accuracy of what robots know of the target at the start, or when they change to another team."""
 
 
 class Loss(Parameters):
