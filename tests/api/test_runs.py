@@ -55,7 +55,12 @@ def test_what_was_not_judged_is_not_counted_as_passed(compiled: None, tmp_path: 
     run = escort_mj.run(short.replace(duration=0.1))
     assert repr(run) == "<Run two: completed 0.1 s; 2 of 2 verdicts passed, 1 not judged>"
     run.save(tmp_path / "two")
-    assert ending(read_run(tmp_path / "two")) == ("completed 0.1 s, 2 expectations met, 1 not judged", True)
+    assert ending(read_run(tmp_path / "two")) == ("completed 0.1 s, 2 verdicts passed, 1 not judged", True)
+
+
+def test_a_run_of_which_nothing_was_expected_met_no_expectations(compiled: None, tmp_path: Path) -> None:
+    escort_mj.run({**TEXT, "expect": []}).save(tmp_path / "two")
+    assert ending(read_run(tmp_path / "two")) == ("completed 1 s", True)
 
 
 def test_the_cell_of_a_notebook_has_verdicts_and_a_picture(made: Run) -> None:

@@ -284,11 +284,11 @@ def ending(run: StoredRun) -> tuple[str, bool]:
     if outcome != "completed":
         return f"{outcome}: {message}", False
     if held < all_of_them:
-        return f"{message}, {all_of_them - held} of {all_of_them} expectations failed", False
+        return f"{message}, {all_of_them - held} of {all_of_them} verdicts failed", False
     skipped = sum(bool(verdict.get("skip")) for verdict in run.verdicts)
     if skipped:
-        return f"{message}, {held - skipped} expectations met, {skipped} not judged", True
-    return f"{message}, all expectations met" if run.verdicts else message, True
+        return f"{message}, {held - skipped} verdicts passed, {skipped} not judged", True
+    return f"{message}, all expectations met" if len(run.verdicts) > 1 else message, True
 
 
 def _film(run: StoredRun, video: Video, short: bool) -> tuple[Film, int]:

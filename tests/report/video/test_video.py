@@ -85,7 +85,7 @@ def banner(frame):
     """Whether a line of the outcome stands in the lower part of a frame, by its color."""
     for words, ink in (("good", (0, 104, 77)), ("bad", (176, 0, 32))):
         covered = np.abs(frame[145:175] - np.array(ink)).max(axis=-1) < 40
-        if covered.sum(axis=1).max() > 100:  # pixels of one row
+        if covered.sum(axis=1).max() > 50:  # pixels of one row
             return words
     return ""
 
