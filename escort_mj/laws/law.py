@@ -35,8 +35,8 @@ class Law(Component):
     slope: PositiveFloat = 20.0
     """Slope of s = e_dot + slope * e [1/s] (paper: gamma); anti-windup and the avoidance gain also use it."""
     anti_windup: bool = True
-    """Whether to hold the estimate and move the reference with the robot while a motor is saturated outward.
-    """
+    """Whether to hold the estimate and move the reference with the robot while a motor is saturated and the
+    law drives it further into saturation."""
     law: str
 
     @classmethod

@@ -48,7 +48,7 @@ def opponents_breached(trace: Recorded) -> Measure:
 
 @metric(unit="s", watched=False, more_is_better=True, rank=43)
 def threat_time_min(trace: Recorded) -> Measure:
-    """Shortest time in which an approaching opponent could have reached a target, straight at its speed."""
+    """Shortest time to a target for an approaching opponent that heads straight for it at its speed."""
     if "opponent_status" not in trace:
         return Measure(None, reason=NO_OPPONENTS)
     count = trace.sizes["opponent"]

@@ -187,7 +187,7 @@ class Communication(Parameters):
     range: PositiveFloat | None = None
     """Largest distance between robots that hear each other [m]; null: any."""
     measure: Literal["center", "surface"] = "center"
-    """Whether this distance is measured between centers or surfaces."""
+    """Whether `range` is measured between centers or surfaces."""
     blocked: bool = False
     """Whether obstacles and walls between two robots block their messages."""
     rate: PositiveFloat | None = None

@@ -103,7 +103,7 @@ def comparison_markdown(scenario: Scenario, results: Sequence[Result]) -> list[s
         ),
         "",
         f"`{scenario.name}`, {scenario.duration:g} s, {_seeds(results)}. "
-        "**Bold**: the best value among those that completed every run.",
+        "**Bold**: the best value among the controllers that completed every run.",
         "",
         *(f"- {result.trial.name}: {result.outcome}: {result.message}" for result in _lost(results)),
     ]
