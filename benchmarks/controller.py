@@ -72,8 +72,9 @@ def main() -> None:
     wall, effort = (min(one[what] for one in spent) for what in ("wall", "effort"))
     bare = min(process("import numpy")["wall"] for _ in range(PROCESSES))
     start = (
-        f"A fresh process has its first command after {wall:.2f} s ({effort:.2f} s of processor time), of "
-        f"which Python and NumPy alone take {bare:.2f} s. Measured with Python {sys.version.split()[0]}."
+        f"A new process returns its first command after {wall:.2f} s ({effort:.2f} s of processor time). "
+        f"Starting Python and importing NumPy take {bare:.2f} s of the {wall:.2f} s. "
+        f"Measured with Python {sys.version.split()[0]}."
     )
     publish(PAGE, {"controller": f"{table(head, rows)}\n\n{start}"}, write)
 

@@ -31,7 +31,7 @@ class ComparedQuantity(NamedTuple):
 
 
 QUANTITIES = {
-    "settling_time": ComparedQuantity("s", "time after which every robot stays within 5 % of R"),
+    "settling_time": ComparedQuantity("s", "time after which every | |q - c| - R | stays within 5 % of R"),
     "tracking_time": ComparedQuantity("s", "time after which every |e| stays below 1 % of R"),
     "error_peak": ComparedQuantity("m", "largest |e|"),
     "radius_error": ComparedQuantity("m", "tail mean of | |q - c| - R |"),
