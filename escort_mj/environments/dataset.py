@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.api import load_scenario
+from escort_mj.environments.arguments import checked_command, checked_weights
 from escort_mj.environments.registration import ENVIRONMENT
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.environments.simulation import due
@@ -57,11 +58,13 @@ def law_episode(
         reward: Weights of what is asked; None for those of `Reward`.
 
     Raises:
-        UsageError: If commands are forces and there is no limit to scale them by.
+        UsageError: If commands are forces and there is no limit to scale them by, or `command` or `reward` is
+            not of its kind.
     """
+    command, weights = checked_command(command), checked_weights("reward", reward, Reward)
     world = build(scenario)
     plant, bound = Plant(world), bound_of(scenario, world)
-    senses = Senses(plant, 1, command, reward if reward is not None else Reward())
+    senses = Senses(plant, 1, command, weights)
     senses.enter(0, plant, bound)
     limits, given = senses.limits(bound), columns(SIGNALS[command], world.sizes)
     observed: list[Seen] = []

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.control.custom.native import any_failure
+from escort_mj.environments.arguments import checked_command, checked_count, checked_weights
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.environments.simulation import OneSide, next_hop, one_side
@@ -75,17 +76,19 @@ class Fleet:
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
 
         Raises:
-            UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents
-                and there are none, or both sides.
+            UsageError: If an argument is not of its kind, or forces are to be commanded and there is no limit
+                to scale them by, or opponents and there are none, or both sides.
         """
+        self._command, self._opposed = checked_command(command), one_side(side) == "opponents"
+        self._rival_reward = checked_weights("rival_reward", rival_reward, RivalReward)
+        weights = checked_weights("reward", reward, Reward)
+        threads = cores() if threads is None else checked_count("threads", threads)
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-        self._command, self._opposed = command, one_side(side) == "opponents"
-        self._rival_reward = rival_reward if rival_reward is not None else RivalReward()
         world = self._build(self.scenario)
         plant = Plant(world)  # each mission gets its own when it begins
         self._worlds: list[World] = [world] * count
         self._plants: list[Plant] = [plant] * count
-        self.senses = Senses(plant, count, command, reward if reward is not None else Reward())
+        self.senses = Senses(plant, count, command, weights)
         self._bounds = [bound_of(self.scenario, world)] * count
         self.rivals = [Rivals(plant, self._rival_reward) for _ in range(count * self._opposed)]
         self.members = self.rivals[0].count if self._opposed else self.senses.robots
@@ -103,7 +106,7 @@ class Fleet:
         self._given: list[Array] = [np.zeros((0,))] * count
         self._ended = [plant.state.ended] * count
         self._warnings = [plant.data.warning.number] * count
-        self._threads = min(threads or cores(), count)
+        self._threads = min(threads, count)
         self._pool = ThreadPoolExecutor(self._threads - 1, "missions") if self._threads > 1 else None
 
     def begin(self, mission: int, seed: int) -> None:

@@ -6,6 +6,7 @@ from base64 import b64encode
 
 import numpy as np
 
+from escort_mj.environments.arguments import checked_size
 from escort_mj.environments.simulation import Simulation
 from escort_mj.errors import UsageError
 from escort_mj.report.video.live import TRAIL, Painter, Picture, Subject
@@ -34,9 +35,12 @@ class Camera:
         Args:
             simulation: What to draw.
             size: Width and height [pixel].
+
+        Raises:
+            UsageError: If the size is not two whole numbers of at least 1.
         """
         self._simulation = simulation
-        self._painter = Painter(size)
+        self._painter = Painter(checked_size(size))
         self._shown: object = None
         self._drawn = 0
 

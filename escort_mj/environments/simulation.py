@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.api.runs import Run
+from escort_mj.environments.arguments import checked_command, checked_weights
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
@@ -100,14 +101,14 @@ class Simulation:
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
 
         Raises:
-            UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents
-                and there are none.
+            UsageError: If an argument is not of its kind, or forces are to be commanded and there is no limit
+                to scale them by, or opponents and there are none.
         """
         if side not in (sides := get_args(Side)):
             raise UsageError(f"side is {side!r}; expected {', '.join(sides)}")
-        self.side, self._rival_reward = side, rival_reward if rival_reward is not None else RivalReward()
+        self.side, self._rival_reward = side, checked_weights("rival_reward", rival_reward, RivalReward)
+        self.command, self.reward = checked_command(command), checked_weights("reward", reward, Reward)
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
-        self.command, self.reward = command, reward if reward is not None else Reward()
         self._begin()
         self.limits: Seen = self._senses.limits(self._bound)
 

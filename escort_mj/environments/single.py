@@ -56,8 +56,8 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
             rival_reward: As of `Simulation`.
 
         Raises:
-            UsageError: If forces are to be commanded without a limit, or opponents and there are none, or
-                both sides, or the mode of rendering is not known.
+            UsageError: If an argument is not of its kind, or forces are to be commanded without a limit, or
+                opponents and there are none, or both sides, or the mode of rendering is not known.
         """
         self.simulation = Simulation(scenario, command, reward, one_side(side), rival_reward)
         self.render_mode = known_mode(render_mode)

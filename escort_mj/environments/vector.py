@@ -14,6 +14,7 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
+from escort_mj.environments.arguments import checked_count, refusal
 from escort_mj.environments.fleet import Fleet
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
@@ -59,14 +60,17 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             rival_reward: As of `Simulation`.
 
         Raises:
-            UsageError: If there is to be no mission, or forces are to be commanded without a limit, or
-                opponents and there are none, or both sides.
+            UsageError: If an argument is not of its kind, or there is to be no mission, or forces are to be
+                commanded without a limit, or opponents and there are none, or both sides.
         """
-        if num_envs < 1:
-            raise UsageError(f"num_envs is {num_envs}; expected at least 1")
+        num_envs = checked_count("num_envs", num_envs)
+        try:
+            self.autoreset_mode = AutoresetMode(autoreset_mode)
+        except ValueError:
+            modes = ", ".join(mode.value for mode in AutoresetMode)
+            raise refusal("autoreset_mode", autoreset_mode, f"one of {modes}") from None
         self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward)
         self.num_envs = num_envs
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
         team = self.fleet.members, self.fleet.senses.axes
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.single_observation_space, self.single_action_space = spaces_of(self.fleet.limits, *team)

@@ -36,7 +36,7 @@ def load_scenario(
 
     Raises:
         ScenarioError: With all faults of the file.
-        UsageError: If there is no such file or shipped scenario.
+        UsageError: If `source` is of another kind, or there is no such file or shipped scenario.
     """
     if isinstance(source, Mapping):
         return scenario_of(source, overrides, plugins)
@@ -49,7 +49,7 @@ def scenario_path(path: str | os.PathLike[str]) -> str | os.PathLike[str]:
     Raises:
         UsageError: If there is no such file or shipped scenario.
     """
-    if is_scenario_name(os.fspath(path), folder := scenarios_folder()) and not os.path.exists(path):
+    if is_scenario_name(_named(path, "scenario"), folder := scenarios_folder()) and not os.path.exists(path):
         return folder / f"{os.fspath(path)}.yaml"
     return _shipped(path, "scenario", shipped_scenarios)
 
@@ -67,7 +67,7 @@ def _shipped(
     path: str | os.PathLike[str], what: str, shipped: Callable[[], list[str]]
 ) -> str | os.PathLike[str]:
     """A file as it was given, or the shipped one of that name."""
-    name = os.fspath(path)
+    name = _named(path, what)
     if os.path.exists(name) or name.endswith(SUFFIXES):
         return path
     if name not in (names := shipped()):
@@ -75,3 +75,18 @@ def _shipped(
         hint = f'did you mean "{close[0]}"?' if close else f"shipped are {', '.join(names)}"
         raise UsageError(f"{shortened(name)}: there is no such file or shipped {what}; {hint}")
     return scenarios_folder() / f"{name}.yaml"
+
+
+def _named(path: str | os.PathLike[str], what: str) -> str:
+    """What was given as a path or name.
+
+    Raises:
+        UsageError: If it is something else.
+    """
+    name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
+    if not isinstance(name, str):
+        found = shortened(repr(path), 80)
+        raise UsageError(
+            f"{what}: found {found}; expected a file, the name of a shipped {what}, or a mapping"
+        )
+    return name
