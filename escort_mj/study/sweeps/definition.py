@@ -22,7 +22,7 @@ from escort_mj.scenario.findings import (
     shortened,
 )
 from escort_mj.scenario.reader import explain
-from escort_mj.scenario.reader.document import Document, read_document
+from escort_mj.scenario.reader.document import Document, Place, read_document
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.load import read_text, tuples
 from escort_mj.scenario.reader.plain import document_of
@@ -113,8 +113,11 @@ class StudyFile:
 
     def fault(self, message: str, *path: str | int) -> Fault:
         """A fault with its place in the file."""
-        place = self._document.place(path)
-        return Fault(message, key_path(path), place.line, place.column, place.source)
+        return _fault(self._document, path, message)
+
+    def is_overridden(self, *path: str | int) -> bool:
+        """Whether what stands at a path was given beside the file."""
+        return self._document.is_overridden(path)
 
 
 def is_study(document: Document) -> bool:
@@ -144,8 +147,7 @@ def load_study(given: str | os.PathLike[str] | Mapping[str, Any], overrides: Seq
         message = "is no study: a study names itself with the key study, and its scenario with scenario"
         raise ScenarioError([Fault(message, source=source)])
     if overrides:
-        before = document.data.get("set")
-        document.data["set"] = (before if isinstance(before, dict) else {}) | dict(map(_setting, overrides))
+        _override(document, overrides)
         text = _written(document.data)
     try:
         study = Study.model_validate(tuples(document.data), strict=True)
@@ -155,24 +157,42 @@ def load_study(given: str | os.PathLike[str] | Mapping[str, Any], overrides: Seq
         findings = list(_findings(study))
         if not findings:
             return StudyFile(FilePath(source), study, document, text)
-    faults = []
-    for finding in findings:
-        place = document.place(finding.path, finding.at_key)
-        faults.append(Fault(finding.message, key_path(finding.path), place.line, place.column, place.source))
+    faults = [_fault(document, finding.path, finding.message, finding.at_key) for finding in findings]
     raise ScenarioError(sorted(faults, key=lambda fault: (fault.line, fault.column)))
 
 
-def _setting(text: str) -> tuple[str, Any]:
-    """Return the key path and the value of an override.
+def _fault(document: Document, path: Path, message: str, at_key: bool = False) -> Fault:
+    """A fault with its place in a study; what an override sets has the key that the override names."""
+    place = document.place(path, at_key)
+    key = key_path(path[1:] if document.is_overridden(path) else path)
+    return Fault(message, key, place.line, place.column, place.source)
+
+
+def _override(document: Document, overrides: Sequence[str]) -> None:
+    """Add overrides to what a study sets, each with the override as its place.
 
     Raises:
-        ScenarioError: If it is not one.
+        ScenarioError: If one is none.
     """
-    key, equals, value = text.partition("=")
-    place = f"--set {shortened(text, 80)}"
-    if not equals or parse_key_path(key.strip()) is None:
-        raise ScenarioError([Fault("expected key.path=value, such as robots.count=7", source=place)])
-    return key.strip(), read_document(value, place).data
+    before = document.data.get("set")
+    table = document.data["set"] = dict(before) if isinstance(before, dict) else {}
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        key, place = key.strip(), Place(f"--set {shortened(text, 80)}")
+        if not equals or parse_key_path(key) is None:
+            message = "expected key.path=value, such as robots.count=7"
+            raise ScenarioError([Fault(message, source=place.source)])
+        try:
+            table[key] = read_document(value, place.source).data
+        except ScenarioError as error:
+            faults = [Fault(fault.message, key, source=place.source) for fault in error.faults]
+            raise ScenarioError(faults) from None
+        path = "set", key
+        for places in (document.values, document.keys):
+            for stale in [known for known in places if known[:2] == path]:
+                del places[stale]
+            places[path] = place
+        document.overridden.add(path)
 
 
 def _written(data: Mapping[str, Any]) -> str:

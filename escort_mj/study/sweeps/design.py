@@ -7,6 +7,7 @@ import json
 import math
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
 from itertools import product
@@ -192,7 +193,11 @@ class Design:
             if fault.source == key or (at and (at[: len(path)] == path or path[: len(at)] == at)):
                 where = _place_of(key, cell, self.file)
                 value = cell.settings[key]
-                return self.file.fault(f"with {key} = {_short(value)}: {fault.key}: {fault.message}", *where)
+                words = f"with {key} = {_short(value)}: {fault.key}: {fault.message}"
+                placed = self.file.fault(words, *where)
+                if self.file.is_overridden(*where):  # its place says already what is set
+                    placed = replace(placed, key=fault.key or key, message=fault.message)
+                return placed
         words = ", ".join(f"{name} = {_short(value)}" for name, value in cell.labels.items())
         message = f"{self.template.source}: {fault.key}: {fault.message}"
         return self.file.fault(f"with {words}: {message}" if words else message, "scenario")

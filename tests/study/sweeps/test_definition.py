@@ -141,6 +141,28 @@ def test_overrides_are_added_to_what_is_set(tmp_path: Path) -> None:
         load_study(path, ["robots"])
 
 
+@pytest.mark.parametrize(
+    ("override", "expected"),
+    [
+        ("seeds=5", "--set seeds=5: seeds: is not a key; allowed are "),
+        ("robots.masss=5", "--set robots.masss=5: robots.masss: is not a key; allowed are "),
+        ("duration=-3", "--set duration=-3: duration: found -3; expected more than 0"),
+        ("video={speed: a}", '--set video={speed: a}: video.speed: found "a"; expected a number'),
+        ("name=x", "--set name=x: name: name cannot be varied; seeds and first_seed say which"),
+        ("target.position=['{a}', 0]", "--set target.position=['{a}', 0]: target.position: found {a}; "),
+        ("duration=[1", "--set duration=[1: duration: "),
+    ],
+)
+@pytest.mark.parametrize("own", ["", "set: {duration: 5, robots.mass: 2}\n"])
+def test_faults_of_overrides_name_the_override(
+    tmp_path: Path, own: str, override: str, expected: str
+) -> None:
+    text = f"study: s\nscenario: main\nparameters: {{b: 1}}\n{own}"
+    with pytest.raises(ScenarioError) as found:
+        Design(load_study(written(tmp_path, text), [override]), scenarios_folder())
+    assert str(found.value).startswith(expected)
+
+
 def yaml_of(text: str, folder: Path) -> Path:
     (folder / "kept.yaml").write_text(text)
     return folder / "kept.yaml"
