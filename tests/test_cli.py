@@ -109,6 +109,7 @@ def test_a_failed_verdict(command) -> None:
         (("compare", "five.yaml", "--laws", "amsc"), 'did you mean "asmc"?'),
         (("compare", "five.yaml", "--seeds", "0"), "--seeds"),
         (("compare", "five.yaml", "--docs", "none.md"), "none.md"),
+        (("reproduce", "--only", "5", "--docs", "none.md"), "the docs hold the whole table"),
         (("show", "."), "run folder"),
         (("run", "five.yaml", "--out", "."), "holds files but no run"),
     ],

@@ -61,7 +61,10 @@ def test_many_runs(answer, tmp_path: Path) -> None:
     assert (swept["runs"], swept["made"], swept["failed"]) == (2, 2, 0)
     page = answer("report", swept["folder"])["page"]
     assert (tmp_path / page).is_file()
-    compared = answer("compare", "five.yaml", "--laws", "pd", "--set", "duration=1", "--workers", "1")
+    (tmp_path / "page.md").write_text("before\n<!-- compare five -->\n<!-- /compare -->\n")
+    short = "--laws", "pd", "--set", "duration=1", "--workers", "1"
+    compared = answer("compare", "five.yaml", *short, "--docs", "page.md")
+    assert "before\n<!-- compare five -->\n\n| law |" in (tmp_path / "page.md").read_text()
     assert compared["result"]["scenario"] == "five"
 
 
@@ -70,6 +73,9 @@ def test_a_reproduction(answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     made = SimpleNamespace(lines=["one line"], written=["table.json"], stated=True)
     monkeypatch.setattr("escort_mj.study.compare.reproduce.reproduce_paper", lambda *_: made)
     assert answer("reproduce", "--out", ".")["result"] == [{"claim": 1}]
+    (tmp_path / "table.md").write_text("# Claims: ± 2 %\n", encoding="utf-8")
+    answer("reproduce", "--out", ".", "--docs", "page.md")
+    assert (tmp_path / "page.md").read_bytes() == (tmp_path / "table.md").read_bytes()
 
 
 def test_around_runs(answer) -> None:

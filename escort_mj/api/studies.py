@@ -163,7 +163,6 @@ def compare(
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
-    docs: Path | None = None,
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
@@ -176,7 +175,6 @@ def compare(
         seeds: Number of seeds, starting at the scenario's seed.
         out: Folder of results; None for `renders/compare/NAME`.
         workers: Number of processes; None for one per core.
-        docs: Markdown page into which the table is also written, between its marks; None for none.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
@@ -187,6 +185,21 @@ def compare(
         UsageError: If there is no such law or outer loop, or if a folder contains other files.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
+    return compared(None, scenario, laws, outer, seeds, out, workers, again, progress)
+
+
+def compared(
+    docs: Path | None,
+    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+    laws: Sequence[str],
+    outer: Sequence[str],
+    seeds: int,
+    out: str | os.PathLike[str] | None,
+    workers: int | None,
+    again: bool,
+    progress: ShowProgress,
+) -> StudyResult:
+    """`compare`, whose table also goes into a page of the docs, between its marks; None for no page."""
     from escort_mj.report.comparison import draw_comparison
     from escort_mj.study.compare.compare import compare_controllers
 
@@ -207,7 +220,6 @@ def reproduce(
     out: str | os.PathLike[str] | None = None,
     *,
     workers: int | None = None,
-    docs: Path | None = None,
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
@@ -217,7 +229,6 @@ def reproduce(
         only: Figures, 5 to 17 or `laws`; empty for all.
         out: Folder of results; None for `renders/reproduction`.
         workers: Number of processes; None for one per core.
-        docs: Markdown file into which the table of all simulations is also written; None for none.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
 
@@ -238,9 +249,7 @@ def reproduce(
         stopping.keeping(lambda: kept_words(folder)),
         shown_progress("reproducing", " steps", progress) as update,
     ):
-        found = reproduce_paper(
-            scenarios_folder(), folder, draw_reproduction, wanted, workers, docs, again, update
-        )
+        found = reproduce_paper(scenarios_folder(), folder, draw_reproduction, wanted, workers, again, update)
     document = read_json(folder / "table.json")
 
     def read() -> pandas.DataFrame:

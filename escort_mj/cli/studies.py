@@ -79,11 +79,14 @@ def reproduce_command(
     Example: escort-mj reproduce --only 5 --only 6
     """
     from escort_mj.api import studies
+    from escort_mj.record.files import write_text
 
+    if docs is not None and only:
+        raise UsageError("--docs: the docs hold the whole table; leave --only out")
     with progress_bar("reproducing", " steps") as progress:
-        result = studies.reproduce(
-            only or (), out, workers=workers, docs=docs, again=again, progress=progress or False
-        )
+        result = studies.reproduce(only or (), out, workers=workers, again=again, progress=progress or False)
+    if docs is not None:
+        write_text(docs, (result.folder / "table.md").read_text(encoding="utf-8"))
     _finish("reproduce", as_json, result, "table.json", GOOD if result.passed else BROKEN)
 
 
@@ -128,16 +131,8 @@ def compare_command(
 
     mission = load_scenario(scenario, overrides or (), plugins or ())
     with progress_bar("comparing", " runs") as progress:
-        result = studies.compare(
-            mission,
-            laws or (),
-            outer or (),
-            seeds,
-            out,
-            workers=workers,
-            docs=docs,
-            again=again,
-            progress=progress or False,
+        result = studies.compared(
+            docs, mission, laws or (), outer or (), seeds, out, workers, again, progress or False
         )
     _finish("compare", as_json, result, "table.json", GOOD if result.passed else BROKEN)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,12 @@ def test_claims_of_the_paper_are_a_table(tmp_path: Path, monkeypatch: pytest.Mon
     assert result.table.to_dict("records") == [
         {"section": "4", "figures": "5", "claim": "it settles", "rule": "in time", "holds": "yes"}
     ]
+
+
+def test_what_only_the_docs_need_is_no_argument() -> None:
+    for function in (escort_mj.compare, escort_mj.reproduce):
+        assert not {"docs", "page"} & set(signature(function).parameters)
+        assert "docs" not in str(function.__doc__)
 
 
 def test_a_study_may_be_a_mapping(study: str) -> None:

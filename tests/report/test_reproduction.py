@@ -43,7 +43,6 @@ def whole(shortened, compiled, tmp_path_factory):
         out,
         draw_reproduction,
         workers=1,
-        docs=out / "docs.md",
         progress=lambda *at: steps.append(at),
     )
     return out, result, steps
@@ -56,7 +55,6 @@ def test_figures_are_drawn_under_their_numbers_and_the_table_written(whole):
         assert np.asarray(Image.open(path).convert("L")).std() > 5
     assert result.stated
     assert len(list(out.glob("*-*-*/outcome.json"))) == 6
-    assert (out / "docs.md").read_text() == (out / "table.md").read_text()
     assert len(json.loads((out / "table.json").read_text())["runs"]) == 6
     assert steps[-1] == (9, 9)
     assert [done for done, _ in steps] == sorted(done for done, _ in steps)
@@ -96,10 +94,6 @@ def test_readings_that_look_alike_are_drawn_once(whole):
 def test_what_cannot_be_done_is_said_at_once(shortened, tmp_path):
     with pytest.raises(UsageError, match="5 to 17"):
         reproduce_paper(scenarios_folder(), tmp_path / "out", draw_reproduction, only=["18"])
-    with pytest.raises(UsageError, match="whole table"):
-        reproduce_paper(
-            scenarios_folder(), tmp_path / "out", draw_reproduction, only=["5"], docs=tmp_path / "docs.md"
-        )
     assert not (tmp_path / "out").exists()
     with pytest.raises(RunFolderError):
         draw_reproduction(tmp_path, (), chosen_figures(["5"])[0])

@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from escort_mj.errors import UsageError
 from escort_mj.record.files import write_json, write_text
 from escort_mj.record.outcome import FINAL
 from escort_mj.study.compare.measured import Measured, measured
@@ -49,7 +48,6 @@ def reproduce_paper(
     draw: Draw,
     only: Sequence[str] = (),
     workers: int | None = None,
-    docs: Path | None = None,
     again: bool = False,
     progress: Callable[[float, float], None] | None = None,
 ) -> Findings:
@@ -62,7 +60,6 @@ def reproduce_paper(
             level of a module, since other processes call it.
         only: Figures by their numbers; empty for all. The table covers every simulation that has run.
         workers: Processes; None for one per core.
-        docs: A file that gets the table too.
         again: Run everything that is asked for again.
         progress: Called with the simulations and figures done and to do.
 
@@ -70,8 +67,6 @@ def reproduce_paper(
         UsageError: If there is no such figure, or a folder holds something else.
     """
     figures = chosen_figures(only)
-    if docs is not None and only:
-        raise UsageError("--docs: the docs hold the whole table; leave --only out")
     workers = cores() if workers is None else workers
     wanted = needed(figures) if only else simulations()
 
@@ -96,10 +91,7 @@ def reproduce_paper(
     files = side_by_side(partial(draw, out, tuple(runs)), drawable, workers, report(len(tasks)))
 
     write_json(out / "table.json", claims_document(runs))
-    text = claims_markdown(runs)
-    for path in (out / "table.md", docs):
-        if path is not None:
-            write_text(path, text)
+    write_text(out / "table.md", claims_markdown(runs))
     ended = [(run.simulation.name, run.outcome, run.message, ran) for run, ran in done]
     lines = lines_of("simulations", ended) + claims_summary(runs)
     written = ["table.md", "table.json", f"figures/ ({len(files)})"]
