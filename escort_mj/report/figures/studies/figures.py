@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
@@ -14,6 +15,7 @@ from escort_mj.study.sweeps.results import Factor, Results
 
 DRAWN = (PASSED, PRECISION, SAFETY, EFFORT)
 MOST_MAPS = 3  # pairs of factors
+NO_WORD = re.compile(r"[^A-Za-z0-9_-]+")  # what names of files leave out: LaTeX takes a dot for the suffix
 BANDS = "share of runs that pass with its exact 95 % interval, medians with that of the median."
 TOGETHER = " Levels of everything else are taken together."
 TRADEOFF = (
@@ -63,10 +65,14 @@ def _all(
     results: Results, folder: Path, suffix: str, by: Factor | None, quantities: list[str]
 ) -> list[Drawn]:
     """Every figure in one format."""
-    drawn = []
+    drawn: list[Drawn] = []
 
     def add(name: str, words: str) -> Path:
-        drawn.append(Drawn(folder / f"{name}.{suffix}", words))
+        plain = NO_WORD.sub("_", name).strip("_")
+        taken = {one.path.stem for one in drawn}
+        while plain in taken:  # robots.mass, and a parameter robots_mass
+            plain += "_"
+        drawn.append(Drawn(folder / f"{plain}.{suffix}", words))
         return drawn[-1].path
 
     others = [f for f in results.factors.values() if f is not by and len(f.levels) > 1]

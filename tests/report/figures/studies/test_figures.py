@@ -33,17 +33,17 @@ SHAPES = {
     + "  robots.mass: [1, 2]\n",
 }
 EXPECTED = {
-    "three_factors": {"curves_robots.mass", "curves_robots.force_limit", "tradeoff"}
-    | {f"map_{name}_robots.mass_robots.force_limit" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
-    "laws_and_masses": {"curves_robots.mass", "tradeoff"}
-    | {f"map_{name}_robots.mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
-    "uneven_masses": {"curves_robots.mass", "tradeoff"}
-    | {f"map_{name}_robots.mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
+    "three_factors": {"curves_robots_mass", "curves_robots_force_limit", "tradeoff"}
+    | {f"map_{name}_robots_mass_robots_force_limit" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
+    "laws_and_masses": {"curves_robots_mass", "tradeoff"}
+    | {f"map_{name}_robots_mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
+    "uneven_masses": {"curves_robots_mass", "tradeoff"}
+    | {f"map_{name}_robots_mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
     "cases": {"intervals", "tradeoff"},
-    "drawn": {"curves_robots.mass", "tradeoff"},
+    "drawn": {"curves_robots_mass", "tradeoff"},
     "one_cell": {"intervals", "tradeoff"},
-    "many_laws": {"curves_robots.mass", "tradeoff"}
-    | {f"map_{name}_robots.mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
+    "many_laws": {"curves_robots_mass", "tradeoff"}
+    | {f"map_{name}_robots_mass_controller" for name in (PASSED, PRECISION, SAFETY, EFFORT)},
 }
 
 
@@ -107,16 +107,26 @@ def test_figures_of_runs_that_all_broke(tmp_path: Path) -> None:
     found = results(tmp_path, SHAPES["laws_and_masses"], lambda cell, seed: "broke")
     drawn = draw_study(found, tmp_path, formats=("svg", "png"))
     assert {one.path.name for one in drawn} == {
-        "curves_robots.mass.svg",
-        f"map_{PASSED}_robots.mass_controller.svg",
+        "curves_robots_mass.svg",
+        f"map_{PASSED}_robots_mass_controller.svg",
     }
     assert all(one.path.with_suffix(".png").is_file() for one in drawn)
+
+
+def test_names_of_files_have_no_dots_and_are_apart(tmp_path: Path) -> None:
+    text = "study: drawn\nscenario: main\nparameters: {robots_mass: 1}\n"
+    text += "set: {expect: [], 'robots.overrides[0]': {robot: 1}, duration: '{robots_mass}'}\n"
+    text += "vary: {robots.mass: [1, 2], robots_mass: [3, 4], 'robots.overrides[0].mass': [1, 2]}\n"
+    drawn = draw_study(results(tmp_path, text), tmp_path)
+    stems = [one.path.stem for one in drawn if one.path.stem.startswith("curves")]
+    assert stems == ["curves_robots_mass", "curves_robots_mass_", "curves_robots_overrides_0_mass"]
+    assert all(one.path.is_file() and "." not in one.path.stem for one in drawn)
 
 
 @pytest.mark.slow
 def test_another_factor_may_be_told_apart(tmp_path: Path) -> None:
     drawn = draw_study(results(tmp_path), tmp_path, compare="robots.mass", formats=("png",))
-    assert {"curves_robots.force_limit", "tradeoff"} < {one.path.stem for one in drawn}
+    assert {"curves_robots_force_limit", "tradeoff"} < {one.path.stem for one in drawn}
 
 
 def test_the_same_study_gives_the_same_files(tmp_path: Path) -> None:
