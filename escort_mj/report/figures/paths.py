@@ -22,7 +22,7 @@ from escort_mj.palette import MOST_DISTINCT, MOST_LINES
 from escort_mj.report.figures import teams
 from escort_mj.report.figures.drawing.curves import BOUND
 from escort_mj.report.figures.drawing.look import NARROW
-from escort_mj.report.figures.drawing.style import WIDTH, Key, narrow, room_in_space
+from escort_mj.report.figures.drawing.style import WIDTH, Key, fit_marks, narrow, room_in_space
 from escort_mj.report.figures.knowledge import estimate_ways, known_keys, mark_known
 from escort_mj.report.figures.losses import LOST, links, links_at, lost_keys
 from escort_mj.report.figures.opponents import draw_opponents, opponent_keys, opponents
@@ -76,6 +76,7 @@ def plan_view(figure: Figure, trace: Recorded) -> None:
     _plan(axes, trace, moments, links(trace))
     _words(axes, trace, moments)
     teams.name_all(figure, [axes], trace, _keys(trace))
+    fit_marks(figure)
 
 
 def pairs_height(trace: Recorded, width: float) -> float:
@@ -100,6 +101,7 @@ def pairs_view(figure: Figure, trace: Recorded) -> None:
     for axes in grid[len(pairs) :]:
         axes.set_axis_off()
     teams.name_all(figure, grid, trace, _keys(trace))
+    fit_marks(figure)
 
 
 def _pairs(trace: Recorded) -> list[list[int]]:
@@ -234,6 +236,7 @@ def space_view(figure: Figure, trace: Recorded) -> None:
         artist.set_clip_on(False)  # a long mission may be wider than the square that 3-D axes reserve
         artist.set_in_layout(False)
     teams.name_all(figure, [axes], trace, _keys(trace))
+    fit_marks(figure)
     axes.set_box_aspect(half, zoom=zoom * room_in_space(figure, axes))
 
 

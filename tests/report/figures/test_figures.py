@@ -2,7 +2,9 @@ import warnings
 
 import numpy as np
 import pytest
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from PIL import Image
 
 from escort_mj import palette
@@ -118,6 +120,24 @@ def test_each_robot_is_drawn_in_its_color_where_it_ended(make_run, tmp_path, cou
         column, row = axes.transData.transform(place)
         drawn = image[image.shape[0] - 1 - round(row), round(column)]
         np.testing.assert_allclose(drawn, 255 * np.array(color), atol=3)
+
+
+def sizes_of_marks(trace, width):
+    """Sizes of the marks of a plan and of its legend, and of the dots of a crowd [points]."""
+    canvas = figure_of(trace, "paths", look=look_of(width))
+    lines = [*canvas.axes[0].lines, *canvas.legends[0].findobj(Line2D)]
+    dots = [part.get_sizes()[0] for part in canvas.axes[0].collections if isinstance(part, PathCollection)]
+    return np.array([line.get_markersize() for line in lines if line.get_marker() in ("o", "x")]), dots
+
+
+@pytest.mark.parametrize(("count", "crowd"), [(5, False), (61, True)])
+def test_marks_of_narrow_figures_are_smaller_by_area(make_run, count, crowd):
+    trace = read_run(make_run(count=count)).trace
+    (page, dots), (column, fewer) = sizes_of_marks(trace, "page"), sizes_of_marks(trace, "column")
+    assert page.max() == pytest.approx(7.15 if not crowd else 7.0) and bool(dots) == crowd
+    np.testing.assert_allclose(column, page * np.sqrt(3.5 / 7.2))
+    np.testing.assert_allclose(fewer, np.array(dots) * 3.5 / 7.2)
+    np.testing.assert_allclose(sizes_of_marks(trace, 12.0)[0], page)
 
 
 def test_the_plan_is_to_scale(make_run, tmp_path):

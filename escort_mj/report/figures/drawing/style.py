@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -218,6 +220,20 @@ def narrow(figure: Figure) -> bool:
 def width_of(figure: Figure) -> float:
     """Return the width of a figure, or of a part of one [inches]."""
     return float(figure.bbox.width / figure.dpi)
+
+
+def fit_marks(figure: Figure) -> None:
+    """Make the marks of a figure that is narrower than a page smaller, in its panels and its legend.
+
+    Areas shrink with the width. If diameters did, dots on a path would be as narrow as its line.
+    """
+    scale = min(float(np.sqrt(width_of(figure) / WIDTH)), 1.0)
+    lines = [line for axes in figure.axes for line in axes.lines]
+    for line in lines + [line for one in figure.legends for line in one.findobj(Line2D)]:
+        line.set_markersize(scale * line.get_markersize())
+    for dots in (dots for axes in figure.axes for dots in axes.collections):
+        if isinstance(dots, PathCollection):
+            dots.set_sizes(scale**2 * dots.get_sizes())
 
 
 def legend(figure: Figure, keys: Sequence[Key]) -> None:
