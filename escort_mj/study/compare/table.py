@@ -102,7 +102,7 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         "",
         "The runs cover all cases of section 5 of Gao, Song, Li, *Appl. Sci.* 2019, 9(19), 4144, with",
         "MuJoCo's physics, disturbances and measurement noise (one seed). The force limit of the paper can",
-        f"be read in three ways: {'; '.join(words)}.",
+        f"be read in three ways: {'; '.join(f'*{one}*' for one in words)}.",
         "In cases with obstacles, times, tail and peak refer to the part of a run before the first obstacle",
         f"comes near. The tail is the last {100 * TAIL:.0f} % of this part. Where the printed paper lost a",
         "sign, the files in `scenarios/paper/` state which sign they use.",
