@@ -48,7 +48,7 @@ POLAR = 0.9  # a unit vector with more than this along the last axis hardly turn
 
 
 class AvoidObstacles(Behavior):
-    """Keep each robot outside the safe sphere of obstacles and teammates."""
+    """Keep each robot outside the safe spheres around obstacles and teammates."""
 
     frame: ClassVar[Literal["target", "world"]] = "world"
     avoids: ClassVar[bool] = True
@@ -60,13 +60,13 @@ class AvoidObstacles(Behavior):
     """Measure of distances: `surface` to surface, or `center` to center (as for the paper's point robots)."""
     teammates: Literal[True, False, "heard"] = True
     """Whether a teammate that comes too close counts as an obstacle (remark 2): `true`, if the robot sees it;
-    `heard`, anywhere it could be by now according to its messages; `false`, never."""
+    `heard`, at every place where it could be by now, according to its messages; `false`, never."""
     teammate_distance: PositiveFloat | None = None
     """Safe distance to teammates [m]; null: `safe_distance`, but at most half the spacing of the formation.
     """
     gain: Literal["consistent", "printed"] = "consistent"
-    """State-dependent gain: as required by eq. 23 (`consistent`), or with the printed coefficient
-    (`printed`)."""
+    """State-dependent gain: as required by eq. 23 of the paper (`consistent`), or with the coefficient
+    printed there (`printed`)."""
     gain_margin: NonNegativeFloat = 0.1
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
     sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1

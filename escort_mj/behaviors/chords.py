@@ -49,7 +49,7 @@ class ChordState(Fields):
 
 
 class Chords(Behavior):
-    """Spread the robots evenly along chords: a ring in the plane, an octahedron of six robots in space."""
+    """Spread the robots evenly at equal chords: a ring in the plane, an octahedron of six robots in space."""
 
     spreads: ClassVar[bool] = True
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "order"})
@@ -58,7 +58,7 @@ class Chords(Behavior):
     gain: PositiveFloat = 0.8
     """Gain of the task error [1/s] (paper: Lambda_2)."""
     order: tuple[int, ...] | None = None
-    """Order of the robots (from 1) along the formation; null: from their initial positions."""
+    """Order of the robots (from 1) along the formation; null: determined from their initial positions."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return eq. 4 of each cycle: sigma = |q_i - q_j|^2 / 2, j before i, is to become length^2 / 2."""

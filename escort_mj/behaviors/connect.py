@@ -26,16 +26,16 @@ class Connect(Behavior):
     """Stay within a distance of the teammates that hold the team together.
 
     These are a robot's neighbors in the relative neighborhood graph (Toussaint 1980) of the robots that it
-    knows of: no third robot is closer to both. This graph contains the minimum spanning tree, so the team
-    stays connected while its links hold. Only the farthest of these neighbors counts, and only beyond the
-    distance.
+    knows of: two robots are neighbors unless a third one is closer to both than they are to each other. This
+    graph contains the minimum spanning tree, so the team stays connected while its links hold. Only the
+    farthest of these neighbors counts, and only beyond `distance`.
     """
 
     behavior: Literal["connect"] = "connect"
     distance: PositiveFloat
     """Largest distance between centers [m]; must be less than the radio's range to keep the link."""
     gain: PositiveFloat = 2.0
-    """Gain of the distance [1/s]."""
+    """Gain of the distance beyond `distance` [1/s]."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task along the way to the farthest neighbor: back to the distance."""

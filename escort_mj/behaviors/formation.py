@@ -68,14 +68,14 @@ class Formation(Headed):
     position: tuple[float | str, ...] | None = None
     """Position of the frame per axis [m]: numbers, or expressions in t; null: see `waypoints`."""
     waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
-    """Timed waypoints of the frame; null, like `position`: the frame moves with the target."""
+    """Timed waypoints of the frame; if both this and `position` are null, the frame moves with the target."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline."""
     heading: float | str = 0.0
     """Angle of the frame in the plane of the first two axes [rad]: a number, an expression in t, or `along`
     for the direction in which it moves."""
     scale: float | str = 1.0
-    """Factor of the offsets [1]: a number, or an expression in t."""
+    """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
 
     def wish_lanes(self, i: int, plan: Plan, state: State, x: Array, wish: Array, at: int) -> Wish:
         """The same for robots i to i + 7, compiled."""

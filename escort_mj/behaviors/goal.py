@@ -125,7 +125,7 @@ class Headed(Behavior):
 
 
 class Goal(Headed):
-    """Send each robot to its own goal, along waypoints if it has several."""
+    """Send each robot to its own goal, directly or along waypoints."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "goals", "reach"})
 

@@ -37,7 +37,7 @@ NEAR = 1e-9  # m
 
 
 class Guard(Behavior):
-    """Send a robot between each opponent and the target; the other robots follow lower priorities.
+    """Place a robot between each opponent and the target; the others follow behaviors of lower priority.
 
     Each approaching opponent is assigned one robot, the most urgent opponent first. With y the vector from
     the target to the opponent and w the opponent's velocity relative to the target, the robot goes to the
@@ -49,8 +49,8 @@ class Guard(Behavior):
 
     behavior: Literal["guard"] = "guard"
     distance: PositiveFloat | None = None
-    """Distance from the target at which robots take up position [m]; null: `mission.radius`, or that of their
-    team."""
+    """Distance from the target at which robots take up position [m]; null: `mission.radius`, or the radius of
+    their team."""
     alert: PositiveFloat | None = None
     """Distance of an opponent from the target within which robots guard against it [m]; null: any."""
     gain: PositiveFloat = 2.0

@@ -40,9 +40,9 @@ class Intercept(Behavior):
 
     With s the speed of a robot, y the vector from it to the target and w the target's velocity, the robot
     heads for y + w t with the least t >= 0 for which abs(y + w t) = s t (Apollonius' circle; Isaacs,
-    Differential Games, 1965). If a faster target gets away, the robot heads for the point on the course at
-    which it comes closest to the target. Near the target, the velocity relative to it is at most `gain` times
-    the remaining distance, unless the robot would then miss a faster target.
+    Differential Games, 1965). If a faster target gets away, the robot heads for the point on the target's
+    course at which it comes closest to the target. Near the target, the velocity relative to it is at most
+    `gain` times the remaining distance, unless the robot would then miss a faster target.
     """
 
     frame: ClassVar[Literal["target", "world"]] = "world"

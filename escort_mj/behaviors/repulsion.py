@@ -48,7 +48,7 @@ class Repulsion(Behavior):
 
     behavior: Literal["repulsion"] = "repulsion"
     gain: PositiveFloat = 0.8
-    """Gain of the repulsion [1/s]; the velocity is at most gain times radius."""
+    """Gain of the repulsion [1/s]; the speed is at most gain times radius."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task across the way to the target: down the Coulomb energy of the directions."""

@@ -27,10 +27,10 @@ TURN = 2.0 * math.pi
 
 
 class Spacing(Behavior):
-    """Spread evenly over a circle: each robot moves toward the midpoint between its two neighbors.
+    """Spread the robots evenly over a circle: each moves toward the midpoint between its two neighbors.
 
     A neighbor is the next robot around the target, one on each side, among those that the robot knows of
-    (Marshall, Broucke, Francis 2004; Kim, Sugie 2007). The angles are those in the plane of the first two
+    (Marshall, Broucke, Francis 2004; Kim, Sugie 2007). Angles are measured in the plane of the first two
     axes. The behavior assigns no places to robots and needs only the directions of two teammates.
     """
 

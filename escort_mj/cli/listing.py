@@ -215,7 +215,7 @@ def validate_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Validate scenarios and studies without running them. Exit code 2 if one is invalid.
+    """Validate scenarios and studies without running them. The exit code is 2 if one is invalid.
 
     All errors are reported together, except that a table with an invalid key is compared with others only
     once its own keys are valid.

@@ -54,7 +54,7 @@ def judge_command(
     start: Annotated[
         float | None,
         typer.Option(
-            help="Time stamp at which the mission starts [s] [default: the first with all bodies].",
+            help="Time stamp at which the mission starts [s] [default: the first with data on all bodies].",
         ),
     ] = None,
     overrides: SetOption = None,

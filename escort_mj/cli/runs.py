@@ -141,7 +141,8 @@ def check_command(
 ) -> None:
     """Run scenarios in parallel and evaluate their verdicts.
 
-    The folders that an earlier check left of the same scenarios are replaced, or removed if they pass now.
+    Run folders that an earlier check left for the same scenarios are replaced, or removed if the runs now
+    pass.
 
     Example: escort-mj check main paper/case1_2d
 
@@ -185,7 +186,7 @@ def show_command(
     run_folder: RunArgument,
     as_json: JsonOption = False,
 ) -> None:
-    """Show the contents of a run folder. Recovers the trace of a killed run.
+    """Show the contents of a run folder, and recover the trace if the run was killed.
 
     Example: escort-mj show renders/main
     """

@@ -60,7 +60,7 @@ def _get_ready(workers: int | None) -> None:
 def reproduce_command(
     only: Annotated[
         list[str] | None,
-        typer.Option(metavar="FIG", help="Figure to reproduce, 5 to 17 or laws; repeatable."),
+        typer.Option(metavar="FIG", help="Figure to reproduce: 5 to 17, or laws; repeatable."),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for runs, figures and table.")] = Path(
         "renders/reproduction"
@@ -74,7 +74,7 @@ def reproduce_command(
 ) -> None:
     """Reproduce the paper's simulations and figures, and check its claims.
 
-    The run folders of all figures take 0.5 GB, because each keeps its trace; --only FIG takes a part of it.
+    The run folders of all figures take 0.5 GB, because each contains its trace; with --only, they take less.
 
     Example: escort-mj reproduce --only 5 --only 6
     """
@@ -158,7 +158,7 @@ def sweep_command(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Perform the missing runs of a study. Resumes if interrupted.
+    """Perform the missing runs of a study. An interrupted study resumes.
 
     Example: escort-mj sweep studies/minute --workers 2
 
@@ -193,9 +193,9 @@ def rerun_command(
     tolerance: Annotated[float, typer.Option(min=0.0, help="Relative tolerance for metrics.")] = 1e-3,
     as_json: JsonOption = False,
 ) -> None:
-    """Repeat the run of a run folder and compare the results: bits first, then metrics and verdicts.
+    """Repeat the run of a run folder and compare the results, first bit by bit, then by metrics and verdicts.
 
-    Exit codes: 0 if they agree, 1 if they differ, 2 if there is no run to repeat.
+    Exit codes: 0 if the results agree, 1 if they differ, 2 if there is no run to repeat.
 
     Example: escort-mj rerun renders/main
     """
@@ -221,7 +221,7 @@ def tune_command(
     ] = True,
     as_json: JsonOption = False,
 ) -> None:
-    """Tune scenario values within the bounds of a study's tune section. Resumes if interrupted.
+    """Tune scenario values within the bounds of a study's tune section. An interrupted search resumes.
 
     Example: escort-mj tune studies/tune_apd_smc
     """
@@ -294,7 +294,7 @@ def report_command(
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures of a study as PDF.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Write a self-contained HTML page: of a run, with a replay, or of a study, with its worst runs.
+    """Write a self-contained HTML page of a run (with a replay) or of a study (with its worst runs).
 
     Example: escort-mj report renders/main; escort-mj report renders/studies/minute
     """

@@ -74,7 +74,7 @@ def export_command(
     to: Annotated[
         Path,
         typer.Argument(
-            help="FILE.xml: the world as MJCF. For runs also FILE.csv or FILE.parquet: a table; "
+            help="FILE.xml: the world as MJCF. For a run, also FILE.csv or FILE.parquet: a table; "
             "FILE.mcap: for Foxglove; FILE.npz: MuJoCo states."
         ),
     ],
@@ -82,7 +82,7 @@ def export_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Export the world of a scenario or run as MJCF, or a run for other programs.
+    """Export the world of a scenario or run as MJCF, or export a run for other programs.
 
     Example: escort-mj export main main.xml
 
@@ -118,7 +118,7 @@ def gains_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Propose gains that fit the robots of each law, as `controller: {gains: auto}` computes them.
+    """Propose, for each law, gains that fit its robots, as `controller: {gains: auto}` computes them.
 
     Example: escort-mj gains robots/quadrotor
 
@@ -208,7 +208,7 @@ def check_robot_command(
     """Show what the program finds in a robot's MJCF, and its response to a velocity step along each axis.
 
     Exit codes: 0 if the robot comes within 5 % of each step and overshoots by less than 30 %, 1 if not, 2 if
-    it cannot be read or driven.
+    the robot cannot be read or driven.
 
     Example: escort-mj check-robot rover.xml --figure rover.png
     """
@@ -241,7 +241,7 @@ def doctor_command(
 ) -> None:
     """Check whether runs, figures and videos work on this machine, and suggest fixes.
 
-    Exit code 1 if runs do not work.
+    The exit code is 1 if runs do not work.
 
     Example: escort-mj doctor
     """

@@ -61,7 +61,9 @@ class MoverSignals(Fields):
     mover_work: Annotated[
         Array,
         "movers",
-        Recorded("J", "integral of |driving force . velocity| so far; of opponents, on their way only"),
+        Recorded(
+            "J", "integral of |driving force . velocity| so far; for opponents, only while on their way"
+        ),
     ]
 
 

@@ -6,7 +6,7 @@ from escort_mj.components.parameters import Parameters, Vector
 
 
 class Waypoint(Parameters):
-    """Position of a body at a time."""
+    """Position of a body at a given time."""
 
     time: NonNegativeFloat
     """Time [s]."""

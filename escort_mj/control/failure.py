@@ -61,7 +61,7 @@ class Failure(Parameters):
     at: NonNegativeFloat
     """Time of the failure [s]."""
     kind: Literal["dead", "stuck", "mad"] = "dead"
-    """`dead`: no force; `stuck`: constant last force; `mad`: random forces, each held for 0.5 s."""
+    """`dead`: no force; `stuck`: the last force, held constant; `mad`: random forces, each held for 0.5 s."""
     notice: NonNegativeFloat = 0.5
     """Delay until the team knows about the failure [s]; until then, the robot counts as intact."""
     force: Annotated[PositiveFloat, Field(le=1e12)] | None = None

@@ -21,7 +21,7 @@ class GoalSignals(Fields):
     """Where robots with goals go; recorded where there are such robots."""
 
     goal: Annotated[Array, "headed", "p", Recorded("m", "point that the robot goes to")]
-    goals_left: Annotated[Array, "headed", Recorded("1", "number of waypoints after that point", "int32")]
+    goals_left: Annotated[Array, "headed", Recorded("1", "number of waypoints after `goal`", "int32")]
 
 
 class SupervisorSignals(Fields):

@@ -38,10 +38,10 @@ class Trigger(Parameters):
     """
 
     distance: PositiveFloat = 0.05
-    """Motion that always triggers an update [m]; use more than twice the measurement noise, so that noise
-    alone does not trigger."""
+    """Motion that triggers an update where no distance remains [m]; use more than twice the measurement
+    noise, so that noise alone triggers no update."""
     share: NonNegativeFloat = 0.1
-    """Additional motion for an update, as a share of the remaining distance [1]."""
+    """Additional motion required for an update, as a share of the remaining distance [1]."""
     dwell: NonNegativeFloat = 0.02
     """Minimum time between two updates [s]."""
     longest: PositiveFloat = 0.1

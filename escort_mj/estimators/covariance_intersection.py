@@ -15,8 +15,8 @@ from escort_mj.native.kernels import inlined
 class CovarianceIntersection(Kalman):
     """A Kalman filter on each robot, and covariance intersection of beliefs (Julier, Uhlmann 1997).
 
-    P^-1 = w P_1^-1 + (1 - w) P_2^-1, which is consistent whatever information the two share; w follows from
-    the traces (Niehsen 2002).
+    The fused covariance P, with P^-1 = w P_1^-1 + (1 - w) P_2^-1, is consistent whatever information the two
+    share; w follows from the traces (Niehsen 2002).
     """
 
     estimator: Literal["covariance_intersection"] = "covariance_intersection"  # type: ignore[assignment]

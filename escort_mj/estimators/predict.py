@@ -6,7 +6,7 @@ from escort_mj.estimators.hold import Hold
 
 
 class Predict(Hold):
-    """Use the newest measurement that a robot has made or heard, extrapolated at its velocity."""
+    """Use the newest measurement that a robot has made or heard, extrapolated at the measured velocity."""
 
     predicts: ClassVar[bool] = True
     estimator: Literal["predict"] = "predict"  # type: ignore[assignment]

@@ -53,7 +53,7 @@ class ContactExpectation(Windowed):
     impulse: NonNegativeFloat | None = None
     """Maximum impulse of a touch, the integral of its normal force [N s]."""
     penetration: NonNegativeFloat | None = None
-    """Maximum depth of a touch [m]."""
+    """Maximum penetration during a touch [m]."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the touches of the window are within all bounds; the one with the least room counts."""

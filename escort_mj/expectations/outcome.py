@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class OutcomeExpectation(Expectation):
-    """The outcome of the run; by default, it must be `completed`."""
+    """The required outcome of the run; without this expectation, it is `completed`."""
 
     kind = "outcome"
     rank = 60

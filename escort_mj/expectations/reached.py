@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ReachedExpectation(Deadline):
-    """A time by which every robot has reached its last goal and stays there."""
+    """Every robot must be at its last goal from a given time on."""
 
     kind = "reached"
     rank = 45

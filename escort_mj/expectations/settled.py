@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class SettledExpectation(OfTeam, Deadline):
-    """A time by which every robot has reached the mission's radius and stays there."""
+    """Every robot must be at the mission's radius from a given time on."""
 
     kind = "settled"
     rank = 40

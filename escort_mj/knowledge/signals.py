@@ -26,7 +26,7 @@ class KnowledgeSignals(Fields):
         Array, "informed", Recorded("1", "1 if the robot measured the target at its last look", "int8")
     ]
     information_age: Annotated[
-        Array, "informed", Recorded("s", "age of the newest measurement of the target that a robot knows")
+        Array, "informed", Recorded("s", "age of the newest measurement of the target that a robot knows of")
     ]
 
 

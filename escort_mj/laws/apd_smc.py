@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ApdSmc(SlidingModeLaw):
-    """The paper's law: a PD part, a sliding term for disturbances, and adaptation for the unknown model."""
+    """The paper's law: a PD part, a switching term for disturbances, and adaptation for the unknown model."""
 
     has_lyapunov: ClassVar[bool] = True
     title: ClassVar[str] = "APD-SMC"
@@ -27,7 +27,7 @@ class ApdSmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 1.0
     """Gain of the switching term [N] (paper: k)."""
     adaptation_rate: NonNegativeFloat = 20.0
-    """Rate at which the estimate follows s [N/m] (paper: mu)."""
+    """Gain of s in the rate of change of the estimate [N/m] (paper: mu)."""
     initial_estimate: float = 0.1
     """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 

@@ -25,7 +25,7 @@ class Asmc(SlidingModeLaw):
     switching_gain: NonNegativeFloat = 80.0
     """Gain of the switching term [N] (paper: k_a)."""
     adaptation_rate: NonNegativeFloat = 20.0
-    """Rate at which the estimate follows s [N/m] (paper: mu)."""
+    """Gain of s in the rate of change of the estimate [N/m] (paper: mu)."""
     initial_estimate: float = 0.1
     """Initial estimate of the reference torque, on every axis [N] (paper: rho_hat_0)."""
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Pd(Law):
-    """PD and the model's bias force: tau = k_p e + k_d e_dot + g (Takegaki and Arimoto 1981).
+    """PD control plus the model's bias force: tau = k_p e + k_d e_dot + g (Takegaki and Arimoto 1981).
 
     The bias force is exact: MuJoCo's gravity, Coriolis and centrifugal forces. The law does not compensate
     for disturbances: a constant force leaves an error of force / k_p.

@@ -20,12 +20,13 @@ class TerminalSmc(SlidingModeLaw):
     """The law of Yang and Yang (2011), on the surface z = e + a |e|^2 sgn(e) + b |e_dot|^(3/2) sgn(e_dot).
 
     On z = 0, the error vanishes in finite time: the squared error speeds up convergence at large errors, the
-    root of the velocity error at small ones. The equivalent part m |e_dot|^(1/2) sgn(e_dot) (1 + 2 a |e|) /
-    (3/2 b) contains no negative power and is not singular at e = 0. m is an assumed mass; the reaching terms
-    compensate for its error. The recorded `s`, which anti-windup uses, remains e_dot + slope * e.
+    power 3/2 of the velocity error at small ones. The equivalent part m |e_dot|^(1/2) sgn(e_dot) (1 + 2 a
+    |e|) / (3/2 b) contains no negative power and is not singular at e = 0. m is an assumed mass; the reaching
+    terms, those with z and sgn(z), compensate for the error in m. The recorded `s`, which anti-windup uses,
+    remains e_dot + slope * e.
 
-    Yang, L.; Yang, J. Nonsingular fast terminal sliding-mode control for nonlinear dynamical systems. Int.
-    J. Robust Nonlinear Control 2011, 21, 1865-1879, doi 10.1002/rnc.1666.
+    Yang, L.; Yang, J. Nonsingular fast terminal sliding-mode control for nonlinear dynamical systems. Int. J.
+    Robust Nonlinear Control 2011, 21, 1865-1879, doi 10.1002/rnc.1666.
     """
 
     own_keys: ClassVar[frozenset[str]] = frozenset({"switching_gain", "boundary_layer"})

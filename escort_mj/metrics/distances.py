@@ -31,7 +31,7 @@ def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
 
 @metric(unit="m", watched=False, more_is_better=True, rank=130)
 def obstacle_distance_min(trace: Recorded) -> Measure:
-    """Minimum distance of a robot's center to a sphere's center, or to the surface of another obstacle."""
+    """Minimum distance of a robot's center to an obstacle: a sphere's center, or another shape's surface."""
     if not trace.sizes["obstacle"]:
         return Measure(None, reason=UNOBSTRUCTED)
     distances = trace["obstacle_distance"].values

@@ -21,7 +21,7 @@ LEFT_ALONE = "a single robot is left"
 
 @metric(unit="1", tail=True, least=1.0, grows=True, watched=False, rank=60, of_team=True)
 def energy_ratio(trace: Recorded) -> Measure:
-    """Largest Coulomb energy of the robots' directions, divided by the lowest known energy (1 is even)."""
+    """Largest Coulomb energy of the robots' directions, divided by the lowest known energy (1 if even)."""
     ratios = energy_ratios(trace)
     if ratios is None:
         return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)

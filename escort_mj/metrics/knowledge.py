@@ -120,7 +120,7 @@ def message_rate(trace: Recorded) -> Measure:
 
 @metric(unit="1", most=1.0, watched=False, rank=55)
 def messages_lost_share(trace: Recorded) -> Measure:
-    """Share of the messages to robots in range that are lost on the way."""
+    """Share of messages that are lost on the way to robots in range."""
     if "messages_lost" not in trace:
         return Measure(None, reason=NO_RADIO)
     gone, heard = (

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 @metric(unit="rad", tail=True, most=2.0 * math.pi, grows=True, watched=False, dear=takes_long, of_team=True)
 def largest_gap(trace: Recorded) -> Measure:
-    """Largest angle at the target of a sector in the plane or a cone in space that contains no robot."""
+    """Largest angle of a sector (in the plane) or a cone (in space) at the target that contains no robot."""
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
     found = [(*least_margin(directions(team)), first) for first, team in teams(trace)]

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @metric(unit="1", grows=True, rank=210)
 def tunneling(trace: Recorded) -> Measure:
-    """Largest possible approach of two bodies in a step over the smallest thickness; tunneling if above 1.
+    """Largest possible approach of two bodies per step, relative to the least thickness; tunneling above 1.
 
     At most the sum of the two largest displacements in a physics step among robots, target and obstacles. It
     is of the fastest and the thinnest, so that it bounds what any two bodies can do.

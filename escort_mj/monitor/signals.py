@@ -45,7 +45,7 @@ class ClearanceSignals(Fields):
         Recorded(
             "m",
             "minimum surface-to-surface distance to any body of the group since the "
-            "previous sample; negative if they overlap, inf if there is no such body",
+            "previous sample; negative if the bodies overlap, inf if there is no such body",
         ),
     ]
     clearance_body: Annotated[

@@ -16,11 +16,12 @@ AXES = 3
 
 
 class Avoid(Policy):
-    """Move in the direction closest to the target's that leads past all robots within sight.
+    """Move past all robots within sight, in the direction that deviates least from the way to the target.
 
-    A direction leads past a robot that lies behind the body or far enough to the side. If no direction leads
-    past all, the body heads straight for the target. The direction is chosen again after each `interval`, in
-    steps of one degree in the plane and of about four in space.
+    A direction leads past a robot if it points away from the robot or passes its center at a distance of at
+    least `berth`. If no direction leads past all robots, the body heads straight for the target. The
+    direction is chosen again after each `interval`, in steps of one degree in the plane and of about four in
+    space.
     """
 
     seeks: ClassVar[bool] = True

@@ -16,13 +16,14 @@ NEAR = 1e-9  # m
 
 
 class Breach(Policy):
-    """Move to the point of a circle or sphere around the target where the lead over the robots is largest.
+    """Move to the point of the perimeter around the target where the body's lead over the robots is largest.
 
-    Robots are assumed to move along the perimeter, the shorter way around. The lead at a point is the time
-    that the nearest robot needs to get there minus the body's own; points behind the disc, seen from the
-    body, are left out. This is the intruder's best response in perimeter defense (Shishika, Kumar, Local-game
-    decomposition for multiplayer perimeter-defense problem, CDC 2018), up to the steps of one degree in the
-    plane and of about four in space. Inside the perimeter, the body goes straight for the target.
+    The perimeter is a circle or a sphere. Robots are assumed to move along it, the shorter way around. The
+    lead at a point is the time that the nearest robot needs to get there minus the time that the body needs;
+    points on the far side of the perimeter, as seen from the body, are left out. This is the intruder's best
+    response in perimeter defense (Shishika, Kumar, Local-game decomposition for multiplayer perimeter-defense
+    problem, CDC 2018), apart from the resolution of one degree in the plane and about four in space. Inside
+    the perimeter, the body goes straight for the target.
     """
 
     seeks: ClassVar[bool] = True

@@ -14,15 +14,16 @@ IN_ANGLE = 1
 class Burst(Policy):
     """Rest for a while, dash straight through the middle of the largest gap between robots, and repeat.
 
-    The gap is chosen at the start of each dash, by its angle as seen from the body, in steps of one degree in
-    the plane and of about four in space. The direction does not change during a dash.
+    The largest gap is the one that spans the largest angle, seen from the body. The direction is chosen at
+    the start of each dash, in steps of one degree in the plane and of about four in space, and does not
+    change during the dash.
     """
 
     policy: Literal["burst"] = "burst"
     wait: Annotated[float, Field(ge=0.0, le=1e6)] = 5.0
-    """Rest before each dash [s]."""
+    """Waiting time before each dash [s]."""
     dash: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
-    """Length of each dash [s]."""
+    """Duration of each dash [s]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity of the dash, or 0."""

@@ -29,7 +29,7 @@ class Follow(Policy):
     distance: Annotated[float, Field(gt=0.0, le=1e6)] = 2.0
     """Distance to keep between centers [m]."""
     gain: PositiveFloat = 2.0
-    """Gain of the remaining distance [1/s]."""
+    """Gain of the deviation from `distance` [1/s]."""
     _place: int = PrivateAttr(default=0)  # of the leader: robots come first, then the target, then obstacles
 
     @classmethod

@@ -52,18 +52,18 @@ def _or_file(schema: dict[str, Any]) -> None:
 
 
 class Learned(Policy):
-    """Move at the velocity that a network computes, as a share of the speed.
+    """Move at a velocity that a network computes as a share of `speed`.
 
     The network's inputs are the vector to the target, the target's velocity, the body's own velocity, and the
     vectors to the four nearest robots with their velocities. Distances are divided by the mission's radius
-    and velocities by the speed; inputs are limited to the range from -10 to 10, and are 0 for missing robots.
+    and velocities by `speed`; inputs are limited to the range from -10 to 10, and are 0 for missing robots.
     """
 
     python_only: ClassVar[frozenset[str]] = Component.python_only | {"network"}
     policy: Literal["learned"] = "learned"
     network: Annotated[tuple[Layer, ...], Field(max_length=MOST_LAYERS, json_schema_extra=_or_file)] = ()
-    """Layers, or the name of a .npz file next to the scenario, with weights_1, bias_1, weights_2 and so on.
-    """
+    """Layers, or the name of a .npz file next to the scenario; the file contains weights_1, bias_1, weights_2
+    and so on."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.02
     """Time between evaluations of the network [s]."""
 

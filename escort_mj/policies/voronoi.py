@@ -12,7 +12,7 @@ IN_CELL = 2
 
 
 class Voronoi(Policy):
-    """Move where the body's own Voronoi cell extends farthest, or out of the cell where it is open.
+    """Move in the direction in which the body's own Voronoi cell extends farthest, or is unbounded.
 
     The cell contains the points that are closer to the body than to any robot: those that it reaches first if
     no robot is faster (Zhou, Zhang, Ding, Huang, Stipanovic, Tomlin, Automatica 2016, 72, 64-72). The

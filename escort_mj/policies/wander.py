@@ -18,7 +18,7 @@ class Wander(Policy):
 
     policy: Literal["wander"] = "wander"
     reach: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
-    """Half the side of the box around the start from which places are drawn [m]."""
+    """Half the side of the box, centered on the start, from which places are drawn [m]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity toward the place."""

@@ -20,7 +20,7 @@ TIRE_WIDTH = 0.05  # half width of a wheel, of the track
 
 
 class DiffDrive(RobotKind):
-    """A differential drive: two wheels driven by torque, two casters, friction on the floor (axes 2).
+    """A differential drive with two torque-driven wheels, two casters and friction on the floor (`axes: 2`).
 
     The law acts at the hand point ahead of the axle, where the sum of the wheels' forces acts along the robot
     and their moment acts across it. The hull is a sphere with the robot's radius about the hand point; it

@@ -12,9 +12,9 @@ LOAD = 0.3  # radius of the load as it is drawn, of the ball's
 
 
 class Loaded(RollingSphere):
-    """A rolling ball with a hidden off-center mass (axes 2).
+    """A rolling ball with a hidden off-center mass (`axes: 2`).
 
-    The mass makes the ball wobble and must be lifted in every turn.
+    The mass makes the ball wobble and must be lifted in every revolution.
     """
 
     part: ClassVar[str] = "loaded"

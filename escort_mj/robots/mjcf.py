@@ -30,9 +30,10 @@ class FileKind(ModeledKind):
     """Name of the body that the law moves; null: the only one that can move."""
     drive: Drive = DriveKeys()
     """Drive of the robot: a name, or a table; null values are determined from the effect of the actuators on
-    the base."""
+    the body that the law moves."""
     sha256: Digest | None = None
-    """Required SHA-256 digest of the content; null: any. Every run writes it into its scenario."""
+    """Required SHA-256 digest of the content; null: any. Every run writes the digest into its stored
+    scenario."""
 
     @abstractmethod
     def place(self) -> tuple[Path, Path | None]:

@@ -21,18 +21,19 @@ HOVER = 0.5  # m, height above the floor of planar missions, below its hull
 
 
 class DriveKeys(Parameters):
-    """Drive of a robot, where it differs from the one found in the model."""
+    """Properties of a robot's drive that override those found in the model."""
 
     kind: Literal["force", "thrust", "steer", "wheels", "omni", "velocity"] | None = None
     """Kind of drive; null: found from the effect of each actuator."""
     point: PositiveFloat | None = None
-    """`wheels` and `steer`: distance from the axle or the center of mass forward to the point that the law
-    controls [m]; null: half the track, or the radius of gyration."""
+    """Distance forward to the point that the law controls [m]: for `wheels`, from the axle (null: half the
+    track); for `steer`, from the center of mass (null: the radius of gyration)."""
     tilt_limit: float | None = Field(default=None, gt=0, le=1.4)
     """`thrust`: largest commanded tilt [rad]; null: the tilt that can be reached in half a second, at most
     0.7."""
     attitude_frequency: float | None = Field(default=None, gt=0, le=1e3)
-    """Natural frequency of the attitude loop [rad/s]; null: found from torques and moments of inertia."""
+    """`thrust`: natural frequency of the attitude loop [rad/s]; null: computed from the available torques and
+    the moments of inertia."""
 
 
 class Source(NamedTuple):

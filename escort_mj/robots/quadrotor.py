@@ -48,7 +48,8 @@ class Quadrotor(RobotKind):
     """Four rotors on a rigid body. An attitude loop tilts the thrust toward the force that the law demands.
 
     The weight of the nominal mass is fed forward, and in planar missions, the height is held. The law knows
-    nothing of this. The hull is a sphere with the robot's radius that contains the rotors.
+    nothing of the attitude loop, the feedforward or the height control. The hull, a sphere with the robot's
+    radius, contains the rotors.
     """
 
     part: ClassVar[str] = "quadrotor"
@@ -62,8 +63,8 @@ class Quadrotor(RobotKind):
     arm: Radius | None = None
     """Distance of the rotors from the center [m]; null: 0.7 times the radius."""
     inertia: Annotated[tuple[PositiveFloat, ...], Field(min_length=3, max_length=3)] | None = None
-    """Moments of inertia about the body axes [kg m^2]; null: those of a uniform disc with the radius of the
-    arms."""
+    """Moments of inertia about the body axes [kg m^2]; null: those of a uniform disc whose radius is the
+    length of the arms."""
     nominal_mass: Mass | None = None
     """Mass whose weight is fed forward [kg]; null: the mass of the robot."""
     thrust_to_weight: Annotated[float, Field(gt=1, le=100)] = 2.5

@@ -7,7 +7,7 @@ from escort_mj.robots.kind import FREE_COORDINATES, RobotKind
 
 
 class RollingSphere(RobotKind):
-    """A ball that rolls on the floor, pushed at its center (axes 2)."""
+    """A ball that rolls on the floor, pushed at its center (`axes: 2`)."""
 
     part: ClassVar[str] = "rolling_sphere"
     most_axes: ClassVar[int] = 2

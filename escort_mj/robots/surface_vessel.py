@@ -36,7 +36,7 @@ Coefficient = Annotated[float, Field(ge=-1e12, le=1e12)]
 
 
 class SurfaceVessel(RobotKind):
-    """A vessel with two stern thrusters, added mass and damping of the water after Fossen (axes 2).
+    """A vessel with two stern thrusters, in water with added mass and damping after Fossen (`axes: 2`).
 
     The law acts at the hand point ahead of midship, where the sum of the thrusts acts along the vessel and
     their moment acts across it. The hull is a sphere with the robot's radius about the hand point; it
@@ -60,7 +60,7 @@ class SurfaceVessel(RobotKind):
     """Distance from midship forward to the center of gravity [m]; null: 0.037 times the length."""
     inertia: PositiveFloat | None = None
     """Moment of inertia about the vertical axis through the center of gravity, without water [kg m^2]; null:
-    scaled, like all keys below."""
+    scaled from CyberShip II, as are the added mass and the damping."""
     added_mass: Annotated[tuple[Coefficient, ...], Field(min_length=4, max_length=4)] | None = None
     """Added mass in surge and sway [kg], in yaw [kg m^2] and between sway and yaw [kg m], at midship."""
     surge_damping: Annotated[tuple[Coefficient, ...], Field(min_length=3, max_length=3)] | None = None

@@ -78,13 +78,13 @@ if TYPE_CHECKING:
 class SetBased(OuterLoop):
     """Escort behaviors by priority, restricted to velocities that keep every distance safe (Moe et al. 2016).
 
-    A robot may approach an obstacle, a teammate or the target only as fast as its margin allows: its distance
-    minus the safe distance of avoid_obstacles. With r the unit vector away from the body and u the body's
-    velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the margin and,
-    farther out, the speed from which braking stops in time. The velocity is the one closest to that of the
-    behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two robots,
-    even of different teams, take half of the closing speed each. With `patience`, a robot that is blocked
-    follows the boundary of what blocks it.
+    A robot may approach an obstacle, a teammate or the target only as fast as its margin allows. The margin
+    is the distance minus the safe distance of avoid_obstacles. With r the unit vector away from the body and
+    u the body's velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the
+    margin and, farther out, the speed from which braking stops in time. The velocity is the one closest to
+    that of the behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two
+    robots, even of different teams, take half of the closing speed each. With `patience`, a robot that is
+    blocked follows the boundary of what blocks it.
     """
 
     title: ClassVar[str] = "set-based"
@@ -102,7 +102,7 @@ class SetBased(OuterLoop):
     in the team, or unlimited without a force limit."""
     target_distance: NonNegativeFloat | None = None
     """Safe distance to the target [m]; null: `safe_distance`, but at most half the gap between the target and
-    the sphere around it; 0: the target is not avoided."""
+    robots at the mission's radius; 0: the target is not avoided."""
     patience: PositiveFloat | None = None
     """How long a robot is blocked before it follows the boundary of what blocks it [s]; null: it waits, which
     is best when escorting a moving target."""

@@ -18,9 +18,9 @@ INTRODUCTION = """\
 # All keys
 
 This page lists every key of a scenario; `escort-mj schema --markdown` writes it. Editors complete and check
-the same keys with `scenarios/schema.json`. Keys that are omitted have their defaults. Units are SI units and
-radians, in the world frame. For tables with a name (behaviors, laws, kinds of robots), the name alone selects
-the table with all its defaults.
+the same keys with `scenarios/schema.json`. Keys that are omitted have their defaults. Values are in SI units
+and radians, and vectors in the world frame, unless the table says otherwise. For tables with a name
+(behaviors, laws, kinds of robots), the name alone selects the table with all its defaults.
 """
 LONGEST = 60  # characters of a default; longer ones are tables whose own defaults are listed
 FAR = 1e5  # bounds from here on keep numbers finite and say nothing to a reader

@@ -46,9 +46,9 @@ class Environment(Parameters):
     """Floor, slope and medium."""
 
     floor: Floor = Floor()
-    """Floor, in two axes."""
+    """Floor, in planar missions."""
     slope: Slope = Slope()
-    """Slope of the floor, in two axes; with a slope, gravity acts on every kind of robot."""
+    """Slope of the floor, in planar missions; with a slope, gravity acts on every kind of robot."""
     medium: Medium = Medium()
     """Medium in which the bodies move; none by default."""
 

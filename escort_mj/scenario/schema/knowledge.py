@@ -28,7 +28,7 @@ Robots: TypeAlias = Annotated[tuple[RobotNumber, ...], Field(min_length=1)]
 
 
 class SightNoise(Parameters):
-    """Standard deviations of the normal errors of measurements of the target."""
+    """Standard deviations of the normally distributed errors with which robots measure the target."""
 
     position: NonNegativeFloat = 0.0
     """Standard deviation of the position, per axis [m]."""
@@ -46,19 +46,19 @@ class Outliers(Parameters):
     share: Share
     """Probability of an outlier [1]."""
     size: PositiveFloat
-    """Largest additional error, per axis of the position and of the distance [m]."""
+    """Largest additional error of the distance, and of the position per axis [m]."""
 
 
 class TargetSight(Parameters):
     """How robots measure the target."""
 
     robots: Robots | None = None
-    """Numbers of the robots that can see the target, or all targets of their team; null: all."""
+    """Numbers of the robots that can see the target, or all targets of their team; null: all robots."""
     range: PositiveFloat | None = None
     """Distance up to which robots see the target, surface to surface [m]; null: any."""
     field_of_view: Annotated[float, Field(gt=0.0, lt=2.0 * math.pi)] | None = None
-    """Opening angle of the cone around its heading in which a robot sees the target [rad]; null: all around.
-    """
+    """Opening angle of the cone around a robot's heading in which the robot sees the target [rad]; null: all
+    around."""
     hidden: bool = False
     """Whether obstacles and walls hide the target."""
     hidden_by_teammates: bool = False
@@ -74,7 +74,7 @@ class TargetSight(Parameters):
     """Measured quantities: `position` and `velocity` in the world frame, `range` and `bearing` from the
     robot."""
     noise: SightNoise = SightNoise()
-    """Normal errors of the measurements, added to those of `sensing.target_position` and
+    """Normally distributed errors of the measurements, added to those of `sensing.target_position` and
     `sensing.target_velocity`."""
     dropout: Share = 0.0
     """Probability that a look yields no measurement [1]."""
@@ -90,7 +90,8 @@ class InitialKnowledge(Parameters):
     velocity: NonNegativeFloat = 0.0
     """Standard deviation of the velocity, per axis [m/s]."""
     acceleration: NonNegativeFloat = 0.0
-    """Standard deviation of the acceleration, per axis [m/s^2]; for estimators with acceleration."""
+    """Standard deviation of the acceleration, per axis [m/s^2]; for estimators whose model contains an
+    acceleration."""
 
 
 class Knowledge(Parameters):
@@ -101,7 +102,7 @@ class Knowledge(Parameters):
     estimator: Estimator = Predict()
     """How each robot estimates the target from what it sees and hears: a name, or a table with parameters."""
     initial: InitialKnowledge = InitialKnowledge()
-    """Accuracy of what robots know of the target at the start, or when they change to another team."""
+    """Accuracy of what robots know of the target at the start, or when they change teams."""
 
 
 class Loss(Parameters):
@@ -121,7 +122,7 @@ class Nearest(Parameters):
 
 
 class Edges(Parameters):
-    """Listed pairs of robots hear each other."""
+    """The two robots of each listed pair hear each other."""
 
     edges: Annotated[tuple[tuple[RobotNumber, RobotNumber], ...], Field(min_length=1)]
     """Pairs of robot numbers."""
@@ -196,15 +197,15 @@ class Communication(Parameters):
     delay: Delay = 0.0
     """Time that a message takes [s]: one number, or the bounds of a uniform distribution."""
     jitter: NonNegativeFloat = 0.0
-    """Largest random delay before a message is sent [s], uniformly distributed."""
+    """Largest random delay before a message is sent [s]; the delay is uniformly distributed."""
     loss: AnyLoss = 0.0
-    """Share of lost messages [1], independently, or in bursts: `{mean: 0.2, burst: 5}`."""
+    """Share of messages that are lost [1], independently or in bursts: `{mean: 0.2, burst: 5}`."""
     timeout: PositiveFloat | None = 1.0
     """Age beyond which a robot disregards what it has heard from a teammate [s]; null: never."""
     neighbors: Annotated[int, Field(ge=1, le=64)] | None = None
     """Largest number of teammates that a robot hears at once; null: all in a team of up to 17, else 8."""
     blackouts: Annotated[tuple[Blackout, ...], Field(max_length=64)] = ()
-    """Periods in which messages do not get through."""
+    """Periods in which some messages do not get through."""
 
 
 def sight_of(knowledge: Knowledge, timestep: float, count: int) -> Sight:

@@ -89,13 +89,13 @@ class Obstacle(Parameters):
     """Radius of a sphere [m]; null: 0.5."""
     size: Annotated[tuple[Radius, ...], Field(min_length=1, max_length=3)] | None = None
     """Half-sizes as in MuJoCo [m]. Box and ellipsoid: along the body's x, y, z; cylinder and capsule: radius
-    and half-length along the body's z, without the caps of a capsule. In two axes, you can omit the last
-    value, except for a capsule: the half-height is then the robots' radius."""
+    and half-length along the body's z, without the caps of a capsule. In the plane, except for a capsule, you
+    can omit the last value, which is then the robots' radius."""
     vertices: Annotated[tuple[Vector, ...], Field(min_length=3, max_length=MOST_VERTICES)] | None = None
-    """Vertices of a mesh, relative to its center [m]; the body is their convex hull. In two axes: vertices of
-    the outline."""
+    """Vertices of a mesh, relative to its center [m]; the body is their convex hull. In the plane: vertices
+    of the outline."""
     orientation: Orientation = 0.0
-    """Orientation: a yaw angle [rad], roll, pitch and yaw [rad], or a quaternion w, x, y, z."""
+    """Orientation: a yaw angle [rad]; roll, pitch and yaw [rad]; or a quaternion w, x, y, z."""
     motion: Motion | None = None
     """Motion of the center; null: fixed. A moving body does not rotate."""
     body: Drive | None = None
@@ -114,28 +114,28 @@ class Door(Parameters):
     width: Radius
     """Clear width [m]."""
     sill: NonNegativeFloat = 0.0
-    """Height of the lower edge above the foot of the wall [m]; three axes only."""
+    """Height of the lower edge above the foot of the wall [m]; in space only."""
     height: Radius | None = None
-    """Clear height [m]; three axes only; null: up to the top of the wall."""
+    """Clear height [m]; in space only; null: up to the top of the wall."""
 
 
 class Wall(Parameters):
-    """A wall along straight segments, or two parallel walls with `corridor`."""
+    """A wall along straight segments or, with `corridor`, two parallel walls."""
 
     points: Annotated[tuple[Vector, ...], Field(min_length=2, max_length=100)]
-    """Two or more points along the wall [m]; in three axes, points of its foot, all at the same height."""
+    """Two or more points along the wall [m]; in space, points of its foot, all at the same height."""
     corridor: Radius | None = None
     """Clear width between two walls, one on each side of the points [m]; null: a single wall."""
     height: Radius = 1.0
-    """Height above the foot, which is the floor in two axes [m]."""
+    """Height above the foot [m]; in the plane, the foot is on the floor."""
     thickness: Radius = 0.2
     """Thickness [m]."""
     doors: tuple[Door, ...] = ()
-    """Openings, each within one straight segment; a corridor has them on both sides."""
+    """Openings, each within one straight segment; a corridor has them in both walls."""
     color: Color | None = None
     """Color in figures and videos; null: gray."""
     name: Name | None = None
-    """Name; its parts are called name_1, name_2 and so on; null: wall_1, wall_2 and so on."""
+    """Name; the parts of the wall are called name_1, name_2 and so on; null: wall_1, wall_2 and so on."""
 
 
 class Clutter(Parameters):
@@ -154,7 +154,7 @@ class Clutter(Parameters):
     shapes: Annotated[tuple[Primitive, ...], Field(min_length=1)] = ("sphere",)
     """Shapes to choose from."""
     passage: PositiveFloat = 1.0
-    """Minimum gap between any two of the obstacles, and to other obstacles, walls, the target's path and
-    robots with a given start [m]."""
+    """Minimum gap between any two of these obstacles, and from them to other obstacles, walls, the target's
+    path and robots with given initial positions [m]."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] | None = None
     """Seed; null: the scenario's seed."""

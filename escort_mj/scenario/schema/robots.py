@@ -22,15 +22,15 @@ else:
 
 
 class Actuators(Parameters):
-    """Errors of the motors, unknown to the controller."""
+    """Motor errors, unknown to the controller."""
 
     lag: NonNegativeFloat = 0.0
     """Time constant of the first-order lag from command to force [s]; 0: no lag."""
     dead_zone: NonNegativeFloat = 0.0
-    """Width of the dead zone [N]: it is subtracted from every command, and smaller commands have no effect.
-    """
+    """Half-width of the dead zone [N]: it is subtracted from the magnitude of every command, and smaller
+    commands have no effect."""
     gain_error: Share = 0.0
-    """Largest relative error of the motor gain, random for each motor [1]."""
+    """Largest relative error of a motor's gain, drawn at random for each motor [1]."""
     gains: Annotated[tuple[Gain, ...], Field(min_length=1)] | None = None
     """Gain of each motor; 1 is the nominal value [1]; null: random, see `gain_error`."""
 
@@ -49,7 +49,7 @@ class RobotOverride(Parameters):
     kind: OneKind | None = None
     """Kind of robot: a name, or a table with parameters."""
     actuators: Actuators | None = None
-    """Errors of the robot's motors."""
+    """Motor errors of this robot."""
     position: Vector | None = None
     """Initial position [m]."""
 
@@ -58,8 +58,8 @@ class Robots(Parameters):
     """The team of robots."""
 
     count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
-    """Number of robots; null: the length of `positions` if set, otherwise 5 in two axes and twice the number
-    of axes in more."""
+    """Number of robots; null: the length of `positions` if set, otherwise 5 in the plane, and twice the
+    number of axes for more than two."""
     kind: OneKind = Field(
         default=PointMass(),
         description=f"Kind of robot: {listed(KIND_NAMES)}, or a table with\nthe name and parameters.",
@@ -69,13 +69,13 @@ class Robots(Parameters):
     radius: Radius = 0.2
     """Radius of the body of each robot [m]."""
     force_limit: Force | None = 10.0
-    """Largest force per axis, of a motor or, for a quadrotor, of the command [N]; null: no limit."""
+    """Largest force per axis: of each motor or, for a quadrotor, of the command [N]; null: no limit."""
     actuators: Actuators = Actuators()
-    """Errors of the motors."""
+    """Motor errors."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial positions, one row per robot [m]; null: random, see `placement`."""
     velocities: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
-    """Initial velocities, one row per robot [m/s]; balls start without slip; null: at rest."""
+    """Initial velocities, one row per robot [m/s]; balls start rolling without slip; null: at rest."""
     placement: RandomPlacement | None = None
     """Random initial positions; null: within twice the mission's radius around the target."""
     overrides: tuple[RobotOverride, ...] = ()

@@ -79,7 +79,7 @@ class Target(Motion):
 
 
 class Phase(Parameters):
-    """A phase of the mission with other behaviors; if several phases apply, the last one wins."""
+    """A phase of the mission with other behaviors; if several apply, the last in the list takes effect."""
 
     name: Annotated[str, Field(pattern=BODY_NAME)] | None = None
     """Name in the trace; null: phase_1, phase_2 and so on."""
@@ -112,10 +112,11 @@ class Mission(Parameters):
     trigger: Trigger | None = None
     """Condition for updates of the reference velocity; null: at every physics step."""
     outer: OuterLoop = Nsb()
-    """Composition of the behaviors into one velocity: `nsb` (the paper) or a baseline; a name, or a table
-    with gains."""
+    """Composition of the behaviors into one velocity: `nsb` (the paper) or a baseline, given as a name or as
+    a table with gains."""
     target_feedforward: bool = True
-    """Whether the target's measured velocity is added to the escort behaviors (not in the paper)."""
+    """Whether the target's measured velocity is added to the velocities of the escort behaviors (not in the
+    paper)."""
     max_speed: PositiveFloat | None = None
     """Largest reference speed [m/s], allocated by priority; null: no limit (the paper)."""
 
@@ -200,7 +201,7 @@ class Scenario(Parameters, metaclass=_Checked):
     """Plugins (docs/plugins.md): Python files, relative to the scenario's folder, or names of installed
     plugins. Plugins execute code: use only plugins that you trust."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
-    """Seed of all random numbers: initial positions and measurement errors."""
+    """Seed of all random numbers, such as those for initial positions and measurement errors."""
     duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0
     """Simulated time [s]."""
     axes: Annotated[int, Field(ge=2, le=MAX_AXES)] = 2

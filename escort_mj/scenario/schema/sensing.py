@@ -70,12 +70,12 @@ class Lidar(Parameters):
     """Rays from the center of each robot that measure the distance to the first obstacle or wall."""
 
     rays: Annotated[int, Field(ge=8, le=4096)] | None = None
-    """Number of rays, spread evenly over the circle in two axes and over the sphere in three; null: 72 or
-    500."""
+    """Number of rays, spread evenly over a circle in the plane and over a sphere in space; null: 72 in the
+    plane and 500 in space."""
     range: Radius = 10.0
     """Largest distance that a ray measures [m]."""
     noise: NonNegativeFloat = 0.0
-    """Standard deviation of the normal error of each distance [m]."""
+    """Standard deviation of the normally distributed error of each distance [m]."""
     rate: PositiveFloat | None = None
     """Scans per second [1/s], a whole number of physics steps apart; null: at every step."""
     record: bool = False
@@ -96,8 +96,8 @@ class Sensing(Parameters):
     radius: SensingRadius = SensingRadius()
     """Range at which robots detect obstacles and each other."""
     lidar: Lidar | None = None
-    """Lidar on each robot, which replaces knowledge of the obstacles' shapes; null: no lidar, robots know the
-    shapes."""
+    """Lidar on each robot, which replaces knowledge of the obstacles' shapes; null: no lidar, and robots know
+    the shapes."""
 
     @property
     def channels(self) -> tuple[Sensor, Sensor, Sensor, Sensor]:

@@ -17,9 +17,9 @@ class Escort(Parameters):
     """Team that escorts a target from a given time on."""
 
     after: NonNegativeFloat = 0.0
-    """Time from which it applies [s]."""
+    """Time from which the team escorts the target [s]."""
     team: Name | None
-    """Name of the team; null: none."""
+    """Name of the team; null: no team."""
 
 
 class TeamTarget(Motion):
@@ -34,14 +34,15 @@ class TeamTarget(Motion):
     policy: Policy | None = None
     """Policy of the target; null: it follows its path. With a policy, the target starts at `position`."""
     escorted_by: Annotated[tuple[Escort, ...], Field(max_length=100)] = ()
-    """Teams that escort it at successive times; before that, it is the team that lists it."""
+    """Teams that escort the target from successive times on; before that, it is the team that lists the
+    target."""
 
 
 class Demand(Parameters):
     """Number of robots that a team needs from a given time on."""
 
     after: NonNegativeFloat = 0.0
-    """Time from which it applies [s]."""
+    """Time from which the team needs them [s]."""
     robots: PositiveInt
     """Number of robots that the team needs."""
 
@@ -50,7 +51,7 @@ class Circle(Parameters):
     """Distance that a team keeps from a given time on."""
 
     after: NonNegativeFloat
-    """Time from which it applies [s]."""
+    """Time from which the distance applies [s]."""
     radius: Radius
     """Distance of the robots from the middle of the targets [m]."""
 
@@ -63,13 +64,13 @@ class Team(Parameters):
     robots: Annotated[tuple[PositiveInt, ...], Field(min_length=1, max_length=MAX_ROBOTS)]
     """Initial members: numbers of robots, from 1."""
     targets: Annotated[tuple[TeamTarget, ...], Field(min_length=1, max_length=MOST_TARGETS)]
-    """Targets of the team; the robots surround their midpoint. Targets can change to another team."""
+    """Targets of the team; the robots surround the middle of these targets. Targets can change teams."""
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
     radii: Annotated[tuple[Circle, ...], Field(max_length=100)] = ()
-    """Other distances at successive later times, for example because targets join."""
+    """Other distances from successive later times on, for example when targets join."""
     controller: Law | None = None
     """Law of the team: a name, or a table with gains, as in `controller`; null: that of the scenario."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
-    """Numbers of robots required at successive times. A team with too few robots gets the nearest ones that
-    other teams can spare."""
+    """Numbers of robots required from successive times on. A team with too few robots gets the nearest ones
+    that other teams can spare."""
