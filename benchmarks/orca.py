@@ -28,7 +28,7 @@ OFF = 0.3  # by at most so much along each axis [m]
 PLAIN = {"step": 0.02, "horizon": 2.0, "sees": 3.0, "neighbors": 10, "turn": 0.0}
 WAYS = {
     "ORCA": PLAIN,
-    "ORCA, sees 15 m, 10 s ahead": PLAIN | {"horizon": 10.0, "sees": 15.0},
+    "ORCA, range 15 m, horizon 10 s": PLAIN | {"horizon": 10.0, "sees": 15.0},
     "ORCA, steps of 0.1 s": PLAIN | {"step": 0.1},
     "ORCA, turned by 0.1 rad": PLAIN | {"turn": 0.1},
 }
