@@ -68,9 +68,11 @@ class Surface(Behavior):
     radius: float | str | None = None
     """Distance to the target [m]: a number, or an expression in t; null: `mission.radius`."""
     fit: bool = False
-    """Whether the radius shrinks where obstacles leave less room around the target, and then grows again."""
+    """Whether the radius shrinks where obstacles leave less room around the target, and grows again
+    afterward."""
     least: PositiveFloat | None = None
-    """Smallest radius to which it shrinks [m]; null: as required by the bodies and their safe distances."""
+    """Smallest radius to which the formation shrinks [m]; null: as required by the bodies and their safe
+    distances."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

@@ -17,7 +17,7 @@ class Weave(Policy):
     seeks: ClassVar[bool] = True
     policy: Literal["weave"] = "weave"
     angle: Annotated[float, Field(gt=0.0, le=1.5)] = 0.8
-    """Largest angle to the straight line to the target [rad]."""
+    """Largest angle between the motion and the straight line to the target [rad]."""
     period: Annotated[float, Field(gt=0.0, le=1e3)] = 4.0
     """Time from one side to the other and back [s]."""
 
