@@ -70,15 +70,14 @@ def ask_uv(*arguments: str) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1800)  # each installs a gigabyte and compiles the kernels
-@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13"])
+@pytest.mark.timeout(1800)  # each installs a gigabyte
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13", "3.14"])
 def test_the_wheel_works_in_an_empty_environment(
     built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: str
 ) -> None:
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     if not (python := ask_uv("python", "find", "--no-python-downloads", "--no-project", "--system", version)):
         pytest.skip(f"no Python {version} here")
-    (tmp_path / "overrides.txt").write_text("\n".join(PROJECT["tool"]["uv"]["override-dependencies"]))
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     environment |= {"XDG_CACHE_HOME": str(tmp_path / "cache"), "UV_CACHE_DIR": ask_uv("cache", "dir")}
 
@@ -88,12 +87,12 @@ def test_the_wheel_works_in_an_empty_environment(
         return done.stdout
 
     sh("uv", "venv", "--python", python, "venv")
-    install = ("uv", "pip", "install", "--python", "venv/bin/python", "--overrides", "overrides.txt")
-    sh(*install, f"escort-mj[video,view] @ {the(built, '*.whl').as_uri()}")
+    wheel = f"escort-mj[video,view] @ {the(built, '*.whl').as_uri()}"
+    sh("uv", "pip", "install", "--python", "venv/bin/python", wheel)
     escort = str(tmp_path / "venv" / "bin" / "escort-mj")
     place = sh("venv/bin/python", "-c", "import escort_mj; print(escort_mj.__file__)")
     assert Path(place.strip()).is_relative_to(tmp_path)
-    assert not list((tmp_path / "venv").rglob("numba")), "machine code ships"
+    assert not list((tmp_path / "venv").glob("lib/*/site-packages/numba")), "machine code ships"
     assert "main: completed" in sh(escort, "run", "main", "--no-video")
     sh(escort, "report", "renders/main")
     assert (tmp_path / "renders" / "main" / "report.html").stat().st_size > 100_000
