@@ -66,7 +66,7 @@ def judge_command(
     report: ReportOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Judge a log of real robots against a scenario, and write it as a run folder.
+    """Judge a log of real robots against a scenario, and write the result as a run folder.
 
     Verdicts on quantities that the log does not contain neither pass nor fail.
 

@@ -36,7 +36,7 @@ class BarrierFilter(OuterLoop):
     With the margin h = d - d_0 to an obstacle and the safe distance d_0 of avoid_obstacles, the velocity is
     the one closest to that of the behaviors among those with h' >= -rate * h for each obstacle. Two teammates
     share this condition equally (Wang, Ames, Egerstedt 2017). If no velocity satisfies all conditions, the
-    sum of the squared violations is minimal.
+    loop takes the one that minimizes the sum of the squared violations.
     """
 
     title: ClassVar[str] = "barrier filter"

@@ -82,9 +82,9 @@ class SetBased(OuterLoop):
     is the distance minus the safe distance of avoid_obstacles. With r the unit vector away from the body and
     u the body's velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the
     margin and, farther out, the speed from which braking stops in time. The velocity is the one closest to
-    that of the behaviors; if none satisfies all conditions, the sum of the squared violations is minimal. Two
-    robots, even of different teams, are each allowed half of the closing speed. With `patience`, a robot that
-    is blocked follows the boundary of what blocks it.
+    that of the behaviors; if none satisfies all conditions, it is the one that minimizes the sum of the
+    squared violations. Two robots, even of different teams, are each allowed half of the closing speed. With
+    `patience`, a robot that is blocked follows the boundary of what blocks it.
     """
 
     title: ClassVar[str] = "set-based"

@@ -77,7 +77,7 @@ class Robots(Parameters):
     velocities: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
     """Initial velocities, one row per robot [m/s]; balls start rolling without slip; null: at rest."""
     placement: RandomPlacement | None = None
-    """Random initial positions; null: within twice the mission's radius around the target."""
+    """Random initial positions; null: within twice the mission's radius of the target."""
     overrides: tuple[RobotOverride, ...] = ()
     """Robots that differ from the team."""
     failures: tuple[Failure, ...] = ()
