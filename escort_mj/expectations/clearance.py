@@ -20,7 +20,7 @@ class ClearanceExpectation(Windowed):
     of_floor = False
 
     clearance: sides()  # type: ignore[valid-type]
-    """Two groups or bodies except the floor; at least one side must be robots or the target."""
+    """Two groups or bodies other than the floor; at least one of the two must be robots or the target."""
     at_least: NonNegativeFloat
     """Minimum distance at every physics step [m]."""
 

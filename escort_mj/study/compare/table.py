@@ -109,8 +109,8 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         "",
         "## Claims of the paper",
         "",
-        "The claims are paraphrased. The rule decides whether a claim holds. In a pair of values, the first",
-        "belongs to APD-SMC and the second to ASMC.",
+        "The claims are paraphrased. The column `rule` states when a claim holds. In a pair of values, the",
+        "first belongs to APD-SMC and the second to ASMC.",
         "",
         *markdown_rows(
             ["section", "figures", "claim", "holds", "rule", *words], _claim_rows(facts["claims"])
@@ -126,7 +126,7 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         "",
         "## Does the adaptation help?",
         "",
-        "PD-SMC is the same law without adaptation. Values are given as APD-SMC / PD-SMC.",
+        "PD-SMC is APD-SMC without adaptation. Values are given as APD-SMC / PD-SMC.",
         "",
         *markdown_rows(VERSUS, _versus(runs, "pd_smc")),
         "",
