@@ -1,4 +1,4 @@
-"""What control costs a robot, against how many there are: the native loop less bare `mj_step`, 5 to 2000.
+"""Time of control per robot in teams of 5 to 2000: the native loop less bare `mj_step`.
 
 The mission is that of `peers/stage.py`: everyone keeps a place on a circle or sphere around a moving target.
 """
@@ -91,8 +91,8 @@ def tables(rows: list[dict[str, Any]]) -> dict[str, str]:
 
 
 def draw(rows: list[dict[str, Any]], folder: Path) -> None:
-    """Cost a robot, of control and of MuJoCo, against the number of robots."""
-    with figure(folder / "growth.png", 3.2, "What a step costs a robot, on one core") as canvas:
+    """Draw the time per robot, of control and of MuJoCo, against the number of robots."""
+    with figure(folder / "growth.png", 3.2, "Time of a step per robot, on one core") as canvas:
         for axes, place in zip(canvas.subplots(1, 2, sharey=True), ("plane", "space"), strict=True):
             for case in (name for name in CASES if name.startswith(place)):
                 mine = [row for row in rows if row["case"] == case]
@@ -106,7 +106,7 @@ def draw(rows: list[dict[str, Any]], folder: Path) -> None:
             axes.set_xscale("log")
             axes.set_xticks(TICKS, map(str, TICKS))
             axes.minorticks_off()
-            axes.set_ylim(bottom=0.0)
             axes.set_xlabel("robots")
             axes.legend()
-        canvas.axes[0].set_ylabel("time a step and robot [ns]")
+        canvas.axes[0].set_ylim(bottom=0.0)  # of both, once all is there
+        canvas.axes[0].set_ylabel("time per step and robot [ns]")

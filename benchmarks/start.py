@@ -1,4 +1,4 @@
-"""How long a fresh process takes to its first step: kernels on disk, or none yet.
+"""How long a fresh process takes to its first step: kernels on disk, or none at all.
 
 As `escort-mj run` does: read and check a scenario, build its world, get the native callbacks, take a step.
 The measure is a process that imports MuJoCo and numba and ends; a warm start has no need of numba.
@@ -33,6 +33,10 @@ world = build(scenario)
 with native_loop(world):
     Plant(world).step(1)
 """
+NOTHING_SHIPS = """
+from escort_mj.native import shipped
+shipped.FOLDER = shipped.FOLDER / "nowhere"
+"""
 CASES = {"n = 5, plane": "main", "n = 6, space": "main_3d"}
 WARM_ROUNDS, COLD_ROUNDS = 7, 2
 
@@ -59,7 +63,7 @@ def measure() -> list[dict[str, Any]]:
 
         def cold(scenario: str = scenario, started: Any = started) -> float:
             with tempfile.TemporaryDirectory() as folder:
-                return float(started("cold", FIRST_STEP, scenario, folder=folder))
+                return float(started("cold", NOTHING_SHIPS + FIRST_STEP, scenario, folder=folder))
 
         def warm(scenario: str = scenario, started: Any = started) -> float:
             return float(started("warm", FIRST_STEP, scenario))
