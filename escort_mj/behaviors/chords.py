@@ -49,7 +49,7 @@ class ChordState(Fields):
 
 
 class Chords(Behavior):
-    """Spread the robots evenly at equal chords: a ring in the plane, an octahedron of six robots in space."""
+    """Spread the robots evenly with equal chords: over a ring in the plane, six on an octahedron in space."""
 
     spreads: ClassVar[bool] = True
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "order"})

@@ -23,17 +23,18 @@ Array = NDArray[np.float64]
 
 
 class Connect(Behavior):
-    """Stay within a distance of the teammates that hold the team together.
+    """Stay within `distance` of the teammates that hold the team together.
 
     These are a robot's neighbors in the relative neighborhood graph (Toussaint 1980) of the robots that it
     knows of: two robots are neighbors unless a third one is closer to both than they are to each other. This
-    graph contains the minimum spanning tree, so the team stays connected while its links hold. Only the
-    farthest of these neighbors counts, and only beyond `distance`.
+    graph contains the minimum spanning tree, so the team stays connected as long as no link of the graph
+    breaks. Only the farthest of these neighbors attracts the robot, and only beyond `distance`.
     """
 
     behavior: Literal["connect"] = "connect"
     distance: PositiveFloat
-    """Largest distance between centers [m]; must be less than the radio's range to keep the link."""
+    """Distance between centers beyond which a neighbor attracts the robot [m]; use less than the radio's
+    range."""
     gain: PositiveFloat = 2.0
     """Gain of the distance beyond `distance` [1/s]."""
 

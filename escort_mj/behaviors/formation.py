@@ -68,12 +68,12 @@ class Formation(Headed):
     position: tuple[float | str, ...] | None = None
     """Position of the frame per axis [m]: numbers, or expressions in t; null: see `waypoints`."""
     waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1)] | None = None
-    """Timed waypoints of the frame; if both this and `position` are null, the frame moves with the target."""
+    """Timed waypoints of the frame; null: if `position` is null too, the frame moves with the target."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline."""
     heading: float | str = 0.0
     """Angle of the frame in the plane of the first two axes [rad]: a number, an expression in t, or `along`
-    for the direction in which it moves."""
+    for the direction in which the frame moves."""
     scale: float | str = 1.0
     """Factor by which the offsets are multiplied [1]: a number, or an expression in t."""
 

@@ -113,7 +113,7 @@ class Headed(Behavior):
     gain: PositiveFloat = 0.8
     """Gain of the distance to the goal [1/s]."""
     reach: PositiveFloat = 0.1
-    """Distance at which a waypoint counts as passed, and the last one as reached [m]."""
+    """Distance within which a robot has reached its goal, or passed a waypoint on the way there [m]."""
 
     def team_tasks(self, now: Situation) -> tuple[Task, ...]:
         """Return the task sigma = q, which is to become the goal: it takes all directions."""

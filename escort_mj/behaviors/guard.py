@@ -37,12 +37,13 @@ NEAR = 1e-9  # m
 
 
 class Guard(Behavior):
-    """Place a robot between each opponent and the target; the others follow behaviors of lower priority.
+    """Place a robot between each opponent and the target.
 
-    Each approaching opponent is assigned one robot, the most urgent opponent first. With y the vector from
+    Each approaching opponent is assigned one robot, the most urgent opponent first; the other robots follow
+    behaviors of lower priority. With y the vector from
     the target to the opponent and w the opponent's velocity relative to the target, the robot goes to the
-    point `distance` * y / abs(y) from the target and moves with it, at `distance` * (I - y y^T / abs(y)^2) w
-    / abs(y).
+    point at `distance` * y / abs(y) from the target and moves with this point, whose velocity relative to the
+    target is `distance` * (I - y y^T / abs(y)^2) w / abs(y).
     """
 
     frame: ClassVar[Literal["target", "world"]] = "world"

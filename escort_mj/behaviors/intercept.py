@@ -40,9 +40,10 @@ class Intercept(Behavior):
 
     With s the speed of a robot, y the vector from it to the target and w the target's velocity, the robot
     heads for y + w t with the least t >= 0 for which abs(y + w t) = s t (Apollonius' circle; Isaacs,
-    Differential Games, 1965). If a faster target gets away, the robot heads for the point on the target's
-    course at which it comes closest to the target. Near the target, the velocity relative to it is at most
-    `gain` times the remaining distance, unless the robot would then miss a faster target.
+    Differential Games, 1965). If the target is faster and no such t exists, the robot heads for the target's
+    position at the time of the closest possible approach. Near the target, the robot's velocity relative to
+    the target is at most `gain` times the remaining distance, unless the robot would then miss a faster
+    target.
     """
 
     frame: ClassVar[Literal["target", "world"]] = "world"
@@ -50,9 +51,10 @@ class Intercept(Behavior):
 
     behavior: Literal["intercept"] = "intercept"
     quarry: Literal["target", "opponents"] = "target"
-    """What robots pursue: the target, or the opponent that each of them guards against."""
+    """What each robot pursues: the target, or the opponent that it guards against."""
     alert: PositiveFloat | None = None
-    """With opponents: distance from the target within which robots pursue them [m]; null: any."""
+    """With `quarry: opponents`: distance from the target within which an opponent is pursued [m]; null:
+    any."""
     speed: PositiveFloat | None = None
     """Speed of the robots [m/s], at most `mission.max_speed`; null: `mission.max_speed`."""
     within: PositiveFloat = 0.5

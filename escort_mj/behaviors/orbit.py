@@ -22,10 +22,10 @@ toward_vertex = Vertices.wish_lanes
 
 
 class Orbit(Vertices):
-    """Spread the robots evenly and let them circle the target in the plane of the first two axes.
+    """Spread the robots evenly, as `vertices` does, and let them circle the target.
 
     With q the position of the robot and c that of the target, the behavior adds rate * A (q - c) to the
-    velocity toward the robot's vertex. A is the quarter turn in the plane of the first two axes, so the
+    velocity that `vertices` demands. A is the quarter turn in the plane of the first two axes, so the added
     motion is a rigid rotation and the formation stays even. Robots on the axis of rotation stay there.
     """
 

@@ -42,7 +42,7 @@ SAME = 1e-24  # squared distance of two directions that differ by rounding only:
 
 
 class Repulsion(Behavior):
-    """Spread the robots evenly: the directions of the others, seen from the target, repel each robot."""
+    """Spread the robots evenly: seen from the target, the others' directions repel that of each robot."""
 
     spreads: ClassVar[bool] = True
 

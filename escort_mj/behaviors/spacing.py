@@ -29,9 +29,9 @@ TURN = 2.0 * math.pi
 class Spacing(Behavior):
     """Spread the robots evenly over a circle: each moves toward the midpoint between its two neighbors.
 
-    A neighbor is the next robot around the target, one on each side, among those that the robot knows of
+    Among the robots that a robot knows of, its neighbors are the next one around the target on either side
     (Marshall, Broucke, Francis 2004; Kim, Sugie 2007). Angles are measured in the plane of the first two
-    axes. The behavior assigns no places to robots and needs only the directions of two teammates.
+    axes. The behavior assigns no places to robots and needs only the directions of these two neighbors.
     """
 
     spreads: ClassVar[bool] = True

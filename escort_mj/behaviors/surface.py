@@ -71,8 +71,8 @@ class Surface(Behavior):
     """Whether the radius shrinks where obstacles leave less room around the target, and grows again
     afterward."""
     least: PositiveFloat | None = None
-    """Smallest radius to which the formation shrinks [m]; null: as required by the bodies and their safe
-    distances."""
+    """Smallest radius to which the formation shrinks [m]; null: the smallest that bodies and safe distances
+    allow."""
 
     @classmethod
     def numbers(cls) -> dict[str, type]:

@@ -20,7 +20,7 @@ SECTIONS = {
 }
 """The commands as the help lists them."""
 QUIET = "Print errors and failed verdicts only."
-VERBOSE = "Print each stage with its time, and the traceback of internal errors."
+VERBOSE = "Print each stage with its duration, and the traceback of internal errors."
 JSON_LINES = "Print progress and the result as JSON, one document per line."
 
 

@@ -35,7 +35,7 @@ def commands_page() -> Iterator[str]:
         "`escort-mj list commands --markdown` writes this page.\n"
     )
     commands: Mapping[str, Any] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
-    yield f"{EXIT_CODES}\n"
+    yield f"{EXIT_CODES} A command whose exit codes differ lists them below.\n"
     yield "Most commands share these options:\n"
     yield from _options(commands["run"], lambda option: option in COMMON)
     for section, names in SECTIONS.items():

@@ -215,10 +215,10 @@ def validate_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Validate scenarios and studies without running them. The exit code is 2 if one is invalid.
+    """Validate scenarios and studies without running them. The exit code is 2 if any is invalid.
 
-    All errors are reported together, except that a table with an invalid key is compared with others only
-    once its own keys are valid.
+    All errors are reported together, except that a table with an invalid key is checked against other
+    tables only once its own keys are valid.
 
     Example: escort-mj validate mine.yaml
 

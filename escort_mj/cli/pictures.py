@@ -63,7 +63,9 @@ def render_command(
     elevation: Annotated[
         float | None, typer.Option(help="Direction of view above the horizon [deg]; -90 looks straight down.")
     ] = None,
-    distance: Annotated[float | None, typer.Option(help="Distance of the camera [m].")] = None,
+    distance: Annotated[
+        float | None, typer.Option(help="Distance of the camera from the point it looks at [m].")
+    ] = None,
     start: Annotated[
         float | None, typer.Option("--from", help="Simulated time at which the video begins [s].")
     ] = None,

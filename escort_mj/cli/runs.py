@@ -57,7 +57,8 @@ def run_command(
 ) -> None:
     """Run one scenario and write its run folder.
 
-    An earlier run in renders/NAME is kept; the new one is written to NAME-2, NAME-3 and so on.
+    An earlier run in renders/NAME is kept; the new one is written to renders/NAME-2, renders/NAME-3 and so
+    on.
 
     Example: escort-mj run main
 

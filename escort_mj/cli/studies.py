@@ -289,7 +289,10 @@ def report_command(
         ),
     ],
     out: Annotated[Path | None, typer.Option(help="HTML file [default: report.html in the folder].")] = None,
-    compare: Annotated[str | None, typer.Option(help="Factor to compare [default: laws or cases].")] = None,
+    compare: Annotated[
+        str | None,
+        typer.Option(help="In a study, factor whose levels are compared [default: laws or cases]."),
+    ] = None,
     png: Annotated[bool, typer.Option("--png", help="Also write the figures of a study as PNG.")] = False,
     pdf: Annotated[bool, typer.Option("--pdf", help="Also write the figures of a study as PDF.")] = False,
     as_json: JsonOption = False,

@@ -118,7 +118,7 @@ def gains_command(
     plugins: PluginOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Propose, for each law, gains that fit its robots, as `controller: {gains: auto}` computes them.
+    """Propose gains for the scenario's laws and robots, as `controller: {gains: auto}` computes them.
 
     Example: escort-mj gains robots/quadrotor
 
@@ -197,7 +197,8 @@ def check_robot_command(
     drive: Annotated[
         str | None,
         typer.Option(
-            "--drive", help="force, thrust, steer, wheels, omni or velocity; default: found from the model."
+            "--drive",
+            help="Drive: force, thrust, steer, wheels, omni or velocity; default: found from the model.",
         ),
     ] = None,
     figure: Annotated[

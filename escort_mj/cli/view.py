@@ -34,7 +34,7 @@ def view_command(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="First port to try; 0 for any free port.")] = 8080,
     native: Annotated[
-        bool, typer.Option("--native", help="Use MuJoCo's viewer instead; requires a display.")
+        bool, typer.Option("--native", help="Use MuJoCo's viewer instead of the browser; requires a display.")
     ] = False,
 ) -> None:
     """Show a run in the browser: replay a run folder, or simulate a scenario live. Stop with Ctrl-C.

@@ -78,16 +78,17 @@ class Condition(Parameters):
     """Condition for a phase, evaluated with the robots' measurements (`sensing`)."""
 
     quantity: Literal[QUANTITIES]  # type: ignore[valid-type]
-    """Compared quantity [m]: the distance of a robot to the nearest obstacle or robot, surface to surface, or
-    to the target's center; the distance of the target's center to the surface of the nearest obstacle; or the
-    number of failed robots [1]."""
+    """Compared quantity: the distance from a robot to the nearest obstacle or to the nearest other robot,
+    surface to surface [m]; the distance between the centers of the robot and the target [m]; the distance
+    from the target's center to the surface of the nearest obstacle [m]; or the number of failed robots
+    [1]."""
     below: float | None = None
-    """The phase begins when the quantity falls below this value [m]. Set `below` or `above`."""
+    """The phase begins when the quantity falls below this value [m or 1]. Set `below` or `above`."""
     above: float | None = None
-    """The phase begins when the quantity rises above this value [m]."""
+    """The phase begins when the quantity rises above this value [m or 1]."""
     release: float | None = None
-    """The phase ends when the quantity passes this value on its way back [m]; null: the threshold itself,
-    without hysteresis."""
+    """The phase ends when the quantity passes this value on its way back [m or 1]; null: the threshold
+    itself, without hysteresis."""
     scope: Literal["robot", "team"] = "robot"
     """Which robots change phase: the `robot` that meets the condition, or the whole `team` as soon as one
     robot does."""

@@ -13,8 +13,9 @@ from escort_mj.knowledge.belief import Belief
 class Consensus(CovarianceIntersection):
     """A Kalman filter on each robot, and consensus with teammates in range (Battistelli, Chisci 2014).
 
-    Each message moves the belief by a fixed share toward the sender's, in the sense of the Kullback-Leibler
-    average: covariance intersection with a weight that does not depend on which of the two is more certain.
+    Each message moves the receiver's belief by a fixed share toward the sender's, in the sense of the
+    Kullback-Leibler average: covariance intersection with a weight that does not depend on which belief is
+    more certain.
     """
 
     estimator: Literal["consensus"] = "consensus"  # type: ignore[assignment]

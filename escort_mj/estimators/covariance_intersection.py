@@ -15,8 +15,9 @@ from escort_mj.native.kernels import inlined
 class CovarianceIntersection(Kalman):
     """A Kalman filter on each robot, and covariance intersection of beliefs (Julier, Uhlmann 1997).
 
-    The fused covariance P, with P^-1 = w P_1^-1 + (1 - w) P_2^-1, is consistent whatever information the two
-    share; w follows from the traces (Niehsen 2002).
+    Two beliefs with the covariances P_1 and P_2 are fused into one with the covariance P, where P^-1 = w
+    P_1^-1 + (1 - w) P_2^-1. P is consistent whatever information the two beliefs share; w follows from the
+    traces of P_1 and P_2 (Niehsen 2002).
     """
 
     estimator: Literal["covariance_intersection"] = "covariance_intersection"  # type: ignore[assignment]

@@ -18,8 +18,8 @@ class Kalman(Estimator):
     """A Kalman filter of the target on each robot (Bar-Shalom, Li, Kirubarajan 2001, sections 5.2, 10.3).
 
     The model is a target of constant velocity or acceleration, disturbed by white noise; measurements of
-    range and bearing are linearized. A robot adopts a teammate's belief if it is more certain than its own:
-    unlike a mixture of the two, this remains consistent however they are correlated.
+    range and bearing are linearized. A robot adopts a teammate's belief that is more certain than its own.
+    The adopted belief, unlike a mixture of the two, is consistent however they are correlated.
     """
 
     estimator: Literal["kalman"] = "kalman"

@@ -12,7 +12,7 @@ from escort_mj.expectations.touches import least_clearance
 
 
 class ClearanceExpectation(Windowed):
-    """A bound on the distance between two sides, surface to surface."""
+    """A bound on the distance between two groups or bodies, surface to surface."""
 
     kind = "clearance"
     rank = 30

@@ -34,13 +34,14 @@ QUANTITIES = {
 
 
 class ContactExpectation(Windowed):
-    """Bounds on touches between two sides; without any bound, no touch is allowed."""
+    """Bounds on touches between bodies; without any bound, no touch is allowed."""
 
     kind = "contacts"
     rank = 20
 
     contacts: sides("none", "any")  # type: ignore[valid-type]
-    """Two groups or bodies; `any`: any two bodies except the floor; `none`: no touch between such bodies."""
+    """Two groups or bodies; `any`: any two bodies other than the floor; `none`: likewise, with no touch
+    allowed."""
     at_most: NonNegativeInt | None = None
     """Maximum number of touches; each is one unbroken contact between two bodies; null: 0 if there is no
     other bound."""

@@ -69,8 +69,8 @@ class Expectation(Parameters):
     """Whether the floor can be one of its sides."""
 
     xfail: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
-    """Reason for an expected failure: the entry passes while the condition fails, and fails as soon as the
-    condition holds."""
+    """Reason for an expected failure: the entry passes if the condition does not hold, and fails if it
+    does."""
     skip: Annotated[str, Field(min_length=1, max_length=300, pattern=TEXT)] | None = None
     """Reason for skipping: the entry is not evaluated and counts as passed; null: it is evaluated."""
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class OutcomeExpectation(Expectation):
-    """The required outcome of the run; without this expectation, it is `completed`."""
+    """The required outcome of the run; without this expectation, `completed` is required."""
 
     kind = "outcome"
     rank = 60

@@ -46,8 +46,8 @@ class SanityExpectation(Windowed):
         BeforeValidator(_all_checks, json_schema_input_type=Literal["all"] | tuple[SanityCheck, ...]),
     ]
     """`all`, or a list of: `warnings` (no warnings from MuJoCo), `finite` (every number is finite), `energy`
-    (no energy out of nothing), `tunneling` (no step in which two bodies approach by more than the thickness
-    of the thinnest body)."""
+    (robots gain no kinetic energy without a cause), `tunneling` (no step in which two bodies approach by
+    more than the thickness of the thinnest body)."""
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the simulation can be trusted: all checks hold in the window."""

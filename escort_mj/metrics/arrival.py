@@ -74,7 +74,7 @@ def path_length(trace: Recorded) -> Measure:
 
 @metric(unit="1", watched=False, rank=35)
 def stuck(trace: Recorded) -> Measure:
-    """Number of robots that end away from their goals and moved less than their radius in the last 5 s."""
+    """Number of robots that end away from their goals and move by at most their radius in the last 5 s."""
     if "goal" not in trace:
         return Measure(None, reason=NO_GOALS)
     time = trace["time"].values

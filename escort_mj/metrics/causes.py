@@ -79,7 +79,7 @@ def _dear(trace: Recorded) -> bool:
 
 @metric(unit="1", grows=True, watched=False, rank=185, dear=_dear)
 def touches_unexplained(trace: Recorded) -> Measure:
-    """Number of touches by robots for which no rule finds a cause (see the page on avoidance)."""
+    """Number of touches that involve a robot and have no known cause (see the page on avoidance)."""
     found = [touch for touch in causes_of(trace) if touch.cause == UNEXPLAINED]
     return Measure(float(len(found)), found[0].time, found[0].bodies) if found else Measure(0.0)
 

@@ -131,7 +131,7 @@ def messages_lost_share(trace: Recorded) -> Measure:
 
 @metric(unit="1", watched=False, more_is_better=True, dear=_takes_long, rank=56, of_team=True)
 def connectivity_min(trace: Recorded) -> Measure:
-    """Smallest second eigenvalue of the Laplacian of the communication graph; 0 if it is disconnected."""
+    """Minimum second-smallest eigenvalue of the communication graph's Laplacian; 0 if ever disconnected."""
     if "heard_from" not in trace:
         return Measure(None, reason=NO_RADIO)
     gone, lowest, when = lost(trace), np.inf, 0

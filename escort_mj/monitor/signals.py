@@ -44,20 +44,20 @@ class ClearanceSignals(Fields):
         "watched",
         Recorded(
             "m",
-            "minimum surface-to-surface distance to any body of the group since the "
-            "previous sample; negative if the bodies overlap, inf if there is no such body",
+            "minimum surface-to-surface distance to each group of bodies since the "
+            "previous sample; negative if bodies overlap, inf if the group has no other body",
         ),
     ]
     clearance_body: Annotated[
         Array,
         "n",
         "watched",
-        Recorded("1", "closest body of the group, as an index into `body`; -1 for none", "int32"),
+        Recorded("1", "closest body of each group, as an index into `body`; -1 for none", "int32"),
     ]
     target_clearance: Annotated[
         Array,
         "watched",
-        Recorded("m", "minimum distance of the target to any body of the group since the previous sample"),
+        Recorded("m", "minimum distance of the target to each group of bodies since the previous sample"),
     ]
     target_clearance_body: Annotated[
         Array, "watched", Recorded("1", "body closest to the target; -1 for none", "int32")

@@ -28,11 +28,12 @@ Mask = NDArray[np.bool_]
 
 
 class PotentialField(OuterLoop):
-    """Behaviors without priorities: v_d is the sum of the velocities that they demand.
+    """Behaviors without priorities: the reference velocity v_d is the sum of their velocities.
 
-    Instead of the avoidance task, every obstacle and teammate closer than the safe distance d_0 of
-    avoid_obstacles repels with gain * (1/d - 1/d_0) / d^2; avoid_obstacles also defines the measure of d.
-    Attraction and repulsion can cancel: such fields have local minima and guarantee no distance.
+    Instead of the avoidance task, every obstacle and teammate at a distance d below the safe distance d_0 of
+    avoid_obstacles repels the robot with gain * (1/d - 1/d_0) / d^2; avoid_obstacles also determines how d is
+    measured. Attraction and repulsion can cancel: such fields have local minima and guarantee no minimum
+    distance.
     """
 
     title: ClassVar[str] = "potential field"

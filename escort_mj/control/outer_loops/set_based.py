@@ -78,13 +78,14 @@ if TYPE_CHECKING:
 class SetBased(OuterLoop):
     """Escort behaviors by priority, restricted to velocities that keep every distance safe (Moe et al. 2016).
 
-    A robot may approach an obstacle, a teammate or the target only as fast as its margin allows. The margin
-    is the distance minus the safe distance of avoid_obstacles. With r the unit vector away from the body and
-    u the body's velocity, v satisfies r . (v - u) >= -approach(margin), where approach is proportional to the
-    margin and, farther out, the speed from which braking stops in time. The velocity is the one closest to
-    that of the behaviors; if none satisfies all conditions, it is the one that minimizes the sum of the
-    squared violations. Two robots, even of different teams, are each allowed half of the closing speed. With
-    `patience`, a robot that is blocked follows the boundary of what blocks it.
+    A robot may approach a body (an obstacle, a teammate or the target) only as fast as the margin, the
+    distance to the body minus the safe distance of avoid_obstacles, allows. With u the velocity of the body
+    and r the unit vector from the body to the robot, the robot's velocity v satisfies r . (v - u) >=
+    -approach(margin), where approach is proportional to the margin and, farther out, the speed from which the
+    robot can brake in time. Of these velocities, v is the one closest to that of the behaviors; if none
+    satisfies all conditions, v minimizes the sum of the squared violations. Two robots, even of different
+    teams, are each allowed half of the closing speed. With `patience`, a robot that is blocked follows the
+    boundary of what blocks it.
     """
 
     title: ClassVar[str] = "set-based"
@@ -92,8 +93,8 @@ class SetBased(OuterLoop):
     looks_far: ClassVar[bool] = True
     loop: Literal["set_based"] = "set_based"
     activation: Literal["smooth", "tangent_cone"] = "smooth"
-    """When a condition applies: always, so that a robot slows down early (`smooth`), or only within the safe
-    distance, where it may not go deeper (`tangent_cone`)."""
+    """When the condition on v applies: always, so that a robot slows down early (`smooth`), or only within
+    the safe distance, where it may not go deeper (`tangent_cone`)."""
     rate: PositiveFloat = 4.0
     """Share of the margin that a robot may use up per second or, where the margin is negative, must recover
     [1/s]."""

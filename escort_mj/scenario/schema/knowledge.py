@@ -53,7 +53,8 @@ class TargetSight(Parameters):
     """How robots measure the target."""
 
     robots: Robots | None = None
-    """Numbers of the robots that can see the target, or all targets of their team; null: all robots."""
+    """Robots, by number, that can see the target (with `teams`: all targets of their team); null: all
+    robots."""
     range: PositiveFloat | None = None
     """Distance up to which robots see the target, surface to surface [m]; null: any."""
     field_of_view: Annotated[float, Field(gt=0.0, lt=2.0 * math.pi)] | None = None
@@ -83,7 +84,7 @@ class TargetSight(Parameters):
 
 
 class InitialKnowledge(Parameters):
-    """Standard deviations of each robot's initial knowledge of the target."""
+    """Standard deviations of the errors in each robot's initial knowledge of the target."""
 
     position: NonNegativeFloat = 0.0
     """Standard deviation of the position, per axis [m]."""
@@ -129,7 +130,10 @@ class Edges(Parameters):
 
 
 class Blackout(Parameters):
-    """A period in which some messages do not get through. Without `robots` and `groups`, no message does."""
+    """A period in which some messages do not get through.
+
+    If neither `robots` nor `groups` is set, no message gets through.
+    """
 
     after: NonNegativeFloat = 0.0
     """Start [s]."""
@@ -199,7 +203,8 @@ class Communication(Parameters):
     jitter: NonNegativeFloat = 0.0
     """Largest random delay before a message is sent [s]; the delay is uniformly distributed."""
     loss: AnyLoss = 0.0
-    """Share of messages that are lost [1], independently or in bursts: `{mean: 0.2, burst: 5}`."""
+    """Share of messages that are lost [1]: a number if losses are independent, `{mean: 0.2, burst: 5}` for
+    bursts."""
     timeout: PositiveFloat | None = 1.0
     """Age beyond which a robot disregards what it has heard from a teammate [s]; null: never."""
     neighbors: Annotated[int, Field(ge=1, le=64)] | None = None

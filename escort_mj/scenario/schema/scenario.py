@@ -79,7 +79,7 @@ class Target(Motion):
 
 
 class Phase(Parameters):
-    """A phase of the mission with other behaviors; if several apply, the last in the list takes effect."""
+    """A phase of the mission; if several phases apply, the last one in the list takes effect."""
 
     name: Annotated[str, Field(pattern=BODY_NAME)] | None = None
     """Name in the trace; null: phase_1, phase_2 and so on."""
@@ -90,7 +90,7 @@ class Phase(Parameters):
     before: PositiveFloat | None = None
     """End of the phase [s]; null: the end of the run."""
     when: Condition | None = None
-    """Condition for the phase; null: time alone decides."""
+    """Condition for the phase; null: the phase depends on time only."""
     team: str | None = None
     """Name of the team to which the phase applies, in scenarios with `teams`; null: all robots."""
 
@@ -158,7 +158,8 @@ class Video(Parameters):
     """Direction in which the camera looks, above the horizon [deg]; -90 looks straight down; null: chosen for
     the mission."""
     distance: Annotated[float, Field(gt=0, le=1e6)] | None = None
-    """Distance of the camera from the point it looks at [m]; null: as close as possible."""
+    """Distance of the camera from the point it looks at [m]; null: the smallest at which everything
+    that `camera` shows fits into the frame."""
     start: Annotated[float, Field(ge=0, le=1e6)] | None = None
     """Simulated time at which the video begins [s]; null: the start of the run."""
     end: Annotated[float, Field(gt=0, le=1e6)] | None = None

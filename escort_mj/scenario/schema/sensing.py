@@ -42,7 +42,7 @@ Bias = Annotated[
 
 
 class Sensor(Parameters):
-    """Errors of one measurement, in the unit of the measured quantity."""
+    """Errors in the measurement of one quantity."""
 
     noise: NonNegativeFloat = 0.0
     """Radius of the ball from which an error is drawn uniformly at every step [m or m/s]."""
@@ -83,7 +83,7 @@ class Lidar(Parameters):
 
 
 class Sensing(Parameters):
-    """Sensors; quantities that are not listed are measured without error."""
+    """Sensors; quantities that a scenario does not list here are measured without error."""
 
     position: Sensor = Sensor()
     """The robots' own positions [m]."""
