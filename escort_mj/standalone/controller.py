@@ -40,12 +40,13 @@ class Signals(dict[str, Any]):
 
 
 class Controller:
-    """The law of a scenario without the simulator, for robots outside the simulation.
+    """The controller of a scenario without the simulator, for robots outside the simulation.
 
-    Each call takes the measurements at one time and returns the force for every robot. MuJoCo is not
-    imported. Positions, velocities and forces are in the frame of the scenario's coordinates.
+    Each call takes the measurements at one time and returns the force for every robot. MuJoCo is
+    imported only for robots from MJCF files. Positions, velocities and forces are in the frame of the
+    scenario's coordinates.
 
-    The law counts in timesteps (`physics.timestep`): a call less than half a timestep after the last one
+    The law counts in timesteps (`physics.timestep`): a call less than half a timestep after the previous one
     evaluates the law again without advancing its state. A call several timesteps later makes up for the
     missed ones, with the measurements interpolated between the two calls. A gap longer than `longest_gap`
     or a time that steps back is an error.

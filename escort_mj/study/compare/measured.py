@@ -31,7 +31,7 @@ class ComparedQuantity(NamedTuple):
 
 
 QUANTITIES = {
-    "settling_time": ComparedQuantity("s", "time after which every | |q - c| - R | stays within 5 % of R"),
+    "settling_time": ComparedQuantity("s", "time after which every | |q - c| - R | stays below 5 % of R"),
     "tracking_time": ComparedQuantity("s", "time after which every |e| stays below 1 % of R"),
     "error_peak": ComparedQuantity("m", "largest |e|"),
     "radius_error": ComparedQuantity("m", "tail mean of | |q - c| - R |"),
@@ -41,7 +41,7 @@ QUANTITIES = {
     "e_dot_rms": ComparedQuantity("m/s", "tail RMS of |e_dot|, including measurement noise"),
     "true_e_rms": ComparedQuantity("m", "tail RMS of |q_d - q|, without measurement noise"),
     "true_e_dot_rms": ComparedQuantity("m/s", "tail RMS of |v_d - v|, without the measurement noise of v"),
-    "chattering": ComparedQuantity("N/s", "tail mean of the total variation of the force per second"),
+    "chattering": ComparedQuantity("N/s", "tail mean of the total variation of a robot's force per second"),
     "force_rms": ComparedQuantity("N", "tail RMS force of a robot"),
     "obstacle_distance": ComparedQuantity("m", "minimum distance to an obstacle, center to center"),
     "robot_distance": ComparedQuantity("m", "minimum distance between robots, center to center"),

@@ -7,7 +7,7 @@ from typing import Any
 
 from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, value_text, verdict
-from escort_mj.study.compare.measured import QUANTITIES, TAIL, Measured
+from escort_mj.study.compare.measured import NEAR, QUANTITIES, TAIL, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS
 
 SHORT = {True: "yes", False: "no", None: "-"}
@@ -101,11 +101,12 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         "docs/reproduction.md` generates it; do not edit it.",
         "",
         "The runs cover all cases of section 5 of Gao, Song, Li, *Appl. Sci.* 2019, 9(19), 4144, with",
-        "MuJoCo's physics, disturbances and measurement noise (one seed). The force limit of the paper can",
-        f"be read in three ways: {'; '.join(f'*{one}*' for one in words)}.",
-        "In cases with obstacles, times, tail and peak refer to the part of a run before the first obstacle",
-        f"comes near. The tail is the last {100 * TAIL:.0f} % of this part. Where the printed paper lost a",
-        "sign, the files in `scenarios/paper/` state which sign they use.",
+        "MuJoCo's physics, disturbances and measurement noise (one seed). What the paper says about the force",
+        f"limit can be read in three ways: {'; '.join(f'*{one}*' for one in words)}.",
+        "In cases with obstacles, times, tail and peak refer to the part of a run before an obstacle first",
+        f"comes within {NEAR:g} safe distances of a robot; in the other cases, to the whole run. The tail is the",
+        f"last {100 * TAIL:.0f} % of this part or run. Where the printed paper lost a sign, the files in",
+        "`scenarios/paper/` state which sign they use.",
         "",
         "## Claims of the paper",
         "",
@@ -119,8 +120,8 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         "## Is APD-SMC faster and more precise than ASMC?",
         "",
         "Values are given as APD-SMC / ASMC. In the column `times`, the first pair of values is the settling",
-        "time of the formation, the second the time until the references are tracked. Tail errors are those",
-        "of the radius, |e| and |e_dot|.",
+        "time of the formation, the second the time until the references are tracked. The tail errors",
+        "are those of the radius, the RMS of |e| and the RMS of |e_dot|.",
         "",
         *markdown_rows(VERSUS, _versus(runs, "asmc")),
         "",
@@ -131,6 +132,10 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         *markdown_rows(VERSUS, _versus(runs, "pd_smc")),
         "",
         "## All measurements",
+        "",
+        "Here, q and v are the position and the velocity of a robot, q_d and v_d their references, e = q_d - q and",
+        "e_dot = v_d - v with measured q and v, c is the position of the target, and R is the radius of the",
+        "formation.",
         "",
     ]
     lines += [f"- {HEADS[name]} [{q.unit}]: {q.meaning}" for name, q in QUANTITIES.items()]
