@@ -65,13 +65,14 @@ class AvoidObstacles(Behavior):
     """Safe distance to teammates [m]; null: `safe_distance`, but at most half the spacing of the formation.
     """
     gain: Literal["consistent", "printed"] = "consistent"
-    """State-dependent gain: as required by eq. 23 of the paper (`consistent`), or with the coefficient
-    printed there (`printed`)."""
+    """State-dependent gain: as eq. 23 of the paper requires (`consistent`), or with the coefficient that the
+    paper prints (`printed`)."""
     gain_margin: NonNegativeFloat = 0.1
     """Constant added to the state-dependent gain [1/s] (paper: rho_i)."""
     sidestep: Annotated[float, Field(ge=0.0, le=10.0)] = 0.1
-    """Minimum tangential velocity around an intruder, as a share of the velocity that it blocks, so that
-    robots do not stop in front of it (remark 6); 0: none, and only noise ends such a stop (the paper)."""
+    """Minimum tangential velocity around an obstacle, as a share of the velocity that the obstacle blocks, so
+    that robots do not stop in front of it (remark 6); 0: no minimum, so that only noise ends such a stop (the
+    paper)."""
 
     python_only: ClassVar[frozenset[str]] = frozenset({"behavior", "teammates"})
 

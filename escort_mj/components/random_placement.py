@@ -6,11 +6,11 @@ from escort_mj.components.parameters import Parameters, Radius, Vector
 
 
 class RandomPlacement(Parameters):
-    """Random positions, drawn with the scenario's seed and uniform in a ball (in the plane, a disc)."""
+    """Uniformly distributed positions in a ball (in the plane, a disc), drawn with the scenario's seed."""
 
     within: Radius
     """Radius of the ball [m]."""
     center: Vector | None = None
-    """Center of the ball [m]; null: the initial position of the target, or the origin without one."""
+    """Center of the ball [m]; null: the initial position of the target or, without a target, the origin."""
     least_gap: NonNegativeFloat = 1.0
     """Minimum surface-to-surface distance between robots, and from robots to obstacles and the target [m]."""

@@ -23,9 +23,9 @@ class ComputedTorque(Law):
     backward difference of the outer loop's velocity over one physics step, after a first-order filter,
     because this velocity contains measurement noise.
 
-    M is the block of the mass matrix for the robot's position: m times the identity. A rolling sphere also
-    rotates, and the contact with the floor raises its effective mass to 7/5 m. The contact is not part of
-    the mass matrix, so the law does not account for it.
+    M is the block of the mass matrix for the robot's position: the robot's mass m times the identity. A
+    rolling sphere also rotates, and the contact with the floor raises its effective mass to 7/5 m. The
+    contact is not part of the mass matrix, so the law does not account for it.
     """
 
     needs_model: ClassVar[bool] = True
@@ -34,9 +34,9 @@ class ComputedTorque(Law):
     title: ClassVar[str] = "computed torque"
     law: Literal["computed_torque"] = "computed_torque"
     position_gain: NonNegativeFloat = 100.0
-    """Gain of the position error [1/s^2]."""
+    """Gain k_p of the position error [1/s^2]."""
     velocity_gain: NonNegativeFloat = 20.0
-    """Gain of the velocity error [1/s]; 2 sqrt(position_gain) is critical damping."""
+    """Gain k_v of the velocity error [1/s]; 2 sqrt(position_gain) gives critical damping."""
     acceleration_filter: NonNegativeFloat = 0.1
     """Time constant of the filter for the differentiated reference velocity [s]; 0: no filter."""
 

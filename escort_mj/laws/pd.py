@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Pd(Law):
-    """PD control plus the model's bias force: tau = k_p e + k_d e_dot + g (Takegaki and Arimoto 1981).
+    """PD control plus the model's bias force g: tau = k_p e + k_d e_dot + g (Takegaki and Arimoto 1981).
 
     The bias force is exact: MuJoCo's gravity, Coriolis and centrifugal forces. The law does not compensate
     for disturbances: a constant force leaves an error of force / k_p.
@@ -26,9 +26,9 @@ class Pd(Law):
     title: ClassVar[str] = "PD, gravity compensated"
     law: Literal["pd"] = "pd"
     proportional_gain: NonNegativeFloat = 30.0
-    """Gain of the position error [N/m]."""
+    """Gain k_p of the position error [N/m]."""
     derivative_gain: NonNegativeFloat = 50.0
-    """Gain of the velocity error [N s/m]."""
+    """Gain k_d of the velocity error [N s/m]."""
 
     def force(self, robots: LawView) -> None:
         """Write tau = k_p e + k_d e_dot + bias."""

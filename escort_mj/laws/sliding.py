@@ -32,7 +32,7 @@ class SlidingModeLaw(Law):
     """Approximation of sgn(s): `tanh` (remark 4), `saturation` (a clipped line), or the discontinuous `sign`.
     """
     boundary_layer: PositiveFloat = 1.0
-    """Width of the smoothed zone of s [m/s]."""
+    """Half-width of the zone around s = 0 in which sgn(s) is smoothed [m/s]."""
 
     def gains(self) -> Gains:
         """Return the gains by which the proof's Lyapunov function goes; 0 for what the law lacks."""

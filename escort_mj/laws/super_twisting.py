@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class SuperTwisting(SlidingModeLaw):
-    """The law of Levant (1993): tau = k_1 |s|^(1/2) sgn(s) + w, w' = k_2 sgn(s); `rho_hat` is w.
+    """The law of Levant (1993): tau = k_1 |s|^(1/2) sgn(s) + w, w' = k_2 sgn(s); the signal `rho_hat` is w.
 
     With the exact sign, s reaches 0 in finite time and stays there, provided that the unknown force changes
     by less than k_2 per second and k_1^2 is large compared with mass times k_2. The unknown force includes
-    the term mass * slope * s, which k_1 must dominate for every s. The default of `slope` is therefore
-    smaller than that of the other laws.
+    the term mass * slope * s, which the term with k_1 must dominate for every s that occurs. The default of
+    `slope` is therefore smaller than that of the other laws.
     """
 
     own_keys: ClassVar[frozenset[str]] = frozenset({"slope", "smoothing", "boundary_layer"})

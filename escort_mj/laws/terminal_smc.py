@@ -34,7 +34,7 @@ class TerminalSmc(SlidingModeLaw):
     title: ClassVar[str] = "terminal sliding mode"
     law: Literal["terminal_smc"] = "terminal_smc"
     boundary_layer: PositiveFloat = 0.05
-    """Width of the smoothed zone of z [m]."""
+    """Half-width of the zone around z = 0 in which sgn(z) is smoothed [m]."""
     far_gain: NonNegativeFloat = 1.0
     """Weight a of the squared error in z [1/m]."""
     near_gain: PositiveFloat = 0.5

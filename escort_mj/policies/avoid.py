@@ -16,12 +16,12 @@ AXES = 3
 
 
 class Avoid(Policy):
-    """Move past all robots within sight, in the direction that deviates least from the way to the target.
+    """Move past all robots within sight, in the direction that deviates least from the line to the target.
 
-    A direction leads past a robot if it points away from the robot or passes its center at a distance of at
-    least `berth`. If no direction leads past all robots, the body heads straight for the target. The
-    direction is chosen again after each `interval`, in steps of one degree in the plane and of about four in
-    space.
+    A direction leads past a robot if it points away from the robot, or if a straight line in this direction
+    passes the robot's center at a distance of at least `berth`. If no direction leads past all robots, the
+    body heads straight for the target. The direction is chosen again after each `interval`, with a resolution
+    of one degree in the plane and about four degrees in space.
     """
 
     seeks: ClassVar[bool] = True
@@ -29,7 +29,7 @@ class Avoid(Policy):
     sight: Annotated[float, Field(gt=0.0, le=1e6)] = 3.0
     """Distance between centers within which a robot is seen [m]."""
     berth: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
-    """Distance from a robot's center at which the body passes [m]."""
+    """Distance from a robot's center that is sufficient for passing the robot [m]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 

@@ -16,14 +16,15 @@ NEAR = 1e-9  # m
 
 
 class Breach(Policy):
-    """Move to the point of the perimeter around the target where the body's lead over the robots is largest.
+    """Move to the point on a perimeter around the target where the body's lead over the robots is largest.
 
-    The perimeter is a circle or a sphere. Robots are assumed to move along it, the shorter way around. The
-    lead at a point is the time that the nearest robot needs to get there minus the time that the body needs;
-    points on the far side of the perimeter, as seen from the body, are left out. This is the intruder's best
-    response in perimeter defense (Shishika, Kumar, Local-game decomposition for multiplayer perimeter-defense
-    problem, CDC 2018), apart from the resolution of one degree in the plane and about four in space. Inside
-    the perimeter, the body goes straight for the target.
+    The perimeter is a circle or a sphere. Robots are assumed to move along the perimeter, the shorter way
+    around. The lead at a point is the time that the nearest robot needs to get there minus the time that the
+    body needs; points on the far side of the perimeter, as seen from the body, are left out. Moving to the
+    point of largest lead is the intruder's best response in perimeter defense (Shishika, Kumar, Local-game
+    decomposition for multiplayer perimeter-defense problem, CDC 2018), apart from the resolution of one
+    degree in the plane and about four degrees in space. Inside the perimeter, the body goes straight for the
+    target.
     """
 
     seeks: ClassVar[bool] = True
@@ -31,7 +32,7 @@ class Breach(Policy):
     perimeter: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
     """Radius of the perimeter around the target [m]."""
     rival_speed: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
-    """Speed of the robots along the perimeter [m/s]."""
+    """Assumed speed of the robots along the perimeter [m/s]."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.1
     """Time between choices [s]."""
 

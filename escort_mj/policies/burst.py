@@ -15,8 +15,8 @@ class Burst(Policy):
     """Rest for a while, dash straight through the middle of the largest gap between robots, and repeat.
 
     The largest gap is the one that spans the largest angle, seen from the body. The direction is chosen at
-    the start of each dash, in steps of one degree in the plane and of about four in space, and does not
-    change during the dash.
+    the start of each dash, with a resolution of one degree in the plane and about four degrees in space, and
+    does not change during the dash.
     """
 
     policy: Literal["burst"] = "burst"

@@ -27,7 +27,7 @@ Numbers = Annotated[tuple[float, ...], Field(min_length=1, max_length=WIDEST)]
 
 
 class Layer(Parameters):
-    """One layer of a network: tanh(weights x + bias); the last layer has no tanh."""
+    """One layer of a network: tanh(weights x + bias) of its input x; the last layer has no tanh."""
 
     weights: Annotated[tuple[Numbers, ...], Field(min_length=1, max_length=WIDEST)]
     """Weights, one row per output."""
@@ -54,16 +54,17 @@ def _or_file(schema: dict[str, Any]) -> None:
 class Learned(Policy):
     """Move at a velocity that a network computes as a share of `speed`.
 
-    The network's inputs are the vector to the target, the target's velocity, the body's own velocity, and the
-    vectors to the four nearest robots with their velocities. Distances are divided by the mission's radius
-    and velocities by `speed`; inputs are limited to the range from -10 to 10, and are 0 for missing robots.
+    The network's inputs are the vector to the target, the target's velocity, the body's own velocity, and,
+    for each of the four nearest robots, the vector to it and its velocity. Distances are divided by the
+    mission's radius and velocities by `speed`; inputs are limited to the range from -10 to 10. With fewer
+    than four robots, the remaining inputs are 0.
     """
 
     python_only: ClassVar[frozenset[str]] = Component.python_only | {"network"}
     policy: Literal["learned"] = "learned"
     network: Annotated[tuple[Layer, ...], Field(max_length=MOST_LAYERS, json_schema_extra=_or_file)] = ()
-    """Layers, or the name of a .npz file next to the scenario; the file contains weights_1, bias_1, weights_2
-    and so on."""
+    """Layers, or the name of a .npz file in the scenario's folder; the file contains weights_1, bias_1,
+    weights_2 and so on."""
     interval: Annotated[float, Field(ge=0.0, le=1e3)] = 0.02
     """Time between evaluations of the network [s]."""
 

@@ -25,7 +25,8 @@ class Patient(Policy):
     distance: Annotated[float, Field(gt=0.0, le=1e6)] = 6.0
     """Distance from the target at which the body circles [m]."""
     gap: Annotated[float, Field(gt=0.0, le=math.pi)] = 0.7
-    """Angle to the nearest robot, seen from the target, above which the body goes in [rad]."""
+    """Angle between the body and the nearest robot, seen from the target, above which the body goes in [rad].
+    """
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity around the target, or toward it."""

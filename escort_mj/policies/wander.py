@@ -14,11 +14,11 @@ ARRIVED = 0.05  # of the reach
 
 
 class Wander(Policy):
-    """Move to a random place around the start, and from there to the next one."""
+    """Move from one random place to the next, in a box around the start."""
 
     policy: Literal["wander"] = "wander"
     reach: Annotated[float, Field(gt=0.0, le=1e6)] = 5.0
-    """Half the side of the box, centered on the start, from which places are drawn [m]."""
+    """Half the edge length of the box, which is centered on the start [m]."""
 
     def velocity(self, view: PolicyView, body: int) -> int:
         """Write the velocity toward the place."""

@@ -48,7 +48,8 @@ class DiffDrive(RobotKind):
     rotor_inertia: NonNegativeFloat = 0.0
     """Moment of inertia of each motor and its gears, reflected to the wheel [kg m^2]."""
     inertia: PositiveFloat | None = None
-    """Moment of inertia of the chassis about its vertical axis [kg m^2]; null: that of a uniform disc."""
+    """Moment of inertia of the chassis about its vertical axis [kg m^2]; null: that of a uniform disc with
+    the chassis's mass and radius."""
     torque_limit: PositiveFloat | None = None
     """Largest torque on each wheel [N m]; null: 0.25 times the robot's weight (at 9.81 m/s^2) times the
     wheel's radius."""

@@ -32,8 +32,8 @@ class FileKind(ModeledKind):
     """Drive of the robot: a name, or a table; null values are determined from the effect of the actuators on
     the body that the law moves."""
     sha256: Digest | None = None
-    """Required SHA-256 digest of the content; null: any. Every run writes the digest into its stored
-    scenario."""
+    """Required SHA-256 digest of the model and its assets; null: any. Every run writes the digest into its
+    stored scenario."""
 
     @abstractmethod
     def place(self) -> tuple[Path, Path | None]:
@@ -82,7 +82,7 @@ class Mjcf(FileKind):
 
 
 class Menagerie(FileKind):
-    """A model of the MuJoCo Menagerie, from the package `mujoco-menagerie`; missions download nothing."""
+    """A model from MuJoCo's Menagerie (package `mujoco-menagerie`); missions download nothing."""
 
     kind: Literal["menagerie"] = "menagerie"
     model: Name

@@ -78,7 +78,7 @@ class Quadrotor(RobotKind):
     tilt_limit: Annotated[float, Field(gt=0, le=1.4)] = 0.7
     """Largest commanded tilt [rad]; it limits the horizontal force."""
     height_frequency: Annotated[float, Field(gt=0, le=100)] = 3.0
-    """Natural frequency of the height control in planar missions, critically damped [rad/s]."""
+    """Natural frequency of the critically damped height control in planar missions [rad/s]."""
 
     def misfits(self, radius: float) -> Iterator[str]:
         """Yield arms that reach out of the hull, and moments of inertia that no body has."""

@@ -36,12 +36,13 @@ Coefficient = Annotated[float, Field(ge=-1e12, le=1e12)]
 
 
 class SurfaceVessel(RobotKind):
-    """A vessel with two stern thrusters, in water with added mass and damping after Fossen (`axes: 2`).
+    """A vessel with two stern thrusters (`axes: 2`). The water's added mass and damping follow Fossen.
 
     The law acts at the hand point ahead of midship, where the sum of the thrusts acts along the vessel and
     their moment acts across it. The hull is a sphere with the robot's radius about the hand point; it
-    contains the vessel. Null values are those of the model ship CyberShip II (1.255 m, 23.8 kg), scaled to
-    the vessel's length and mass by Froude's law.
+    contains the vessel. Null values of inertia, added mass and damping are those of the model ship CyberShip
+    II (1.255 m, 23.8 kg), scaled to the vessel's length and mass by Froude's law. u and v are the velocities
+    in surge and sway, and r is the yaw rate.
     """
 
     part: ClassVar[str] = "surface_vessel"
@@ -59,10 +60,10 @@ class SurfaceVessel(RobotKind):
     center_of_gravity: Annotated[float, Field(ge=-1e5, le=1e5)] | None = None
     """Distance from midship forward to the center of gravity [m]; null: 0.037 times the length."""
     inertia: PositiveFloat | None = None
-    """Moment of inertia about the vertical axis through the center of gravity, without water [kg m^2]; null:
-    scaled from CyberShip II, as are the added mass and the damping."""
+    """Moment of inertia about the vertical axis through the center of gravity, without added mass [kg m^2].
+    """
     added_mass: Annotated[tuple[Coefficient, ...], Field(min_length=4, max_length=4)] | None = None
-    """Added mass in surge and sway [kg], in yaw [kg m^2] and between sway and yaw [kg m], at midship."""
+    """Added mass in surge and sway [kg], in yaw [kg m^2] and coupling sway with yaw [kg m], at midship."""
     surge_damping: Annotated[tuple[Coefficient, ...], Field(min_length=3, max_length=3)] | None = None
     """Resistance in surge: coefficients of u, abs(u) u and u^3 [kg/s, kg/m, kg s/m^2]."""
     sway_damping: Annotated[tuple[Coefficient, ...], Field(min_length=6, max_length=6)] | None = None
@@ -73,7 +74,7 @@ class SurfaceVessel(RobotKind):
     thruster_spacing: Radius | None = None
     """Distance between the thrusters [m]; null: 0.3 times the length."""
     thrust_limit: PositiveFloat | None = None
-    """Largest thrust of each thruster, ahead and astern [N]; null: 0.05 times the weight."""
+    """Largest thrust of each thruster, ahead and astern [N]; null: 0.05 times the vessel's weight."""
     heading: Annotated[float, Field(ge=-7, le=7)] = 0.0
     """Direction of the vessel at the start, counterclockwise from the x axis [rad]."""
 

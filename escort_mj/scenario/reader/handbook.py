@@ -17,10 +17,10 @@ Node = dict[str, Any]
 INTRODUCTION = """\
 # All keys
 
-This page lists every key of a scenario; `escort-mj schema --markdown` writes it. Editors complete and check
-the same keys with `scenarios/schema.json`. Keys that are omitted have their defaults. Values are in SI units
-and radians, and vectors in the world frame, unless the table says otherwise. For tables with a name
-(behaviors, laws, kinds of robots), the name alone selects the table with all its defaults.
+This page lists every key of a scenario; `escort-mj schema --markdown` writes it. With
+`scenarios/schema.json`, editors complete and check these keys. An omitted key has its default. Values are in
+SI units and radians, and vectors in the world frame, unless a key's meaning says otherwise. A component, such
+as a behavior or a law, can be given by its name alone: all its keys then have their defaults.
 """
 LONGEST = 60  # characters of a default; longer ones are tables whose own defaults are listed
 FAR = 1e5  # bounds from here on keep numbers finite and say nothing to a reader

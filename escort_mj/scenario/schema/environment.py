@@ -23,7 +23,7 @@ class Floor(Parameters):
 
 
 class Slope(Parameters):
-    """A tilted floor. Coordinates remain parallel to the floor: gravity is tilted instead of the world."""
+    """A tilted floor. The x and y axes stay parallel to the floor: gravity is tilted instead of the world."""
 
     angle: Annotated[float, Field(ge=0.0, le=STEEPEST)] = 0.0
     """Angle to the horizontal [rad]."""

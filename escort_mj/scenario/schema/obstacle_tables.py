@@ -54,15 +54,15 @@ class Motion(Parameters):
     position: tuple[Component, ...] | None = None
     """Position per axis [m]: numbers, or expressions in t."""
     waypoints: Annotated[tuple[Waypoint, ...], Field(min_length=1, json_schema_extra=_or_table)] | None = None
-    """Timed waypoints, or a CSV file with a time and a position per line; the body rests before the first and
-    after the last."""
+    """Timed waypoints, or a CSV file with a time and a position per line; the body rests before the first
+    waypoint and after the last."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """Motion between waypoints: `linear` at constant speed, or `smooth`, a cubic spline that starts and ends
     at rest."""
 
 
 class Drive(Parameters):
-    """A body with mass that a force drives along its path: it pushes other bodies and can be pushed."""
+    """A body that has mass and is driven by a force: it pushes other bodies and can be pushed."""
 
     mass: Mass | None = None
     """Mass [kg]; null: 1000 kg, which robots can hardly move, or 1 kg for a body with a policy."""
@@ -71,7 +71,7 @@ class Drive(Parameters):
     gain: Annotated[float, Field(gt=0.0, le=1e3)] = 10.0
     """Rate at which the body returns to its path [1/s]."""
     drag: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
-    """Linear drag [N s/m]; with a force limit, it limits the speed."""
+    """Linear drag [N s/m]; together with `force_limit`, the drag limits the speed."""
 
     def mass_of(self, policy: object) -> float:
         """Return the mass of a body with a policy, or without one (None) [kg]."""
@@ -123,9 +123,11 @@ class Wall(Parameters):
     """A wall along straight segments or, with `corridor`, two parallel walls."""
 
     points: Annotated[tuple[Vector, ...], Field(min_length=2, max_length=100)]
-    """Two or more points along the wall [m]; in space, points of its foot, all at the same height."""
+    """Two or more points that the wall connects with straight segments [m]; in space, points on its foot, all
+    at the same height."""
     corridor: Radius | None = None
-    """Clear width between two walls, one on each side of the points [m]; null: a single wall."""
+    """Clear width between two walls, one on each side of the line through the points [m]; null: a single
+    wall."""
     height: Radius = 1.0
     """Height above the foot [m]; in the plane, the foot is on the floor."""
     thickness: Radius = 0.2
@@ -148,9 +150,9 @@ class Clutter(Parameters):
     high: Vector
     """Upper corner of the box [m]."""
     least_radius: Radius = 0.3
-    """Smallest radius of the sphere around an obstacle [m]."""
+    """Smallest radius of an obstacle's bounding sphere [m]."""
     largest_radius: Radius = 0.8
-    """Largest radius of the sphere around an obstacle [m]."""
+    """Largest radius of an obstacle's bounding sphere [m]."""
     shapes: Annotated[tuple[Primitive, ...], Field(min_length=1)] = ("sphere",)
     """Shapes to choose from."""
     passage: PositiveFloat = 1.0

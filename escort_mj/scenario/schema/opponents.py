@@ -20,10 +20,10 @@ class Opponents(Parameters):
     count: Annotated[int, Field(ge=1, le=MOST_OPPONENTS)] = 1
     """Number of opponents."""
     positions: tuple[Vector, ...] | None = None
-    """Initial position of each [m]; null: at `distance` in random directions from the target's start, or from
-    the middle of the teams' targets."""
+    """Initial position of each [m]; null: at `distance`, in random directions, from the target's initial
+    position or, with teams, from the middle of their targets."""
     distance: Radius = 10.0
-    """Distance of random starts from the target's start [m]."""
+    """Distance for random initial positions, see `positions` [m]."""
     radius: Radius = 0.2
     """Radius of the bodies [m]."""
     body: Drive = Drive(mass=1.0, force_limit=20.0)

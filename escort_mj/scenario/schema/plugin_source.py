@@ -15,5 +15,5 @@ class PluginSource(Parameters):
     package: Annotated[str, Field(min_length=1, max_length=100)] | None = None
     """Name of an entry point in the group escort_mj.plugins of an installed package."""
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
-    """Required SHA-256 digest of the content; null: any. Every run writes the digest into its stored
+    """Required SHA-256 digest of the plugin's content; null: any. Every run writes the digest into its stored
     scenario."""

@@ -30,13 +30,13 @@ class Actuators(Parameters):
     """Half-width of the dead zone [N]: it is subtracted from the magnitude of every command, and smaller
     commands have no effect."""
     gain_error: Share = 0.0
-    """Largest relative error of a motor's gain, drawn at random for each motor [1]."""
+    """Largest relative error of a motor's gain; each motor's error is drawn at random [1]."""
     gains: Annotated[tuple[Gain, ...], Field(min_length=1)] | None = None
     """Gain of each motor; 1 is the nominal value [1]; null: random, see `gain_error`."""
 
 
 class RobotOverride(Parameters):
-    """A robot that differs from the team."""
+    """Values of a single robot; null: the team's value."""
 
     robot: PositiveInt
     """Number of the robot, from 1."""
@@ -58,8 +58,8 @@ class Robots(Parameters):
     """The team of robots."""
 
     count: Annotated[int, Field(ge=1, le=MAX_ROBOTS)] | None = None
-    """Number of robots; null: the length of `positions` if set, otherwise 5 in the plane, and twice the
-    number of axes for more than two."""
+    """Number of robots; null: the length of `positions` if set, otherwise 5 with two axes, and twice the
+    number of axes with more."""
     kind: OneKind = Field(
         default=PointMass(),
         description=f"Kind of robot: {listed(KIND_NAMES)}, or a table with\nthe name and parameters.",
@@ -69,7 +69,8 @@ class Robots(Parameters):
     radius: Radius = 0.2
     """Radius of the body of each robot [m]."""
     force_limit: Force | None = 10.0
-    """Largest force per axis: of each motor or, for a quadrotor, of the command [N]; null: no limit."""
+    """Largest force per axis [N]: of each motor or, for kinds whose motors do not act along the axes, of the
+    command; null: no limit."""
     actuators: Actuators = Actuators()
     """Motor errors."""
     positions: Annotated[tuple[Vector, ...], Field(min_length=1, max_length=MAX_ROBOTS)] | None = None
@@ -79,7 +80,7 @@ class Robots(Parameters):
     placement: RandomPlacement | None = None
     """Random initial positions; null: within twice the mission's radius of the target."""
     overrides: tuple[RobotOverride, ...] = ()
-    """Robots that differ from the team."""
+    """Values of single robots, in place of the team's."""
     failures: tuple[Failure, ...] = ()
     """Robots whose motors fail during the mission."""
 

@@ -57,7 +57,8 @@ class Physics(Parameters):
     """Whether contacts between bodies have friction; null: yes, except in a crowd. Rolling bodies always have
     friction with the floor."""
     gravity: Annotated[Vector, Field(min_length=3, max_length=3)] | None = None
-    """Gravity in the world frame [m/s^2]; null: 9.81 downward if a kind of robot needs it, otherwise none."""
+    """Gravity in the world frame [m/s^2]; null: 9.81 downward if a kind of robot or a slope needs it,
+    otherwise none."""
 
 
 class Target(Motion):
@@ -107,8 +108,8 @@ class Mission(Parameters):
     )
     """Behaviors in order of priority, highest first: names, or tables with a name and parameters."""
     supervisor: Annotated[tuple[Phase, ...], Field(max_length=32)] = ()
-    """Phases with other behaviors, orders or gains, selected by time or condition; otherwise `behaviors`
-    applies."""
+    """Phases with their own behaviors, priorities or gains, selected by time or by a condition; outside these
+    phases, `behaviors` applies."""
     trigger: Trigger | None = None
     """Condition for updates of the reference velocity; null: at every physics step."""
     outer: OuterLoop = Nsb()
@@ -118,7 +119,7 @@ class Mission(Parameters):
     """Whether the target's measured velocity is added to the velocities of the escort behaviors (not in the
     paper)."""
     max_speed: PositiveFloat | None = None
-    """Largest reference speed [m/s], allocated by priority; null: no limit (the paper)."""
+    """Largest reference speed [m/s], allocated to the behaviors by priority; null: no limit (the paper)."""
 
 
 class Uncertainty(Parameters):
@@ -210,7 +211,8 @@ class Scenario(Parameters, metaclass=_Checked):
     physics: Physics = Physics()
     """Settings of the physics engine."""
     target: Target | None = Target()
-    """The body that the robots escort; null: none, and behaviors such as `goal` determine where robots go."""
+    """The body that the robots escort; null: no target, and behaviors such as `goal` determine where robots
+    go."""
     robots: Robots = Robots()
     """The team of robots."""
     obstacles: Annotated[tuple[Obstacle, ...], Field(max_length=MAX_OBSTACLES)] = ()
@@ -229,8 +231,9 @@ class Scenario(Parameters, metaclass=_Checked):
     mission: Mission = Mission()
     """The task of the robots: the outer loop."""
     controller: Law = ApdSmc()
-    """The law of the inner loop: a name, or a table with gains (law: apd_smc if omitted). `gains: auto`
-    computes gains that fit the robots (docs/gains.md); the stored scenario contains the numbers."""
+    """The law of the inner loop: a name, or a table with gains (without the key `law`, the law is `apd_smc`).
+    `gains: auto` computes gains that fit the robots (docs/gains.md); the stored scenario contains the
+    numbers."""
     sensing: Sensing = Sensing()
     """Sensors of the robots and their errors."""
     knowledge: Knowledge | None = None

@@ -23,7 +23,7 @@ class Escort(Parameters):
 
 
 class TeamTarget(Motion):
-    """A target of a team. It is driven along its path or by a policy, and counts among the obstacles."""
+    """A target of a team. It follows its path or a policy, and counts among the obstacles."""
 
     name: Name
     """Name in figures and verdicts."""
@@ -34,21 +34,21 @@ class TeamTarget(Motion):
     policy: Policy | None = None
     """Policy of the target; null: it follows its path. With a policy, the target starts at `position`."""
     escorted_by: Annotated[tuple[Escort, ...], Field(max_length=100)] = ()
-    """Teams that escort the target from successive times on; before that, it is the team that lists the
-    target."""
+    """Teams that escort the target, each from a given time on; before the first time, the team that lists the
+    target escorts it."""
 
 
 class Demand(Parameters):
     """Number of robots that a team needs from a given time on."""
 
     after: NonNegativeFloat = 0.0
-    """Time from which the team needs them [s]."""
+    """Time from which the team needs the robots [s]."""
     robots: PositiveInt
     """Number of robots that the team needs."""
 
 
 class Circle(Parameters):
-    """Distance that a team keeps from a given time on."""
+    """Distance of a team from its targets, valid from a given time on."""
 
     after: NonNegativeFloat
     """Time from which the distance applies [s]."""
@@ -68,9 +68,9 @@ class Team(Parameters):
     radius: Radius | None = None
     """Distance of the robots from the middle of the targets [m]; null: `mission.radius`."""
     radii: Annotated[tuple[Circle, ...], Field(max_length=100)] = ()
-    """Other distances from successive later times on, for example when targets join."""
+    """Distances that replace `radius`, each from a given time on, for example when targets join."""
     controller: Law | None = None
     """Law of the team: a name, or a table with gains, as in `controller`; null: that of the scenario."""
     demand: Annotated[tuple[Demand, ...], Field(max_length=100)] = ()
-    """Numbers of robots required from successive times on. A team with too few robots gets the nearest ones
-    that other teams can spare."""
+    """Numbers of robots that the team needs, each from a given time on. A team with too few robots gets the
+    nearest ones that other teams can spare."""
