@@ -41,9 +41,9 @@ def main(arguments: Any = None) -> None:
     )
     feasible = sum(trial.feasible for trial in found.trials)
     effort = (
-        f"{len(found.trials)} trials with {len(design.seeds)} seeds each, {feasible} of them within the "
-        f"bounds; {pairs} held-out seeds. Held-out runs that failed a verdict: {found.failed[0]} with the "
-        f"paper's gains, {found.failed[1]} with the tuned gains."
+        f"{len(found.trials)} trials with {len(design.seeds)} seeds each ({feasible} trials are within "
+        f"the bounds); {pairs} held-out seeds. Held-out runs that failed a verdict: {found.failed[0]} with "
+        f"the paper's gains, {found.failed[1]} with the tuned gains."
     )
     tables = {"values": table(["gain", "paper", "tuned"], values), "gains": gains, "effort": effort}
     pictures = draw_tuning(out, section, found)
