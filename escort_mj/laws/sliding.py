@@ -29,8 +29,8 @@ class SlidingModeLaw(Law):
     """Parameters of every sliding-mode law: what stands for the sign of s."""
 
     smoothing: Literal["tanh", "saturation", "sign"] = "tanh"
-    """Approximation of sgn(s): `tanh` (remark 4), `saturation` (a clipped line), or the discontinuous `sign`.
-    """
+    """Approximation of the sign in the switching term: `tanh` (remark 4), `saturation` (a clipped line), or
+    the discontinuous `sign`."""
     boundary_layer: PositiveFloat = 1.0
     """Half-width of the zone around s = 0 in which sgn(s) is smoothed [m/s]."""
 

@@ -137,7 +137,7 @@ class Wall(Parameters):
     color: Color | None = None
     """Color in figures and videos; null: gray."""
     name: Name | None = None
-    """Name; the parts of the wall are called name_1, name_2 and so on; null: wall_1, wall_2 and so on."""
+    """Name, followed by _1, _2 and so on if the wall has several parts; null: wall_1, wall_2 and so on."""
 
 
 class Clutter(Parameters):

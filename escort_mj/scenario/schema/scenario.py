@@ -224,8 +224,8 @@ class Scenario(Parameters, metaclass=_Checked):
     opponents: Annotated[tuple[Opponents, ...], Field(max_length=20)] = ()
     """Bodies that try to reach the target and that robots can intercept (docs/pursuit.md)."""
     teams: Annotated[tuple[Team, ...], Field(max_length=MOST_TEAMS)] = ()
-    """Teams of robots with targets of their own, in place of `target` (docs/teams.md); empty: all robots are
-    one team."""
+    """Teams of robots, each with targets of its own in place of `target` (docs/teams.md); empty: all robots
+    are one team."""
     environment: Environment = Environment()
     """Floor, slope and medium."""
     mission: Mission = Mission()
