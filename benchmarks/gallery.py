@@ -22,7 +22,7 @@ from escort_mj.recognize import scenario_names, scenarios_folder
 from escort_mj.record.folder import read_run
 from escort_mj.report.video.encode import find_ffmpeg
 from escort_mj.report.video.video import render_video, scenario_video
-from escort_mj.scenario.reader.handbook import linked
+from escort_mj.scenario.reader.handbook import with_links
 
 PICTURES = DOCS / "figures" / "gallery"
 WIDTH, HEIGHT = 960, 540
@@ -117,7 +117,7 @@ def section(folder: str) -> str:
             path = file_of(name).relative_to(DOCS).as_posix()
             parts.append(f"### {name}")
             parts.append(f"![Frame of the video of {name}]({path})")
-            parts.append(f"{linked(scenario.description.strip())}\n`escort-mj run {name}`")
+            parts.append(f"{with_links(scenario.description.strip())}\n`escort-mj run {name}`")
     return "\n\n".join(parts) if len(parts) > 1 else ""
 
 

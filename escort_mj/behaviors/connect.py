@@ -11,7 +11,7 @@ from pydantic import PositiveFloat
 from escort_mj.behaviors.behavior import Behavior, Mask
 from escort_mj.behaviors.task import Situation, Task
 from escort_mj.behaviors.wish import Wish, along, square_of
-from escort_mj.knowledge.teammates import mate_at, place_of, places_of
+from escort_mj.knowledge.teammates import mate_at, places_of, teammate_place
 from escort_mj.native.lanes import WIDTH, everywhere, load_rows, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.elementary import root
@@ -110,18 +110,18 @@ def _find_strained(i: int, plan: Plan, state: State) -> None:
                 continue
             own, between = 0.0, False
             for k in range(p):
-                own += (place_of(robot, one, age, k, state) - state.q_measured[robot, k]) ** 2
+                own += (teammate_place(robot, one, age, k, state) - state.q_measured[robot, k]) ** 2
             for other in range(places):
                 third, old = mate_at(robot, other, plan, state)
                 if other == one or third < 0:
                     continue
                 nearer, beside = 0.0, 0.0
                 for k in range(p):
-                    place = place_of(robot, other, old, k, state)
+                    place = teammate_place(robot, other, old, k, state)
                     nearer += (place - state.q_measured[robot, k]) ** 2
-                    beside += (place - place_of(robot, one, age, k, state)) ** 2
+                    beside += (place - teammate_place(robot, one, age, k, state)) ** 2
                 between = between or max(nearer, beside) < own
             if not between and own > longest:
                 longest = own
                 for k in range(p):
-                    way[k] = place_of(robot, one, age, k, state) - state.q_measured[robot, k]
+                    way[k] = teammate_place(robot, one, age, k, state) - state.q_measured[robot, k]

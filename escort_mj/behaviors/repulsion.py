@@ -15,7 +15,7 @@ from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.components.parameters import UNLIMITED
 from escort_mj.components.teams import radius_of
 from escort_mj.knowledge.belief import target_place
-from escort_mj.knowledge.teammates import mate_at, place_of, places_of
+from escort_mj.knowledge.teammates import mate_at, places_of, teammate_place
 from escort_mj.native.lanes import (
     WIDTH,
     everywhere,
@@ -117,7 +117,7 @@ def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
                 continue
             away, gap, apart = 0.0, 0.0, 0.0
             for k in range(p):
-                there = place_of(robot, place, age, k, state)
+                there = teammate_place(robot, place, age, k, state)
                 away += (there - center[k]) ** 2
                 gap += (there - here[k]) ** 2
             near = math.sqrt(gap) - plan.robot_radius[robot] - plan.robot_radius[mate] <= plan.sensing_robots
@@ -128,12 +128,13 @@ def _repel_apart(i: int, gain: float, plan: Plan, state: State) -> None:
                 continue
             for k in range(p):
                 unit = (here[k] - center[k]) / math.sqrt(own)
-                apart += (unit - (place_of(robot, place, age, k, state) - center[k]) / math.sqrt(away)) ** 2
+                there = teammate_place(robot, place, age, k, state) - center[k]
+                apart += (unit - there / math.sqrt(away)) ** 2
             if apart <= SAME:
                 continue
             for k in range(p):
                 unit = (here[k] - center[k]) / math.sqrt(own)
-                way = unit - (place_of(robot, place, age, k, state) - center[k]) / math.sqrt(away)
+                way = unit - (teammate_place(robot, place, age, k, state) - center[k]) / math.sqrt(away)
                 push[k] += way / (apart * math.sqrt(apart))
         for k in range(p):
             inward += push[k] * (here[k] - center[k]) / own

@@ -13,7 +13,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.knowledge.belief import target_place
-from escort_mj.knowledge.teammates import mate_at, place_of, places_of
+from escort_mj.knowledge.teammates import mate_at, places_of, teammate_place
 from escort_mj.native.lanes import WIDTH, everywhere, load_rows, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.elementary import root
@@ -104,12 +104,12 @@ def _find_middles(i: int, plan: Plan, state: State) -> None:
                 continue
             square = 0.0
             for k in range(p):
-                square += (q[robot, k] - place_of(robot, place, age, k, state)) ** 2
+                square += (q[robot, k] - teammate_place(robot, place, age, k, state)) ** 2
             gap = math.sqrt(square) - plan.robot_radius[robot] - plan.robot_radius[j]
             if not heard and gap > plan.sensing_robots:
                 continue
-            across = place_of(robot, place, age, 0, state) - center[0]
-            ahead = math.atan2(place_of(robot, place, age, 1, state) - center[1], across) - own
+            across = teammate_place(robot, place, age, 0, state) - center[0]
+            ahead = math.atan2(teammate_place(robot, place, age, 1, state) - center[1], across) - own
             if ahead < 0.0:
                 ahead += TURN
             if ahead >= TURN:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from escort_mj.control.failure import Team
+    from escort_mj.control.failure import KnownRobots
     from escort_mj.control.opponents import Threats
     from escort_mj.control.setup import Setup
     from escort_mj.knowledge.teammates import Heard
@@ -45,7 +45,7 @@ class Situation:
     """
 
     setup: Setup
-    team: Team
+    team: KnownRobots
     rotation: Array
     q: Array
     v: Array

@@ -247,7 +247,7 @@ def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) 
             h[a, b] = total(row_of(sums, a * p + b))
 
 
-def turned(rotation: Array, q: Array, c: Array, vertices: Array, share: float = 1.0) -> Array:
+def turned_rotation(rotation: Array, q: Array, c: Array, vertices: Array, share: float = 1.0) -> Array:
     """One step of the rotation that fits the even figure to the robots, shape (p, p).
 
     A skew step to where the correlation of robots and turned vertices is symmetric, then one Newton-Schulz

@@ -10,7 +10,7 @@ import typer
 from escort_mj.cli.app import EXIT_CODES, app
 from escort_mj.cli.group import SECTIONS
 from escort_mj.record.tables import markdown
-from escort_mj.scenario.reader.handbook import linked
+from escort_mj.scenario.reader.handbook import with_links
 
 TITLES = {
     "metrics": (
@@ -60,6 +60,8 @@ def _options(command: Any, wanted: Callable[[str], bool]) -> Iterator[str]:
         command.name, [], resilient_parsing=True, **app.info.context_settings or {}
     )
     records = [one.get_help_record(context) for one in command.get_params(context) if wanted(str(one.name))]
-    rows = [[f"`{usage}`", linked(meaning.replace("  ", " "))] for usage, meaning in filter(None, records)]
+    rows = [
+        [f"`{usage}`", with_links(meaning.replace("  ", " "))] for usage, meaning in filter(None, records)
+    ]
     if rows:
         yield from markdown(["option", "meaning"], rows)

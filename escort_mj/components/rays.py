@@ -218,7 +218,7 @@ def _within(half: float, x: float, ray: float, first: float, last: float) -> tup
 # The same in plain NumPy.
 
 
-def stretches(origin: Array, ways: Array, setup: Setup) -> tuple[Array, Array]:
+def stretches_inside(origin: Array, ways: Array, setup: Setup) -> tuple[Array, Array]:
     """Return the stretches of lines through a point that are inside each obstacle, shape (k, m) each.
 
     Args:
@@ -297,7 +297,7 @@ def hidden(
     """
     if balls is None:
         kept = np.arange(len(setup.obstacle_radius)) != but
-        first, last = (each[0, kept] for each in stretches(origin, way[None], setup))
+        first, last = (each[0, kept] for each in stretches_inside(origin, way[None], setup))
     else:
         ends = [_in_ball(origin - place, way[None], size) for place, size in zip(*balls, strict=True)]
         first, last = np.reshape(ends, (-1, 2)).T

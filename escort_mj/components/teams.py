@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
 
 
-class Team(NamedTuple):
+class EscortTeam(NamedTuple):
     """Robots that escort targets together.
 
     Attributes:
@@ -46,7 +46,7 @@ class Team(NamedTuple):
         return ([self.radius] + [radius for after, radius in self.radii if after <= time])[-1]
 
 
-def targets_at(teams: Sequence[Team], time: float) -> list[list[int]]:
+def targets_at(teams: Sequence[EscortTeam], time: float) -> list[list[int]]:
     """Return which obstacles the targets of each team are at a time [s], in the order of obstacles."""
     now = {target: number for number, team in enumerate(teams) for target in team.targets}
     now |= {target: other for team in teams for after, target, other in team.escorts if after <= time}

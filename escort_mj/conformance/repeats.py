@@ -13,8 +13,8 @@ from escort_mj.conformance.stand import (
     BrokenError,
     CheckResult,
     Stand,
-    gap,
     other_form,
+    relative_gap,
     stands,
 )
 from escort_mj.control.custom.place import place_of
@@ -50,7 +50,7 @@ def check_calls(member: type[Component], kind: type[Scenario]) -> Iterator[Check
             same &= _written(stand, robot).tobytes() == first.tobytes()
             if twin is not None:
                 twin.memory[:] = kept
-                apart = max(apart, gap(first, _written(twin, robot)))
+                apart = max(apart, relative_gap(first, _written(twin, robot)))
     sizes = "in 2 and 3 axes" if issubclass(member, Policy) else "in 2, 3 and 5 axes"
     yield CheckResult("finite", finite, f"{'finite' if finite else 'not finite'} {sizes}")
     yield CheckResult("inputs", not touched, "unchanged" if not touched else "changed; write outputs only")

@@ -222,7 +222,7 @@ def other_form(member: type[Component]) -> type[Component] | None:
     return type(member.__name__, (member,), {"prefer_kernel": False, "__module__": member.__module__})
 
 
-def gap(a: Array, b: Array) -> float:
+def relative_gap(a: Array, b: Array) -> float:
     """Largest difference of two rows of numbers, relative to their size."""
     if not len(a):
         return 0.0

@@ -31,7 +31,7 @@ from escort_mj.native.on_demand import on_demand, on_demand_unrolled
 from escort_mj.numerics.neighbors import keep_all_neighbors
 from escort_mj.numerics.program import evaluate_program, value_of
 from escort_mj.sensing.lidar import scan
-from escort_mj.sensing.measure import measure
+from escort_mj.sensing.measure import measure_all
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
@@ -80,7 +80,7 @@ def evaluate(plan: Plan, state: State) -> None:
                 judge_opponents(plan, state)
             decide(plan, state)
         drive(plan, state)
-    measure(plan, state)
+    measure_all(plan, state)
     if moved and plan.lidar_rays.shape[0] > 0:
         scan(plan, state)
     state.sampled[0] = is_sampled(int(state.step[0]), plan)

@@ -140,7 +140,7 @@ def command_failing_motors(plan: Plan, state: State) -> None:
 
 
 @dataclass(frozen=True)
-class Team:
+class KnownRobots:
     """The robots as the controller knows them.
 
     Attributes:
@@ -156,7 +156,7 @@ class Team:
     vertices: Array
 
     @classmethod
-    def whole(cls, setup: Setup) -> Team:
+    def whole(cls, setup: Setup) -> KnownRobots:
         """Everybody, as the mission starts."""
         arrangement, n = setup.arrangement, setup.count
         return cls(
@@ -171,7 +171,7 @@ class Team:
         """How many robots are left."""
         return int((~self.lost).sum())
 
-    def at(self, t: float, q: Array, c: Array, rotation: Array, setup: Setup) -> tuple[Team, Array]:
+    def at(self, t: float, q: Array, c: Array, rotation: Array, setup: Setup) -> tuple[KnownRobots, Array]:
         """The team at a time, and the rotation of its figure; it re-forms when a failure becomes known.
 
         Args:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors.vertices import turned
+from escort_mj.behaviors.vertices import turned_rotation
 from escort_mj.components.component import number_of, reader
 from escort_mj.components.dispatch import one_of
 from escort_mj.control.custom.calls import custom_estimator
@@ -21,7 +21,7 @@ from escort_mj.knowledge.auction import Auction, begin_auction, hear_bids
 from escort_mj.knowledge.belief import LEAST_VARIANCE, Belief, carry, target_shown, target_speed_shown
 from escort_mj.knowledge.links import NOBODY
 from escort_mj.knowledge.messages import NEVER, Mail, Message, begin_radio, send
-from escort_mj.knowledge.sight import Sight, Target, look, look_at_target, variances
+from escort_mj.knowledge.sight import Sight, SightedBody, look, sight_target, variances
 from escort_mj.knowledge.teammates import places_known
 from escort_mj.native.fields import Fields, Value, declared
 from escort_mj.native.kernels import inlined, reachable, view_addresses
@@ -31,7 +31,7 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import START, normal, normals
 
 if TYPE_CHECKING:
-    from escort_mj.control.failure import Team
+    from escort_mj.control.failure import KnownRobots
     from escort_mj.control.setup import Setup
     from escort_mj.control.teams import Teams
     from escort_mj.memory.layout import Plan, State
@@ -82,7 +82,7 @@ def know(plan: Plan, state: State) -> None:
         if plan.auctioned:
             begin_auction(plan, state)
     if step % plan.sight_every == 0:
-        look_at_target(plan, state)
+        sight_target(plan, state)
         state.message[0] = -1.0
         for i in range(n):
             if state.target_seen[i] != 0.0:
@@ -285,10 +285,12 @@ class Minds:
         self._new = False
         if setup.sight is not None and step % setup.sight.every == 0:
             for i in range(setup.count):
-                targets = [Target(target, setup.target_radius or 0.0)]
+                targets = [SightedBody(target, setup.target_radius or 0.0)]
                 if teams is not None:
                     own: list[int] = teams.targets[teams.members[i]]
-                    targets = [Target(setup.obstacle_position[j], setup.obstacle_radius[j], j) for j in own]
+                    targets = [
+                        SightedBody(setup.obstacle_position[j], setup.obstacle_radius[j], j) for j in own
+                    ]
                 shown = c[i], c_dot[i]
                 found = None if lost[i] else look(i, step, (q, headings), targets, shown, setup)
                 self.seen[i] = found is not None
@@ -331,7 +333,7 @@ class Minds:
                     if self.auction is not None and message.bids is not None:
                         self.auction.hear(i, *message.bids)
 
-    def turn(self, t: float, q: Array, team: Team, teams: Teams | None = None) -> None:
+    def turn(self, t: float, q: Array, team: KnownRobots, teams: Teams | None = None) -> None:
         """Let robots that have learned of teammates turn their figures.
 
         Args:
@@ -346,7 +348,7 @@ class Minds:
             vertices = team.vertices if self.auction is None else self.auction.known(i)
             known = np.isfinite(mates[i] + vertices).all(axis=1)
             left = ~team.lost if members is None else ~team.lost & (members == members[i])
-            self.rotation[i] = turned(
+            self.rotation[i] = turned_rotation(
                 self.rotation[i], mates[i][known], centers[i], vertices[known], known.sum() / left.sum()
             )
 

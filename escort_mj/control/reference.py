@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 from escort_mj.behaviors.formation import Places
 from escort_mj.behaviors.goal import GoalsReached
 from escort_mj.behaviors.task import Situation
-from escort_mj.behaviors.vertices import turned
+from escort_mj.behaviors.vertices import turned_rotation
 from escort_mj.components.views import LawView
 from escort_mj.control.conflicts import Tasks, weigh
-from escort_mj.control.failure import Team, motors
+from escort_mj.control.failure import KnownRobots, motors
 from escort_mj.control.knowing import Minds
 from escort_mj.control.opponents import Threats, Watch
 from escort_mj.control.setup import Setup
@@ -88,7 +88,7 @@ class ReferenceController:
         self._time: float | None = None
         self._instruments = Instruments(self.setup)
         self._scanner = Scanner()
-        self._team = Team.whole(self.setup)
+        self._team = KnownRobots.whole(self.setup)
         self._applied = self._applied_before = np.zeros_like(self.q_d)
         self._rotation = np.eye(self.setup.axes)
         self._minds = Minds(self.setup) if self.setup.informed else None
@@ -199,7 +199,7 @@ class ReferenceController:
             elif self._teams is not None:
                 self._teams.turn(q_m, team)
             else:
-                self._rotation = turned(self._rotation, q_m[~lost], target, team.vertices[~lost])
+                self._rotation = turned_rotation(self._rotation, q_m[~lost], target, team.vertices[~lost])
         apart, rotation = (
             self._minds or self._teams,
             np.broadcast_to(self._rotation, (n, *self._rotation.shape)),

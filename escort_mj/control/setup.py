@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import AvoidObstacles, Behavior, Vertices
 from escort_mj.behaviors.avoid_obstacles import HEARD
 from escort_mj.components.rays import Shape
-from escort_mj.components.teams import Team
+from escort_mj.components.teams import EscortTeam
 from escort_mj.control.failure import Failure
 from escort_mj.control.outer_loops import Nsb, OuterLoop
 from escort_mj.control.supervisor import ControlPhase
@@ -184,7 +184,7 @@ class Setup:
     sensing: Sensors = Sensors()
     movers: tuple[Mover, ...] = ()
     opponents: tuple[Opponent, ...] = ()
-    teams: tuple[Team, ...] = ()
+    teams: tuple[EscortTeam, ...] = ()
     shaped: bool = False
     shapes: tuple[Shape, ...] = ()
     expected_distances: tuple[float, ...] = ()

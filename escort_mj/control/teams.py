@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.behaviors.vertices import turned
+from escort_mj.behaviors.vertices import turned_rotation
 from escort_mj.components.teams import targets_at, team_of
 from escort_mj.control.failure import placed
 from escort_mj.control.inner import change_law
@@ -23,7 +23,7 @@ from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.reform import reform
 
 if TYPE_CHECKING:
-    from escort_mj.control.failure import Team as Formed
+    from escort_mj.control.failure import KnownRobots as Formed
     from escort_mj.control.setup import Setup
     from escort_mj.memory.layout import Plan, State
 
@@ -253,4 +253,4 @@ class Teams:
         for i in np.flatnonzero(~formed.lost).tolist():
             here = (self.members == self.members[i]) & ~formed.lost
             center = self.center[self.members[i]]
-            self.rotation[i] = turned(self.rotation[i], q[here], center, formed.vertices[here])
+            self.rotation[i] = turned_rotation(self.rotation[i], q[here], center, formed.vertices[here])

@@ -24,7 +24,7 @@ def checked_count(name: str, value: Any) -> int:
     except TypeError:
         number = 0
     if number < 1:
-        raise refusal(name, value, "a whole number of at least 1")
+        raise argument_error(name, value, "a whole number of at least 1")
     return number
 
 
@@ -38,7 +38,7 @@ def checked_command(value: Any) -> Command:
     for name in known:
         if isinstance(value, str) and value == name:
             return name
-    raise refusal("command", value, " or ".join(known))
+    raise argument_error("command", value, " or ".join(known))
 
 
 def checked_weights(name: str, value: Any, kind: type[Weights]) -> Weights:
@@ -50,7 +50,7 @@ def checked_weights(name: str, value: Any, kind: type[Weights]) -> Weights:
     if value is None:
         return kind()
     if not isinstance(value, kind):
-        raise refusal(name, value, f"None or {kind.__name__}(...)")
+        raise argument_error(name, value, f"None or {kind.__name__}(...)")
     return value
 
 
@@ -65,10 +65,10 @@ def checked_size(value: Any) -> tuple[int, int]:
     except (TypeError, ValueError):
         width = height = 0
     if min(width, height) < 1:
-        raise refusal("size", value, "width and height in pixels, such as (640, 360)")
+        raise argument_error("size", value, "width and height in pixels, such as (640, 360)")
     return width, height
 
 
-def refusal(name: str, value: Any, expected: str) -> UsageError:
+def argument_error(name: str, value: Any, expected: str) -> UsageError:
     """Return the error of an argument that is not what it must be."""
     return UsageError(f"{name} is {shortened(repr(value), 80)}; expected {expected}")

@@ -14,7 +14,7 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
-from escort_mj.environments.arguments import checked_count, refusal
+from escort_mj.environments.arguments import argument_error, checked_count
 from escort_mj.environments.fleet import Fleet
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
@@ -68,7 +68,7 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             modes = ", ".join(mode.value for mode in AutoresetMode)
-            raise refusal("autoreset_mode", autoreset_mode, f"one of {modes}") from None
+            raise argument_error("autoreset_mode", autoreset_mode, f"one of {modes}") from None
         self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward)
         self.num_envs = num_envs
         team = self.fleet.members, self.fleet.senses.axes

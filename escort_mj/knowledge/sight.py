@@ -138,7 +138,7 @@ class SightState(Fields):
 
 
 @on_demand
-def look_at_target(plan: Plan, state: State) -> None:
+def sight_target(plan: Plan, state: State) -> None:
     """Measures the target for all robots that see it: `target_seen`, `seen_...`."""
     step = int(state.step[0])
     for i in range(plan.sight.shape[0]):
@@ -237,7 +237,7 @@ def _measure(i: int, odd: bool, step: int, plan: Plan, state: State) -> None:
 # The same in plain NumPy.
 
 
-class Look(NamedTuple):
+class Sighting(NamedTuple):
     """What one robot measures of the target.
 
     Attributes:
@@ -253,7 +253,7 @@ class Look(NamedTuple):
     bearing: Array
 
 
-class Target(NamedTuple):
+class SightedBody(NamedTuple):
     """A body that robots look at.
 
     Attributes:
@@ -271,10 +271,10 @@ def look(
     i: int,
     step: int,
     team: tuple[Array, Array | None],
-    targets: Sequence[Target],
+    targets: Sequence[SightedBody],
     shown: tuple[Array, Array],
     setup: Setup,
-) -> Look | None:
+) -> Sighting | None:
     """Return what a robot measures at a step; None where it does not see the target.
 
     Args:
@@ -303,7 +303,7 @@ def look(
     unit = way / max(distance, 1e-300)
     g = drawn[2 * p : 3 * p]
     bearing = unit + sight.noise[BEARING] * (g - unit * (unit @ g))
-    return Look(
+    return Sighting(
         shown[0] + sight.noise[POSITION] * drawn[:p] + errors[:p],
         shown[1] + sight.noise[VELOCITY] * drawn[p : 2 * p],
         distance + sight.noise[RANGE] * drawn[3 * p] + errors[p],
@@ -311,7 +311,7 @@ def look(
     )
 
 
-def _visible(i: int, team: tuple[Array, Array | None], target: Target, setup: Setup) -> bool:
+def _visible(i: int, team: tuple[Array, Array | None], target: SightedBody, setup: Setup) -> bool:
     """Return whether robot i sees a target; arguments as of `look`."""
     sight, (robots, headings) = setup.sight, team
     assert sight is not None

@@ -54,7 +54,7 @@ def age_of(robot: int, slot: int, plan: Plan, state: State) -> float:
 
 
 @inlined
-def place_of(robot: int, place: int, age: float, k: int, state: State) -> float:
+def teammate_place(robot: int, place: int, age: float, k: int, state: State) -> float:
     """Return where on axis k the teammate at a place of a robot's list is, moved on with its velocity [m]."""
     if state.link_from.shape[0] == 0:
         return state.q_measured[place, k]
@@ -108,7 +108,7 @@ def know_teammates(robot: int, plan: Plan, state: State) -> None:
         if j >= 0:
             state.mate_unknown[j] = 0.0
             for k in range(p):
-                state.mate_position[j, k] = place_of(robot, place, age, k, state)
+                state.mate_position[j, k] = teammate_place(robot, place, age, k, state)
 
 
 @inlined
@@ -144,7 +144,7 @@ def may_be(
     carried = min(age, fastest / acceleration)
     ball = 0.5 * acceleration * carried * (carried + plan.timestep) + fastest * (age - carried)
     for k in range(p):
-        away[k] = state.q_measured[robot, k] - place_of(robot, place, carried, k, state)
+        away[k] = state.q_measured[robot, k] - teammate_place(robot, place, carried, k, state)
     distance = make_unit(away)
     return mate, distance, to_surface * (plan.robot_radius[robot] + plan.robot_radius[mate]) + ball
 

@@ -17,7 +17,7 @@ from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.native import artifacts
 from escort_mj.native.kernels import DOUBLE, matrix_at, merged, stack_memory, vector_at
 from escort_mj.native.on_demand import callback, piece_of
-from escort_mj.policies.learned import ROBOTS, perceive
+from escort_mj.policies.learned import ROBOTS, perceive_bodies
 from escort_mj.policies.policy import PolicyView, policy_view
 
 if TYPE_CHECKING:
@@ -67,7 +67,9 @@ def perceive_rivals(
         if row[STATUS] <= COMES:
             reward += wish[1] if status == REACHED else -wish[2] if status == INTERCEPTED else 0.0
         row[REWARD], row[DISTANCE], row[STATUS] = reward, distance, status
-        perceive(view, b, plan.mover_speed[b], vector_at(found + DOUBLE * (width * o + SEEN), width - SEEN))
+        perceive_bodies(
+            view, b, plan.mover_speed[b], vector_at(found + DOUBLE * (width * o + SEEN), width - SEEN)
+        )
     for k in range(p):
         state.target_position[k], state.target_velocity[k] = kept[k], kept[p + k]
 

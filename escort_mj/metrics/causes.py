@@ -127,7 +127,7 @@ class _Scene:
             body, radius = names.index(str(name)), float(trace["obstacle_radius"].values[j])
             self.place[body], self.radius[body] = trace["obstacle_position"].values[:, j], radius
             if radius == 0.0 and outlines is not None:
-                self.outline[body] = (outlines[j] @ directions(self.axes).T).max(axis=0)
+                self.outline[body] = (outlines[j] @ all_directions(self.axes).T).max(axis=0)
 
     def cause(self, couple: tuple[int, int], start: float, known: dict[int, float]) -> str:
         """Return the cause of a touch.
@@ -162,7 +162,7 @@ class _Scene:
         most = self._fastest
         if not math.isfinite(most):
             most = float(np.linalg.norm(self.v[alarm, i])) + thrust * float(self.time[end] - self.time[alarm])
-        around = directions(self.axes)[:: max(len(directions(self.axes)) // 32, 1)]
+        around = all_directions(self.axes)[:: max(len(all_directions(self.axes)) // 32, 1)]
         spread = [share * most * around for share in SPEEDS]
         flights = self._flights(i, alarm, end, np.vstack(spread), thrust)
         clear = np.ones(len(flights), dtype=bool)
@@ -282,8 +282,8 @@ class _Scene:
         if body not in self.outline:
             length = np.linalg.norm(way, axis=-1)
             return way / np.maximum(length, 1e-12)[..., np.newaxis], length - self.radius[body]
-        support = way @ directions(self.axes).T - self.outline[body]
-        return directions(self.axes)[support.argmax(axis=-1)], support.max(axis=-1)
+        support = way @ all_directions(self.axes).T - self.outline[body]
+        return all_directions(self.axes)[support.argmax(axis=-1)], support.max(axis=-1)
 
     def _thrust(self, i: int, first: int, last: int) -> float:
         """Acceleration that a robot's motors can give in some samples [m/s^2].
@@ -328,7 +328,7 @@ class _Scene:
 
 
 @cache
-def directions(axes: int) -> Array:
+def all_directions(axes: int) -> Array:
     """Unit vectors all around, evenly spread, shape (k, p)."""
     if axes == 2:
         turn = np.linspace(0.0, 2.0 * np.pi, 192, endpoint=False)

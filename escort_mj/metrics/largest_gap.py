@@ -28,7 +28,7 @@ def largest_gap(trace: Recorded) -> Measure:
     """Largest angle of a sector (in the plane) or a cone (in space) at the target that contains no robot."""
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
-    found = [(*least_margin(directions(team)), first) for first, team in teams(trace)]
+    found = [(*least_margin(bearings(team)), first) for first, team in teams(trace)]
     if not found:
         return Measure(None, reason=ALL_LOST)
     value, row, first = min(found)
@@ -38,10 +38,10 @@ def largest_gap(trace: Recorded) -> Measure:
 
 def gaps(team: Array) -> Array:
     """Return the largest gap around the target in each of several teams, shape (samples,) [rad]."""
-    return opening(margins(directions(team)))
+    return opening(margins(bearings(team)))
 
 
-def directions(team: Array) -> Array:
+def bearings(team: Array) -> Array:
     """Return the unit vectors to robots, shape (samples, robots, axes); 0 to one that is at the target."""
     length = np.linalg.norm(team, axis=2, keepdims=True)
     return np.divide(team, length, out=np.zeros_like(team), where=length > 0.0)

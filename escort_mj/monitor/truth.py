@@ -34,7 +34,7 @@ class TruthState(Fields):
 
 
 @on_demand_unrolled
-def observe(
+def observe_truth(
     plan: Plan,
     state: State,
     addresses: Addresses,

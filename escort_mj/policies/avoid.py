@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from escort_mj.native.kernels import stack_memory, vector_at
-from escort_mj.policies.directions import count_of, directions, write_direction
+from escort_mj.policies.directions import count_of, possible_directions, write_direction
 from escort_mj.policies.policy import ACTS, Policy, PolicyView
 
 UNTIL, DIRECTION = 0, 1  # what is kept
@@ -40,7 +40,7 @@ class Avoid(Policy):
             kept[UNTIL] = view.time[0] + self.interval
             way = view.target_position - here
             straight = way / max(float(np.linalg.norm(way)), 1e-9)
-            choice, ways = np.vstack([directions(p), straight]), view.q - here
+            choice, ways = np.vstack([possible_directions(p), straight]), view.q - here
             along, far = choice @ ways.T, np.sum(ways**2, axis=1)
             blocked = (along > 0.0) & (far - along**2 < self.berth**2) & (far < self.sight**2)
             value = choice @ straight - BLOCKED * blocked.any(axis=1)

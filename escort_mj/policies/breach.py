@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from escort_mj.native.kernels import stack_memory, vector_at
-from escort_mj.policies.directions import count_of, directions, write_direction
+from escort_mj.policies.directions import count_of, possible_directions, write_direction
 from escort_mj.policies.policy import ACTS, Policy, PolicyView
 
 UNTIL, AIM = 0, 1  # what is kept
@@ -42,7 +42,7 @@ class Breach(Policy):
         away = view.mover_position[body] - view.target_position
         if view.time[0] >= kept[UNTIL]:
             kept[UNTIL] = view.time[0] + self.interval
-            choice, ways = directions(p), view.q - view.target_position
+            choice, ways = possible_directions(p), view.q - view.target_position
             ways = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), NEAR)
             arc = np.arccos(np.clip(choice @ ways.T, -1.0, 1.0)).min(axis=1) * self.perimeter
             own = np.linalg.norm(self.perimeter * choice - away, axis=1)

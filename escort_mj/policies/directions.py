@@ -67,7 +67,7 @@ def write_freest(here: Array, others: Array, power: float, result: Array) -> Non
 # The same in plain NumPy.
 
 
-def directions(axes: int) -> Array:
+def possible_directions(axes: int) -> Array:
     """Return all directions, shape (directions, axes)."""
     if axes == 2:
         angles = 2.0 * np.pi * np.arange(IN_PLANE) / IN_PLANE
@@ -93,7 +93,7 @@ def freest(here: Array, others: Array, power: int) -> Array:
     ways: Array = others - here
     square: Array = np.sum(ways**2, axis=1)
     ways, square = ways[square > 0.0], square[square > 0.0]
-    choice: Array = directions(len(here))
+    choice: Array = possible_directions(len(here))
     if not len(ways):
         return choice[0]
     most = (choice @ (ways / (square if power == 2 else np.sqrt(square))[:, None]).T).max(axis=1)

@@ -107,7 +107,7 @@ class Learned(Policy):
         if view.time[0] >= kept[UNTIL] - EARLY:
             kept[UNTIL] = view.time[0] + self.interval
             values, answers = vector_at(stack_memory(), WIDEST), vector_at(stack_memory(), WIDEST)
-            perceive(view, body, self.speed, values)
+            perceive_bodies(view, body, self.speed, values)
             place = self.place
             layers = int(view.networks[place])
             place += 1
@@ -180,7 +180,7 @@ def perceived(view: PolicyView, body: int, speed: float) -> NDArray[np.float64]:
 
 
 @inlined
-def perceive(view: PolicyView, body: int, speed: float, found: Array) -> None:
+def perceive_bodies(view: PolicyView, body: int, speed: float, found: Array) -> None:
     """Write what `perceived` returns, compiled."""
     n, p = view.q.shape
     for k in range((3 + 2 * ROBOTS) * p):

@@ -162,7 +162,7 @@ def turn_craft(wanted: Array, axes: Array, rate: Array, craft: Array, torque: Ar
 
 
 @inlined
-def mix(thrust: float, torque: Array, craft: Array, thrusts: Array) -> None:
+def mix_rotors(thrust: float, torque: Array, craft: Array, thrusts: Array) -> None:
     """Thrusts of the rotors; where not all can be had, torque comes before the sum of thrusts.
 
     Args:
@@ -202,7 +202,7 @@ def fly_craft(force: Array, orientation: Array, rate: Array, craft: Array, thrus
     axes_for(force, wanted)
     turn_craft(wanted, axes, rate, craft, torque)
     thrust = force[0] * axes[2, 0] + force[1] * axes[2, 1] + force[2] * axes[2, 2]
-    mix(thrust, torque, craft, thrusts)
+    mix_rotors(thrust, torque, craft, thrusts)
 
 
 # The same in plain NumPy.

@@ -26,7 +26,7 @@ NAMES = ("force", "thrust", "velocity", "position")
 DEMANDS = 6  # numbers of w at most
 
 
-class Drive(NamedTuple):
+class RobotDrive(NamedTuple):
     """What the loop knows of one robot's drive; the rows of `Addresses.drives`."""
 
     mode: float  # FORCE, THRUST, RATE or POSITION
@@ -51,7 +51,7 @@ class Drive(NamedTuple):
 (
     MODE, BODY, ROOT, FIRST, COUNT, POINT, _, _, IN_WORLD, HOLDS_ATTITUDE, HOLDS_HEIGHT, FOLLOW, STIFFEN,
     MOST_FOLLOW, START, _, _,
-) = range(len(Drive._fields))  # fmt: skip
+) = range(len(RobotDrive._fields))  # fmt: skip
 
 
 class Input(NamedTuple):
@@ -118,7 +118,7 @@ class DriveModel:
     bandwidth: float = np.inf
     effective_mass: tuple[float, ...] = (0.0, 0.0, 0.0)
 
-    def row(self, body: int, root: int, first: int, start: Sequence[float]) -> Drive:
+    def row(self, body: int, root: int, first: int, start: Sequence[float]) -> RobotDrive:
         """Return what the loop is given.
 
         Args:
@@ -129,7 +129,7 @@ class DriveModel:
         """
         numbers = [self.mode, body, root, first, len(self.inputs), *self.point, self.in_world]
         numbers += [self.holds_attitude, self.holds_height, self.follow, self.stiffen, self.most_follow]
-        return Drive(*map(float, [*numbers, *[*start, 0.0][:3]]))
+        return RobotDrive(*map(float, [*numbers, *[*start, 0.0][:3]]))
 
     @property
     def motors(self) -> tuple[Input, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from escort_mj.behaviors import Behavior, Chords, Formation, Surface, Vertices
 from escort_mj.behaviors.formation import ALONG
 from escort_mj.components.rays import KINDS, Shape
-from escort_mj.components.teams import Team
+from escort_mj.components.teams import EscortTeam
 from escort_mj.control.setup import Frame, FunctionOfTime, Mover, Opponent, Setup
 from escort_mj.control.supervisor import ControlPhase
 from escort_mj.numerics.formation import Arrangement, arrange
@@ -182,7 +182,7 @@ def _opponents(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Opponent,
     )
 
 
-def _teams(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Team, ...]:
+def _teams(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[EscortTeam, ...]:
     """Who escorts what; targets of teams are obstacles, the last ones before opponents."""
     end = len(obstacles) - sum(group.count for group in scenario.opponents)
     places = iter(range(end - sum(len(team.targets) for team in scenario.teams), end))
@@ -191,7 +191,7 @@ def _teams(scenario: Scenario, obstacles: Sequence[Body]) -> tuple[Team, ...]:
     for one in scenario.teams:
         targets = [(next(places), target) for target in one.targets]
         found.append(
-            Team(
+            EscortTeam(
                 one.name,
                 tuple(robot - 1 for robot in one.robots),
                 tuple(place for place, _ in targets),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.components.rays import stretch_in, stretches
+from escort_mj.components.rays import stretch_in, stretches_inside
 from escort_mj.native.fields import Array, Fields, Recorded, Value
 from escort_mj.native.on_demand import on_demand
 from escort_mj.numerics.gaussian import LIDAR, normal, normals
@@ -25,7 +25,7 @@ FAR = 1e7  # on each axis, for what no ray meets [m]
 NOTHING = -1.0
 
 
-class Lidar(NamedTuple):
+class LidarSensor(NamedTuple):
     """A lidar, the same on each robot.
 
     Attributes:
@@ -54,7 +54,7 @@ class LidarParameters(Fields):
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
         """Return the values of the fields for a mission."""
-        lidar = setup.sensing.lidar or Lidar(np.zeros((0, setup.axes)), 0.0)
+        lidar = setup.sensing.lidar or LidarSensor(np.zeros((0, setup.axes)), 0.0)
         return {
             "lidar_rays": lidar.rays,
             "lidar_reach": lidar.reach,
@@ -167,7 +167,7 @@ class Scanner:
             self._points = np.full((*q.shape[:1], *setup.obstacle_position.shape), FAR)
             for i, points in enumerate(self._points):
                 error = lidar.noise * normal(len(lidar.rays), setup.seed, LIDAR, i, step)
-                first, last = stretches(q[i], lidar.rays, setup)
+                first, last = stretches_inside(q[i], lidar.rays, setup)
                 met = (first < last) & (last > 0.0) & (first < lidar.reach)
                 lengths = np.where(met, np.maximum(first, 0.0), np.inf)
                 for j in range(lengths.shape[1]):

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 @inlined
-def measure(plan: Plan, state: State) -> None:
+def measure_all(plan: Plan, state: State) -> None:
     """Measures all robots, and the target once for the team.
 
     Args:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 
 from escort_mj.native.fields import Array, Fields, Recorded, Value
-from escort_mj.sensing.lidar import Lidar
+from escort_mj.sensing.lidar import LidarSensor
 
 CHANNELS = 4
 NO_BIAS = -1.0
@@ -127,7 +127,7 @@ class Sensors(NamedTuple):
     target_velocity: Channel = Channel()
     robots: float = math.inf
     obstacles: float = math.inf
-    lidar: Lidar | None = None
+    lidar: LidarSensor | None = None
 
     @property
     def channels(self) -> tuple[Channel, Channel, Channel, Channel]:

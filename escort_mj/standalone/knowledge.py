@@ -13,7 +13,7 @@ from escort_mj.control.setup import FunctionOfTime, Setup
 from escort_mj.errors import UsageError
 from escort_mj.scenario.findings import shown
 from escort_mj.scenario.geometry.obstacle_body import Body
-from escort_mj.scenario.geometry.shapes import in_space, nearest
+from escort_mj.scenario.geometry.shapes import in_space, nearest_on_shape
 
 Array = NDArray[np.float64]
 
@@ -193,7 +193,7 @@ class Surroundings:
         A robot inside sees the shape behind it, at most by its own radius, as in the physics step.
         """
         place = in_space(center[None])[0] + [0.0, 0.0, body.lift]
-        surface, gap = nearest(body.solid._replace(center=place), in_space(eyes))
+        surface, gap = nearest_on_shape(body.solid._replace(center=place), in_space(eyes))
         surface, depth = surface[:, : self.setup.axes], np.maximum(-gap, 1e-300)
         behind = np.minimum(depth, np.append(self.setup.robot_radius, 0.0)) / depth
         return np.where((gap < 0.0)[:, None], eyes - behind[:, None] * (surface - eyes), surface)

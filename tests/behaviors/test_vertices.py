@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from escort_mj.behaviors.vertices import turned
+from escort_mj.behaviors.vertices import turned_rotation
 
 
 @pytest.mark.parametrize("axes", [2, 3, 5])
@@ -14,6 +14,6 @@ def test_a_figure_turns_to_its_robots_from_nearly_a_quarter_turn(axes: int, angl
     turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
     rotation = np.eye(axes)
     for _ in range(60):
-        rotation = turned(rotation, 3.0 * vertices @ turn.T, np.zeros(axes), vertices)
+        rotation = turned_rotation(rotation, 3.0 * vertices @ turn.T, np.zeros(axes), vertices)
         assert np.abs(rotation).max() < 1.5
     assert rotation == pytest.approx(turn, abs=1e-9)

@@ -4,10 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from escort_mj.components.rays import KINDS, stretch, stretches
+from escort_mj.components.rays import KINDS, stretch, stretches_inside
 from escort_mj.control.setup import Setup
 from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.shapes import in_space, nearest
+from escort_mj.scenario.geometry.shapes import in_space, nearest_on_shape
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from tests.world.loop.test_depth import SHAPES
@@ -45,15 +45,15 @@ def test_stretches_are_where_signed_distances_are_negative(axes: int) -> None:
     scenario, setup = mission(axes)
     bodies, places, crossed = obstacles_of(scenario), np.linspace(-3.0, 3.0, 121), 0
     for point, way in zip(*lines(axes), strict=True):
-        first, last = (each[0] for each in stretches(point, way[None], setup))
+        first, last = (each[0] for each in stretches_inside(point, way[None], setup))
         for j, body in enumerate(bodies):
-            gaps = nearest(body.solid, in_space(point + places[:, None] * way))[1]
+            gaps = nearest_on_shape(body.solid, in_space(point + places[:, None] * way))[1]
             within = (first[j] < places) & (places < last[j])
             assert ((gaps < 0.0) == within)[np.abs(gaps) > 1e-6].all(), body.shape
             if first[j] < last[j]:
                 crossed += 1
                 ends = np.array([first[j], last[j]])[:, None] * way + point
-                np.testing.assert_allclose(nearest(body.solid, in_space(ends))[1], 0.0, atol=1e-8)
+                np.testing.assert_allclose(nearest_on_shape(body.solid, in_space(ends))[1], 0.0, atol=1e-8)
     assert crossed > 100
 
 
@@ -61,7 +61,7 @@ def test_lines_enter_where_rays_of_mujoco_do_and_the_kernel_agrees() -> None:
     _, setup = mission(3)
     met = 0
     for point, way in zip(*lines(3), strict=True):
-        first, last = (each[0] for each in stretches(point, way[None], setup))
+        first, last = (each[0] for each in stretches_inside(point, way[None], setup))
         for j, shape in enumerate(setup.shapes):
             if shape.kind == KINDS["mesh"]:
                 continue

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from escort_mj.behaviors import AvoidObstacles, Chords, Surface
 from escort_mj.behaviors.task import Situation, distance, half_squared_distance, resolve
-from escort_mj.control.failure import Team
+from escort_mj.control.failure import KnownRobots
 from escort_mj.control.nsb import spend
 from escort_mj.control.reference import ReferenceController, ReferenceSignals
 from escort_mj.control.setup import Setup
@@ -263,7 +263,7 @@ def test_avoidance_takes_its_speed_first(axes: int, seed: int) -> None:
     assert np.all(np.linalg.norm(signals.v_d, axis=1) <= limit * (1.0 + 1e-12))
     here = np.tile(setup.target.position(0.7), (len(q), 1))
     turned = np.tile(np.eye(axes), (len(q), 1, 1))
-    now = Situation(setup, Team.whole(setup), turned, q, v, signals.e, here, 0.0 * here, q, v)
+    now = Situation(setup, KnownRobots.whole(setup), turned, q, v, signals.e, here, 0.0 * here, q, v)
     v1, active = AVOID.velocity(now), AVOID.active(now)
     depth, intruder = AVOID.intrusion(q, setup)
     for i in np.flatnonzero(active):

@@ -10,7 +10,7 @@ import pytest
 from escort_mj.behaviors import AvoidObstacles, Surface
 from escort_mj.behaviors.task import Situation
 from escort_mj.components.parameters import UNLIMITED
-from escort_mj.control.failure import Team
+from escort_mj.control.failure import KnownRobots
 from escort_mj.control.outer_loops import OUTER_LOOPS, OuterLoop, PotentialField
 from escort_mj.control.outer_loops.barrier_filter import filtered as filtered_by
 from escort_mj.control.outer_loops.constraints import MOST, constraints_of
@@ -119,7 +119,7 @@ def by_kernel(field, setup, avoid, nominal, q, lost):
 def situation(setup, q, lost, v=None):
     """What the NumPy forms see of a team far from its target."""
     turned = np.tile(np.eye(setup.axes), (len(q), 1, 1))
-    v, team = np.zeros_like(q) if v is None else v, replace(Team.whole(setup), lost=lost)
+    v, team = np.zeros_like(q) if v is None else v, replace(KnownRobots.whole(setup), lost=lost)
     return Situation(setup, team, turned, q, v, 0.0 * q, 0.0 * q + 100.0, 0.0 * q, q, v)
 
 
@@ -361,7 +361,7 @@ def test_a_teammate_that_does_not_do_its_half_is_left_to_come_no_nearer(coming: 
     v[1] = [-coming, 0.0]
     rules = Rules(2.0, UNLIMITED, 0.0, 1.0, 0.0, 1.0)
     turned = np.tile(np.eye(2), (n, 1, 1))
-    now = Situation(setup, Team.whole(setup), turned, q, v, 0.0 * q, 0.0 * q + 1e4, 0.0 * q, q, v)
+    now = Situation(setup, KnownRobots.whole(setup), turned, q, v, 0.0 * q, 0.0 * q + 1e4, 0.0 * q, q, v)
     first, second = (constraints_of(avoid, rules, now)[robot].bounds[0] for robot in (0, 1))
     half = -0.5 * approach(-0.2, rules)
     assert first == pytest.approx(max(half, coming + 2.0 * half)), "away at least as fast as it comes"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from escort_mj import Scenario
-from escort_mj.control.failure import Team as Formed
+from escort_mj.control.failure import KnownRobots as Formed
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.control.teams import Teams

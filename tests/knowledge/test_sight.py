@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from escort_mj import Controller
-from escort_mj.components.rays import stretches
+from escort_mj.components.rays import stretches_inside
 from escort_mj.control.reference import ReferenceController
 from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
@@ -59,7 +59,7 @@ def test_kernel_and_twin_see_and_hear_the_same(axes: int) -> None:
         way = setup.target.position(step * 0.002) - q
         angle = np.einsum("ij,ij->i", way, headings) / np.linalg.norm(headings, axis=1)
         outside = np.arccos(angle / np.linalg.norm(way, axis=1)) > 1.75
-        ends = np.array([stretches(a, b[None], setup) for a, b in zip(q, way, strict=True)])[:, :, 0]
+        ends = np.array([stretches_inside(a, b[None], setup) for a, b in zip(q, way, strict=True)])[:, :, 0]
         blocked = ((ends[:, 0] < ends[:, 1]) & (ends[:, 0] < 1.0) & (ends[:, 1] > 0.0)).any(axis=1)
         assert not state.target_seen[outside | blocked].any()
         q = rng.normal(scale=14.0 / axes**1.5, size=(COUNT, axes))

@@ -14,7 +14,7 @@ from escort_mj.control.setup import Mover
 from escort_mj.memory.layout import unpack_plan
 from escort_mj.policies import POLICIES, Policy
 from escort_mj.policies.burst import Burst
-from escort_mj.policies.directions import directions, freest
+from escort_mj.policies.directions import freest, possible_directions
 from escort_mj.policies.flee import Flee
 from escort_mj.policies.learned import Learned, inputs
 from escort_mj.policies.policy import policy_view
@@ -75,7 +75,7 @@ def test_the_freest_direction_halves_the_largest_gap(axes: int) -> None:
 
 def test_directions_are_even() -> None:
     for axes, apart in ((2, 2 * np.pi / 360), (3, 0.08)):
-        found = directions(axes)
+        found = possible_directions(axes)
         assert np.allclose(np.linalg.norm(found, axis=1), 1.0)
         cosine = found @ found.T - 2.0 * np.eye(len(found))
         nearest = np.arccos(np.clip(cosine.max(axis=1), -1, 1))

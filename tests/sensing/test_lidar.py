@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import escort_mj
-from escort_mj.components.rays import stretches
+from escort_mj.components.rays import stretches_inside
 from escort_mj.control.setup import Setup
 from escort_mj.numerics.gaussian import LIDAR, normal
 from escort_mj.report.video.replay import replay_of
@@ -95,7 +95,7 @@ def test_what_rays_return_is_recorded_and_drawn(compiled: None) -> None:
     setup, rays = controller_setup(scenario), trace["lidar_ray"].values
     found, q = trace["lidar_range"].values, trace["q"].values
     for lengths, place in zip(found[:, 0], q[:, 0], strict=True):
-        first, last = stretches(place, rays, setup)
+        first, last = stretches_inside(place, rays, setup)
         nearest = np.where((first < last) & (last > 0.0), first, np.inf).min(axis=1)
         np.testing.assert_allclose(lengths, np.where(nearest < 7.0, nearest, np.inf), rtol=1e-6)
     replay = replay_of(trace)

@@ -17,7 +17,7 @@ from escort_mj.monitor.signals import (
     TOUCH_TIME,
 )
 from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.shapes import nearest
+from escort_mj.scenario.geometry.shapes import nearest_on_shape
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
@@ -97,7 +97,7 @@ def test_what_it_drives_through_is_a_touch_of_each_unbroken_stretch(
     if body.is_sphere:
         gaps = np.linalg.norm(places, axis=1) - 0.6 - R
     else:
-        gaps = nearest(body.solid, np.pad(places, ((0, 0), (0, 3 - axes))))[1] - R
+        gaps = nearest_on_shape(body.solid, np.pad(places, ((0, 0), (0, 3 - axes))))[1] - R
     inside = gaps < 0.0
     starts = np.flatnonzero(inside & ~np.roll(inside, 1))
     ends = np.flatnonzero(~inside & np.roll(inside, 1))

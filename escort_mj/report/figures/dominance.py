@@ -125,7 +125,7 @@ def _draw(axes: Axes, trace: Recorded, moment: int) -> list[Key]:
     axes.plot(*there.T, "^", color=palette.OPPONENT, markersize=6.0)
     for robot, color in zip(robots, _colors(trace, moment), strict=True):
         axes.plot(*robot[:, None], "o", color=color, markersize=5.0, markeredgecolor="white")
-    for obstacle in teams.team_targets(trace):
+    for obstacle in teams.recorded_targets(trace):
         place = trace["obstacle_position"].values[moment, obstacle]
         color = palette.target_color(int(trace["obstacle_team"].values[moment, obstacle]))
         axes.plot(*place[:, None], "D", color=color, markersize=5.0, markeredgecolor=palette.TARGET)

@@ -154,7 +154,7 @@ def _obstacles(trace: Recorded) -> list[tuple[Array, float, float, Array]]:
     """Way, radius, safe distance and outline of plain obstacles, see `_obstacle`."""
     ways, safe = trace["obstacle_position"].values, safe_radius(trace).max(axis=0, initial=0.0)
     radii, around = trace["obstacle_radius"].values, outlines(trace)
-    others = {*opponents(trace).tolist(), *teams.team_targets(trace)}
+    others = {*opponents(trace).tolist(), *teams.recorded_targets(trace)}
     plain = [j for j in range(trace.sizes["obstacle"]) if j not in others]
     return [(ways[:, j], float(radii[j]), float(safe[j]), around[j]) for j in plain]
 

@@ -43,7 +43,7 @@ def colored(
         yield palette.team_color(int(team[first]) - 1), rows[first : end + 1]
 
 
-def team_targets(trace: Recorded) -> list[int]:
+def recorded_targets(trace: Recorded) -> list[int]:
     """Return which obstacles are targets of teams at any time, from 0."""
     if "member_of" not in trace:
         return []
@@ -66,7 +66,7 @@ def draw_teams(axes: Axes, trace: Recorded, rows: NDArray[np.int64], moments: li
         rows: Samples of ways.
         moments: Samples of circles.
     """
-    for target in team_targets(trace):
+    for target in recorded_targets(trace):
         team, way = trace["obstacle_team"].values[:, target], trace["obstacle_position"].values[:, target]
         axes.plot(*way[rows].T, color=palette.TARGET, linewidth=1.4, zorder=3)
         changes = np.flatnonzero(np.diff(team)) + 1
@@ -92,7 +92,7 @@ def name_all(figure: Figure, axes: Iterable[Axes], trace: Recorded, others: Sequ
     ]
     mark: dict[str, Any] = {"marker": "D", "markerfacecolor": "white", "markersize": 5}
     keys.append(("target", Line2D([], [], color=palette.TARGET, **mark)))
-    if (trace["obstacle_team"].values[:, team_targets(trace)] == 0).any():
+    if (trace["obstacle_team"].values[:, recorded_targets(trace)] == 0).any():
         mark["markerfacecolor"] = palette.target_color(0)
         keys.append(("without a team", Line2D([], [], color=palette.TARGET, **mark)))
     legend(figure, [*keys, *others])

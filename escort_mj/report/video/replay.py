@@ -13,7 +13,7 @@ from escort_mj.errors import RenderError
 from escort_mj.metrics.reading import escorts, lost
 from escort_mj.record.episodes import touched
 from escort_mj.report.figures.losses import heard_links, links, links_at
-from escort_mj.report.figures.teams import team_targets
+from escort_mj.report.figures.teams import recorded_targets
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -270,7 +270,7 @@ def replay_of(trace: Recorded) -> Replay:
     robots, target = in_space("q"), in_space("target_position")
     goals = in_space("goal") if "goal" in trace else robots[:, :0]
     informed, teams = "target_estimate" in trace, "member_of" in trace
-    targets, none = team_targets(trace), np.zeros((len(robots), 0), np.int8)
+    targets, none = recorded_targets(trace), np.zeros((len(robots), 0), np.int8)
     rays = trace["lidar_ray"].values if "lidar_ray" in trace else np.zeros((0, 3))
     if not escorts(trace):
         places = np.concatenate([robots[0], *goals[[0, -1]]])

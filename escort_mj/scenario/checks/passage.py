@@ -23,7 +23,7 @@ SAMPLES = 1001  # of the target's way
 ACROSS = -0.5  # cosine of the angle between the ways to two walls from which on the target is between them
 
 
-class Door(NamedTuple):
+class DoorOnPath(NamedTuple):
     """The narrowest place between two walls that the target comes through."""
 
     width: float
@@ -58,7 +58,7 @@ def check_doors(scenario: Scenario) -> Iterator[Finding]:
         yield Finding(door.path, f"{words}{door.time:.3g} s; the largest robot needs {size:g} m")
 
 
-def narrowest_door(scenario: Scenario, reach: float) -> Door | None:
+def narrowest_door(scenario: Scenario, reach: float) -> DoorOnPath | None:
     """Return the narrowest place between two walls nearer to the target's way than a reach [m]."""
     if scenario.target is None or not scenario.walls:
         return None
@@ -79,5 +79,5 @@ def narrowest_door(scenario: Scenario, reach: float) -> Door | None:
         if between.any():
             width = np.where(between, gap + other_gap, np.inf)
             at = int(np.argmin(width))
-            doors.append(Door(float(width[at]), float(times[at]), f"{one} and {other}", path))
+            doors.append(DoorOnPath(float(width[at]), float(times[at]), f"{one} and {other}", path))
     return min(doors, default=None)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.policies import Policy
 from escort_mj.scenario.findings import Path
-from escort_mj.scenario.geometry.shapes import Solid, extent, in_space, nearest, rotation_matrix
+from escort_mj.scenario.geometry.shapes import Solid, extent, in_space, nearest_on_shape, rotation_matrix
 from escort_mj.scenario.schema.obstacle_tables import Drive, Motion
 
 Array = NDArray[np.float64]
@@ -69,7 +69,7 @@ class Body(NamedTuple):
         """How far points are outside it at the start, shape (k, p) -> (k,) [m]; negative inside."""
         if self.is_sphere:
             return np.asarray(np.linalg.norm(points - self.position, axis=1) - self.size[0])
-        return nearest(self.solid, in_space(points))[1]
+        return nearest_on_shape(self.solid, in_space(points))[1]
 
     def corners(self, axes: int) -> tuple[Array, Array]:
         """Lower and upper corner of the upright box around it at the start, shape (p,) each [m]."""

@@ -14,7 +14,7 @@ from escort_mj.scenario.geometry.opponents import opponent_bodies
 from escort_mj.scenario.geometry.shapes import bounding_radius, quaternion
 from escort_mj.scenario.geometry.teams import team_targets
 from escort_mj.scenario.geometry.trajectory import trajectory
-from escort_mj.scenario.geometry.walls import parts
+from escort_mj.scenario.geometry.walls import wall_boxes
 from escort_mj.scenario.schema.obstacle_tables import SPHERE_RADIUS, Drive, Motion, Obstacle
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -35,7 +35,7 @@ def obstacles_of(scenario: Scenario) -> tuple[Body, ...]:
 
 def fixed_obstacles(scenario: Scenario) -> tuple[Body, ...]:
     """Obstacles and walls that the scenario places itself: all but the clutter."""
-    return (*_obstacles(scenario), *parts(scenario))
+    return (*_obstacles(scenario), *wall_boxes(scenario))
 
 
 @lru_cache(maxsize=16)

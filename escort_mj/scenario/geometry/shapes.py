@@ -71,7 +71,7 @@ def in_space(points: Array) -> Array:
     return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
 
 
-def nearest(solid: Solid, points: Array) -> tuple[Array, Array]:
+def nearest_on_shape(solid: Solid, points: Array) -> tuple[Array, Array]:
     """The points of a solid's surface that are nearest to points, and how far those are outside.
 
     Args:
@@ -121,7 +121,7 @@ def outline(solid: Solid, axes: int) -> Array:
     """
     far = 1e4 * max(bounding_radius(solid.shape, solid.size, solid.vertices), 1e-3)
     center = solid.center * ([1.0, 1.0, 0.0] if axes == 2 else [1.0, 1.0, 1.0])
-    points = nearest(solid, center + far * in_space(outward(axes)))[0] - center
+    points = nearest_on_shape(solid, center + far * in_space(outward(axes)))[0] - center
     return np.asarray(points[:, :axes])
 
 

@@ -43,7 +43,7 @@ def wall_name(wall: Wall, index: int) -> str:
     return wall.name or f"wall_{index + 1}"
 
 
-def parts(scenario: Scenario) -> Iterator[Body]:
+def wall_boxes(scenario: Scenario) -> Iterator[Body]:
     """The boxes of all walls of a scenario."""
     for index, wall in enumerate(scenario.walls):
         boxes = [box for side in sides_of(wall) for stretch in side for box in _boxes(wall, stretch)]
@@ -70,12 +70,12 @@ def parts(scenario: Scenario) -> Iterator[Body]:
 def sides_of(wall: Wall) -> list[list[Stretch]]:
     """The stretches of a wall, or of the two of a corridor: to the left of its points first."""
     if wall.corridor is None:
-        return [stretches(wall, 0.0)]
+        return [offset_stretches(wall, 0.0)]
     aside = 0.5 * (wall.corridor + wall.thickness)
-    return [stretches(wall, aside), stretches(wall, -aside)]
+    return [offset_stretches(wall, aside), offset_stretches(wall, -aside)]
 
 
-def stretches(wall: Wall, aside: float) -> list[Stretch]:
+def offset_stretches(wall: Wall, aside: float) -> list[Stretch]:
     """The straight parts of a line at a distance to the left of a wall's points."""
     points = np.array(wall.points, dtype=float)[:, :2]
     legs = np.diff(points, axis=0)

@@ -88,10 +88,10 @@ def _tag(table: Node) -> str:
 def _words(node: Node) -> str:
     """Return the description of a key or table in one line, without the sections of a docstring."""
     text = re.split(r"\n\s*(?:Args|Attributes|Raises):\n", node.get("description", ""))[0]
-    return linked(" ".join(text.split()))
+    return with_links(" ".join(text.split()))
 
 
-def linked(text: str) -> str:
+def with_links(text: str) -> str:
     """Text for a page of docs/, with links to the pages that it names."""
     return re.sub(r"\(docs/(\w+)\.md\)", r"([\1](\1.md))", text)
 

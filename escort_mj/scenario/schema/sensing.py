@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from escort_mj.components.parameters import Parameters, Radius, Vector
 from escort_mj.scenario.schema.knowledge import steps_of
-from escort_mj.sensing.lidar import Lidar as LidarRays
+from escort_mj.sensing.lidar import LidarSensor as LidarRays
 from escort_mj.sensing.lidar import even_rays
 from escort_mj.sensing.sensors import Channel, Sensors
 

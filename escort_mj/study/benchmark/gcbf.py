@@ -21,7 +21,7 @@ from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import key_path
 from escort_mj.scenario.schema.scenario import Scenario
-from escort_mj.study.benchmark.worlds import Episode, Worlds
+from escort_mj.study.benchmark.worlds import BenchmarkEpisode, Worlds
 from escort_mj.study.sweeps.statistics import Proportion, proportion_of
 
 REACH = 2.0  # radii: within this distance of its goal an agent has reached it
@@ -74,7 +74,7 @@ DIFFERENCES = (
 )
 
 
-class Row(NamedTuple):
+class BenchmarkRow(NamedTuple):
     """What came of one episode.
 
     Attributes:
@@ -116,7 +116,7 @@ class Benchmark(NamedTuple):
     """
 
     worlds: Worlds
-    rows: list[Row]
+    rows: list[BenchmarkRow]
     safe: Proportion
     reach: Proportion
     success: Proportion
@@ -165,7 +165,7 @@ def _line(name: str, episodes: int, shares: list[str]) -> str:
     return f"  {f'{name} ({episodes})':<26}{shares[0]:>8}{shares[1]:>8}{shares[2]:>9}"
 
 
-def mission_of(base: Scenario, worlds: Worlds, episode: Episode) -> Scenario:
+def mission_of(base: Scenario, worlds: Worlds, episode: BenchmarkEpisode) -> Scenario:
     """Put a base scenario's team into a world.
 
     Args:
@@ -211,7 +211,7 @@ def mission_of(base: Scenario, worlds: Worlds, episode: Episode) -> Scenario:
     return base.replace(changes)
 
 
-def judge(flight: Flight, worlds: Worlds, episode: Episode) -> Row:
+def judge(flight: Flight, worlds: Worlds, episode: BenchmarkEpisode) -> BenchmarkRow:
     """Judge an episode, agent by agent.
 
     Args:
@@ -221,13 +221,15 @@ def judge(flight: Flight, worlds: Worlds, episode: Episode) -> Row:
     """
     trace = flight.recording
     if trace is None or not trace.sizes["time"]:
-        return Row(episode.episode, flight.outcome.value, worlds.robots, 0, 0, 0, 0, None, np.nan, np.nan)
+        return BenchmarkRow(
+            episode.episode, flight.outcome.value, worlds.robots, 0, 0, 0, 0, None, np.nan, np.nan
+        )
     goals = np.array(episode.goal, dtype=float)
     near = np.linalg.norm(trace["q"].values - goals, axis=2) < REACH * worlds.robot_radius
     safe = (trace["clearance"].values >= 0.0).all(axis=(0, 2))
     reached = near.any(axis=0)
     first = float(trace["time"].values[near.argmax(axis=0)].max())
-    return Row(
+    return BenchmarkRow(
         episode.episode,
         flight.outcome.value,
         worlds.robots,
@@ -274,7 +276,7 @@ def run_benchmark(
     )
 
 
-def _rows(worlds: Worlds, base: Scenario, threads: int, progress: Progress | None) -> Iterator[Row]:
+def _rows(worlds: Worlds, base: Scenario, threads: int, progress: Progress | None) -> Iterator[BenchmarkRow]:
     """Fly episodes and judge them, one after another."""
     missions = (mission_of(base, worlds, episode) for episode in worlds.episodes)
     flights = fly_many(missions, threads, traces=True)

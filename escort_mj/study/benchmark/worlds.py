@@ -62,7 +62,7 @@ class Ball(Parameters):
     """Its radius [m]."""
 
 
-class Episode(Parameters):
+class BenchmarkEpisode(Parameters):
     """One world: where agents start, where they go, and what stands in the way."""
 
     episode: NonNegativeInt = 0
@@ -106,7 +106,7 @@ class Worlds(Parameters):
     """Number of the rays by which the published controllers see boxes."""
     seed: NonNegativeInt = 0
     """What they were drawn from."""
-    episodes: Annotated[tuple[Episode, ...], Field(min_length=1)]
+    episodes: Annotated[tuple[BenchmarkEpisode, ...], Field(min_length=1)]
     """The worlds."""
 
     @property

@@ -14,8 +14,8 @@ from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import DOUBLE, inlined
 from escort_mj.native.memory import Layout, viewer
 from escort_mj.robots.attitude import ROTORS, Craft
-from escort_mj.robots.drive import Drive as DriveRow
 from escort_mj.robots.drive import DriveModel, Input
+from escort_mj.robots.drive import RobotDrive as DriveRow
 from escort_mj.robots.hydrodynamics import Vessel
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.geometry.placement import Placement

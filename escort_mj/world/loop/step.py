@@ -18,7 +18,7 @@ from escort_mj.monitor.clearances import is_noted, note_step
 from escort_mj.monitor.contacts import begin, settle, touch, touch_overlaps, touch_what_stands
 from escort_mj.monitor.mass import INT, kinetic_energy, mass_block
 from escort_mj.monitor.sampling import keep
-from escort_mj.monitor.truth import observe
+from escort_mj.monitor.truth import observe_truth
 from escort_mj.native.kernels import (
     DOUBLE,
     call_at,
@@ -169,7 +169,7 @@ def monitor(m: int, d: int, axes: int) -> None:
         if addresses.drives.shape[0] > 0:
             read_forces(d, state, addresses)
     if plan.truth:
-        observe(
+        observe_truth(
             plan,
             state,
             addresses,

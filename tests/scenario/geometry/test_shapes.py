@@ -8,7 +8,7 @@ from escort_mj.scenario.geometry.shapes import (
     Solid,
     bounding_radius,
     extent,
-    nearest,
+    nearest_on_shape,
     quaternion,
     rotation_matrix,
 )
@@ -57,11 +57,11 @@ def mujoco_distances(body: Solid, points: np.ndarray) -> np.ndarray:
 def test_distances_are_mujocos(shape: str):
     body = solid(shape)
     points = np.random.default_rng(3).normal(scale=2.0, size=(300, 3))
-    points = points[nearest(body, points)[1] > 0.02]
-    surface, distance = nearest(body, points)
+    points = points[nearest_on_shape(body, points)[1] > 0.02]
+    surface, distance = nearest_on_shape(body, points)
     np.testing.assert_allclose(distance, mujoco_distances(body, points), atol=2e-6)
     np.testing.assert_allclose(np.linalg.norm(points - surface, axis=1), distance, rtol=1e-12)
-    np.testing.assert_allclose(nearest(body, surface)[1], 0.0, atol=1e-9)
+    np.testing.assert_allclose(nearest_on_shape(body, surface)[1], 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -69,22 +69,22 @@ def test_inside_distances_are_negative_and_to_the_surface(shape: str):
     body = solid(shape)
     rng = np.random.default_rng(4)
     points = body.center + rng.normal(scale=0.15, size=(50, 3))
-    surface, distance = nearest(body, points)
+    surface, distance = nearest_on_shape(body, points)
     inside = distance < 0.0
     assert inside.sum() > 20
-    np.testing.assert_allclose(nearest(body, surface)[1], 0.0, atol=1e-9)
+    np.testing.assert_allclose(nearest_on_shape(body, surface)[1], 0.0, atol=1e-9)
     # Nothing outside is nearer than the surface: no point of a cloud within that distance is outside.
     for point, depth in zip(points[inside], -distance[inside], strict=True):
         cloud = rng.normal(size=(200, 3))
         cloud = point + 0.999 * depth * cloud / np.linalg.norm(cloud, axis=1, keepdims=True)
-        assert (nearest(body, cloud)[1] < 1e-9).all()
+        assert (nearest_on_shape(body, cloud)[1] < 1e-9).all()
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_extents_hold_the_shape_and_touch_it(shape: str):
     body = solid(shape)
     far = np.random.default_rng(5).normal(size=(20_000, 3))
-    surface, _ = nearest(body, body.center + 50.0 * far / np.linalg.norm(far, axis=1, keepdims=True))
+    surface, _ = nearest_on_shape(body, body.center + 50.0 * far / np.linalg.norm(far, axis=1, keepdims=True))
     low, high = extent(body)
     assert (surface >= low - 1e-9).all() and (surface <= high + 1e-9).all()
     np.testing.assert_allclose([surface.min(axis=0), surface.max(axis=0)], [low, high], atol=0.02)

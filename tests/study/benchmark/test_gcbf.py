@@ -13,7 +13,7 @@ from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.study.benchmark.gcbf import BASES, PEERS, judge, mission_of
-from escort_mj.study.benchmark.worlds import Episode, draw_worlds, read_worlds
+from escort_mj.study.benchmark.worlds import BenchmarkEpisode, draw_worlds, read_worlds
 
 
 def gaps(points: np.ndarray) -> np.ndarray:
@@ -90,10 +90,10 @@ def test_agents_are_judged_one_by_one() -> None:
     )
     flight = SimpleNamespace(recording=recording, outcome=Outcome.COMPLETED)
     worlds = draw_worlds(4, 4.0, 0, 1, seed=0)
-    row = judge(flight, worlds, Episode(start=goals, goal=goals))  # type: ignore[arg-type]
+    row = judge(flight, worlds, BenchmarkEpisode(start=goals, goal=goals))  # type: ignore[arg-type]
     assert row[1:] == ("completed", 4, 3, 3, 2, 2, None, 0.5, 0.3)
     recording["q"][3, 3] = [3.0, 0.0]
-    assert judge(flight, worlds, Episode(start=goals, goal=goals)).makespan == 3.0  # type: ignore[arg-type]
+    assert judge(flight, worlds, BenchmarkEpisode(start=goals, goal=goals)).makespan == 3.0  # type: ignore[arg-type]
 
 
 def test_a_file_of_worlds_is_flown(tmp_path: Path, compiled: None) -> None:

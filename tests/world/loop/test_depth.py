@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.shapes import Solid, nearest
+from escort_mj.scenario.geometry.shapes import Solid, nearest_on_shape
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
@@ -47,7 +47,7 @@ def way_out(solid: Solid, point: np.ndarray) -> float:
     low, high = np.zeros(360), np.full(360, 4.0)
     for _ in range(45):
         middle = 0.5 * (low + high)
-        inside = nearest(solid, point + middle[:, None] * rays)[1] < 0.0
+        inside = nearest_on_shape(solid, point + middle[:, None] * rays)[1] < 0.0
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
         first = low <= high.min()  # the others end later
         rays, low, high = rays[first], low[first], high[first]
@@ -67,7 +67,7 @@ def test_depth_and_way_out_are_exact_in_every_shape(axes: int, compiled: None) -
                 place = body.position + offset
                 point = np.zeros(3)
                 point[:axes] = place
-                gap = nearest(body.solid, point[None])[1][0]
+                gap = nearest_on_shape(body.solid, point[None])[1][0]
                 if gap > -1e-3:
                     continue
                 deep += 1
@@ -79,7 +79,7 @@ def test_depth_and_way_out_are_exact_in_every_shape(axes: int, compiled: None) -
                 behind = min(depth, RADIUS)
                 way[:axes] = (place - seen) / behind
                 assert np.linalg.norm(way) == pytest.approx(1.0, abs=1e-9)
-                on_surface = nearest(body.solid, (point + depth * way)[None])[1][0]
+                on_surface = nearest_on_shape(body.solid, (point + depth * way)[None])[1][0]
                 assert on_surface == pytest.approx(0.0, abs=1e-9), "the way out ends at the surface"
                 if axes == 3:
                     assert depth == pytest.approx(-gap, abs=1e-9)
@@ -99,7 +99,7 @@ def test_outside_the_gap_is_the_distance(compiled: None) -> None:
         for number, body in enumerate(obstacles_of(mission)):
             for offset in rng.normal(scale=1.5, size=(10, 3)):
                 place = body.position + offset
-                gap = nearest(body.solid, place[None])[1][0]
+                gap = nearest_on_shape(body.solid, place[None])[1][0]
                 if not 1e-3 < gap < world.setup.nearest_within:
                     continue
                 plant.data.qpos[:3] = place

@@ -8,7 +8,7 @@ from escort_mj.control.reference import ReferenceController
 from escort_mj.mission import fly
 from escort_mj.scenario import parse_scenario
 from escort_mj.scenario.geometry.obstacles import obstacles_of
-from escort_mj.scenario.geometry.shapes import in_space, nearest
+from escort_mj.scenario.geometry.shapes import in_space, nearest_on_shape
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
@@ -68,7 +68,7 @@ def points_by_geometry(world: World, scenario, state) -> np.ndarray:
         if body.is_sphere:
             seen.append(np.tile(body.position, (len(seers), 1)))
         else:
-            seen.append(nearest(body.solid, in_space(seers))[0][:, : scenario.axes])
+            seen.append(nearest_on_shape(body.solid, in_space(seers))[0][:, : scenario.axes])
     return np.stack(seen, axis=1)
 
 
