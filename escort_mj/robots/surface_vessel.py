@@ -63,7 +63,7 @@ class SurfaceVessel(RobotKind):
     """Moment of inertia about the vertical axis through the center of gravity, without added mass [kg m^2].
     """
     added_mass: Annotated[tuple[Coefficient, ...], Field(min_length=4, max_length=4)] | None = None
-    """Added mass in surge and sway [kg], in yaw [kg m^2] and coupling sway with yaw [kg m], at midship."""
+    """Added mass: in surge and in sway [kg], in yaw [kg m^2], and between sway and yaw [kg m], at midship."""
     surge_damping: Annotated[tuple[Coefficient, ...], Field(min_length=3, max_length=3)] | None = None
     """Resistance in surge: coefficients of u, abs(u) u and u^3 [kg/s, kg/m, kg s/m^2]."""
     sway_damping: Annotated[tuple[Coefficient, ...], Field(min_length=6, max_length=6)] | None = None
