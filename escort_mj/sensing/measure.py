@@ -45,7 +45,7 @@ def measure_all(plan: Plan, state: State) -> None:
 
 @on_demand_unrolled
 def take_measurements(plan: Plan, state: State) -> None:
-    """As `measure`, with sensors that are not perfect."""
+    """As `measure_all`, with sensors that are not perfect."""
     n, p = state.q.shape
     step, noise = int(state.step[0]), plan.sensor_noise
     per_robot = int(noise[0] > 0.0) + int(noise[1] > 0.0)
