@@ -10,13 +10,12 @@ from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Measure, Metric
 from escort_mj.record.recording import sealed
 from escort_mj.record.team import of_team, team_names
-from escort_mj.record.window import window
+from escort_mj.record.window import OVERS, Span, rate_of, window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
     from escort_mj.record.recording import Recorded
 
-TAIL = 0.2  # share of a run that counts as its steady state
 EMPTY = "the run has no sample in the window"
 DEAR = "takes long with so many robots and samples; measured where an expectation names it"
 SHIPPED = {metric.name: metric for metric in METRICS}
@@ -42,7 +41,7 @@ def measure(
 def measures_of(
     trace: Recorded, metrics: Sequence[Metric] = METRICS, wanted: Collection[str] = ()
 ) -> dict[str, Measure]:
-    """Return every metric: over the whole run or, for steady state, over its last fifth.
+    """Return every metric over what it looks at by default: the whole run or, for steady state, its tail.
 
     Those of teams follow, under names such as `van.radius_error_mean`.
 
@@ -59,10 +58,9 @@ def measures_of(
         *((f"{name}.", of_team(trace, name), of_teams) for name in team_names(trace)),
     ]
     for before, view, listed in views:
-        whole = sealed(view)
-        tail = sealed(window(whole, (1.0 - TAIL) * float(trace["time"][-1])))
+        parts = {over: sealed(Span(over).of(view)) for over in OVERS}
         for metric in listed:
-            part, name = tail if metric.tail else whole, before + metric.name
+            part, name = parts[metric.over], before + metric.name
             skipped = metric.dear is not None and name not in wanted and metric.dear(part)
             found[name] = Measure(None, reason=DEAR) if skipped else metric.of(part)
     return found
@@ -76,7 +74,7 @@ def summarize(
     wall_time: float,
     metrics: Sequence[Metric] = METRICS,
 ) -> dict[str, Any]:
-    """Contents of metrics.json: every metric, over the run or, for steady state, over its last fifth.
+    """Contents of metrics.json: every metric, what it means, and what it looks at.
 
     Args:
         found: What `measures_of` says of the trace.
@@ -88,7 +86,8 @@ def summarize(
     """
     time = trace["time"].values
     reached = float(time[-1]) if len(time) else 0.0
-    tail = float(window(trace, (1.0 - TAIL) * reached)["time"][0]) if len(time) else 0.0
+    begins = {over: float(Span(over).of(trace)["time"][0]) if len(time) else 0.0 for over in OVERS}
+    rates = {True: 1.0 / float(trace.attrs["timestep"]), False: rate_of(trace)}
     summary: dict[str, Any] = {
         "run": {
             "outcome": outcome.value,
@@ -104,7 +103,11 @@ def summarize(
         summary[name] = {
             "value": one.value,
             "unit": metric.unit,
-            "window": [tail if metric.tail else 0.0, reached],
+            "meaning": metric.meaning,
+            "over": metric.over,
+            "window": [begins[metric.over], reached],
+            "read": metric.read,
+            "rate": rates[metric.every_step],
             "time": one.time,
             "who": one.who,
         } | ({"reason": one.reason} if one.reason else {})

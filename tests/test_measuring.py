@@ -27,7 +27,12 @@ class TestSummary:
         for metric in METRICS:
             entry = summary[metric.name]
             assert entry["unit"] == metric.unit
-            assert entry["window"] == [8.0 if metric.tail else 0.0, 10.0]
+            assert entry["meaning"] == metric.meaning
+            assert (entry["over"], entry["window"]) == (
+                metric.over,
+                [8.0 if metric.over == "tail" else 0.0, 10.0],
+            )
+            assert entry["rate"] == pytest.approx(500.0 if metric.every_step else 50.0)
             assert entry["value"] is not None or entry["infinite"], metric.name
 
     def test_steady_state_is_the_last_fifth(self, make_trace):

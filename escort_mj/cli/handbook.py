@@ -16,7 +16,11 @@ TITLES = {
     "metrics": (
         "Metrics",
         "This page lists every metric in `metrics.json`; expectations can set bounds on them. "
-        "`escort-mj list metrics --markdown` writes this page.",
+        "`escort-mj list metrics --markdown` writes this page.\n\n"
+        "The *window* is the part of a run that `metrics.json` and the tables of studies look at: the whole "
+        "run, or its [tail](glossary.md), which is the last fifth of the time that was simulated. "
+        "An expectation has a window of its own ([verdicts](verdicts.md)). *Read* says when a metric looks: "
+        "at every physics step (`physics.timestep`), or at the samples (`recording.rate`).",
     ),
     "signals": (
         "Signals",

@@ -50,11 +50,20 @@ class Listed(NamedTuple):
         name: Its name.
         unit: SI unit; empty where it has none.
         meaning: One sentence.
+        window: Of a metric: the part of a run that it looks at.
+        read: Of a metric: when it looks, at every physics step or at the samples.
     """
 
     name: str
     unit: str
     meaning: str
+    window: str = ""
+    read: str = ""
+
+    def document(self) -> dict[str, str]:
+        """Return what there is of it, for programs."""
+        more = {"window": self.window, "read": self.read} if self.window else {}
+        return {"name": self.name, "unit": self.unit, "meaning": self.meaning} | more
 
 
 @app.command("list")
@@ -77,7 +86,7 @@ def list_command(
         "list",
         as_json,
         () if markdown else _lines(found, kind is None),
-        found={name: [entry._asdict() for entry in entries] for name, entries in found.items()},
+        found={name: [entry.document() for entry in entries] for name, entries in found.items()},
     )
 
 
@@ -90,7 +99,8 @@ def _lines(found: Mapping[Kind, list[Listed]], short: bool) -> Iterator[str]:
         width = max((len(entry.name) for entry in entries), default=0)
         for entry in entries:
             unit = f" [{entry.unit}]" if entry.unit else ""
-            yield f"  {entry.name:{width}}  {entry.meaning}{unit}"
+            window = f"; {entry.window}, {entry.read}" if entry.window else ""
+            yield f"  {entry.name:{width}}  {entry.meaning}{unit}{window}"
     if short:
         yield f"escort-mj list {next(iter(found))} says what each is, and likewise for the others"
 
@@ -106,13 +116,12 @@ def _page(found: Mapping[Kind, list[Listed]]) -> Iterator[str]:
             continue
         title, introduction = TITLES.get(kind, (kind.capitalize(), ""))
         yield from (f"# {title}\n", f"{introduction}\n")
-        units = any(entry.unit for entry in entries)
-        head = ["name", *(["unit"] if units else []), "meaning"]
+        told = [name for name in ("unit", "window", "read") if any(getattr(entry, name) for entry in entries)]
         rows = [
-            [f"`{entry.name}`", *([entry.unit] if units else []), _sentence(entry.meaning)]
+            [f"`{entry.name}`", *(getattr(entry, name) for name in told), _sentence(entry.meaning)]
             for entry in entries
         ]
-        yield from markdown(head, rows)
+        yield from markdown(["name", *told, "meaning"], rows)
 
 
 def _sentence(text: str) -> str:
@@ -152,7 +161,7 @@ def _metrics(plugins: Sequence[str]) -> Iterator[Listed]:
     from escort_mj.metrics import METRICS
 
     for metric in METRICS:
-        yield Listed(metric.name, metric.unit, metric.meaning)
+        yield Listed(metric.name, metric.unit, metric.meaning, metric.span.words, metric.read)
 
 
 def _expectations(plugins: Sequence[str]) -> Iterator[Listed]:

@@ -10,7 +10,7 @@ from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.measuring import EMPTY
 from escort_mj.record.recording import sealed
 from escort_mj.record.team import of_team
-from escort_mj.record.window import window
+from escort_mj.record.window import when, window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
@@ -210,9 +210,3 @@ class Deadline(Expectation):
     def when(self) -> str:
         """Its window in words."""
         return f" by {self.by:g} s{when(0.0, self.before)}"
-
-
-def when(after: float, before: float | None) -> str:
-    """A window in words."""
-    start = f" after {after:g} s" if after > 0.0 else ""
-    return start + ("" if before is None else f" before {before:g} s")

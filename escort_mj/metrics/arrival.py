@@ -32,7 +32,7 @@ def at_goal(trace: Recorded, reach: float) -> NDArray[np.bool_]:
     return np.asarray(there | lost(trace))
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=31)
+@metric(unit="m", over="tail", grows=True, watched=False, rank=31)
 def goal_distance_max(trace: Recorded) -> Measure:
     """Largest distance of a robot from its goal."""
     distance = goal_distance(trace)
@@ -41,7 +41,7 @@ def goal_distance_max(trace: Recorded) -> Measure:
     return largest_of(trace, distance, robot)
 
 
-@metric(unit="s", watched=False, rank=32)
+@metric(unit="s", watched=False, rank=32, moment=True)
 def arrival_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within `reach` of its last goal (the makespan)."""
     if "goal" not in trace:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-@metric(unit="s", watched=False)
+@metric(unit="s", watched=False, every_step=True, moment=True)
 def caught(trace: Recorded) -> Measure:
     """Time at which a robot first touches the target."""
     if not escorts(trace):

@@ -77,7 +77,7 @@ def _dear(trace: Recorded) -> bool:
     return trace.sizes["episode"] * trace.sizes["body"] > DEAR
 
 
-@metric(unit="1", grows=True, watched=False, rank=185, dear=_dear)
+@metric(unit="1", grows=True, watched=False, rank=185, dear=_dear, every_step=True)
 def touches_unexplained(trace: Recorded) -> Measure:
     """Number of touches that involve a robot and have no known cause (see the page on avoidance)."""
     found = [touch for touch in causes_of(trace) if touch.cause == UNEXPLAINED]

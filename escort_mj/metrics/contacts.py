@@ -23,7 +23,7 @@ def touches_within(trace: Recorded) -> Recorded:
     return found if apart.all() else found.isel(episode=apart)
 
 
-@metric(unit="1", grows=True, watched=False, rank=180)
+@metric(unit="1", grows=True, watched=False, rank=180, every_step=True)
 def contacts(trace: Recorded) -> Measure:
     """Number of touches between robots, target, obstacles and walls."""
     found = touches_within(trace)
@@ -35,7 +35,7 @@ def contacts(trace: Recorded) -> Measure:
     )
 
 
-@metric(unit="N", grows=True, watched=False, rank=190)
+@metric(unit="N", grows=True, watched=False, rank=190, every_step=True)
 def contact_force_max(trace: Recorded) -> Measure:
     """Largest normal force between robots, target, obstacles and walls."""
     found = touches_within(trace)
@@ -48,7 +48,7 @@ def contact_force_max(trace: Recorded) -> Measure:
     return Measure(float(forces[hardest]), float(found["episode_peak_time"][hardest]), pair(found, hardest))
 
 
-@metric(unit="1", grows=True, watched=False, rank=200)
+@metric(unit="1", grows=True, watched=False, rank=200, every_step=True)
 def contacts_untold(trace: Recorded) -> Measure:
     """Number of contacts that did not fit into the contact log."""
     total = trace["contacts_untold"].values

@@ -40,7 +40,7 @@ def obstacle_distance_min(trace: Recorded) -> Measure:
     return least_of(trace, flat, lambda index: (*robot(index // count), str(names[index % count])))
 
 
-@metric(unit="m", least=-math.inf, more_is_better=True, rank=140)
+@metric(unit="m", least=-math.inf, more_is_better=True, rank=140, every_step=True)
 def obstacle_clearance_min(trace: Recorded) -> Measure:
     """Minimum distance between a robot and an obstacle or wall, surface to surface."""
     return _clearance(trace, ("obstacles", "walls"), UNOBSTRUCTED)
@@ -53,7 +53,7 @@ def robot_distance_min(trace: Recorded) -> Measure:
     return least_of(trace, trace[name].values, robot) if name in trace else Measure(None, reason=ALONE)
 
 
-@metric(unit="m", least=-math.inf, more_is_better=True, rank=160)
+@metric(unit="m", least=-math.inf, more_is_better=True, rank=160, every_step=True)
 def robot_clearance_min(trace: Recorded) -> Measure:
     """Minimum distance between two robots, surface to surface."""
     return _clearance(trace, ("robots",), ALONE)

@@ -14,26 +14,26 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-@metric(unit="N", tail=True, watched=False, rank=90)
+@metric(unit="N", watched=False, rank=90, every_step=True)
 def force_rms(trace: Recorded) -> Measure:
     """Root mean square of a robot's force, over every physics step."""
     square = rate(trace, "effort")
     return square if square.value is None else Measure(math.sqrt(square.value))
 
 
-@metric(unit="N/s", tail=True, watched=False, rank=100)
+@metric(unit="N/s", watched=False, rank=100, every_step=True)
 def chattering(trace: Recorded) -> Measure:
     """Total variation of a robot's force per second, mean over robots."""
     return rate(trace, "force_variation")
 
 
-@metric(unit="J", grows=True, watched=False, rank=120)
+@metric(unit="J", grows=True, watched=False, rank=120, every_step=True)
 def energy(trace: Recorded) -> Measure:
     """Integral of |force . velocity|, sum over robots."""
     return gained(trace, "work")
 
 
-@metric(unit="J", grows=True, watched=False, rank=122)
+@metric(unit="J", grows=True, watched=False, rank=122, every_step=True)
 def target_energy(trace: Recorded) -> Measure:
     """Integral of |driving force . velocity| of the target, or the sum over all targets of teams."""
     targets = ["target"]
@@ -42,7 +42,7 @@ def target_energy(trace: Recorded) -> Measure:
     return _driven(trace, targets, "no force drives the target" if escorts(trace) else NO_TARGET)
 
 
-@metric(unit="J", grows=True, watched=False, rank=124)
+@metric(unit="J", grows=True, watched=False, rank=124, every_step=True)
 def opponents_energy(trace: Recorded) -> Measure:
     """Integral of |driving force . velocity| of opponents on their way, sum over opponents."""
     count = trace.sizes["opponent"] if "opponent_status" in trace else 0
@@ -60,7 +60,7 @@ def _driven(trace: Recorded, names: list[str], reason: str) -> Measure:
     return Measure(float((work[-1] - work[0]).sum()))
 
 
-@metric(unit="1", most=1.0, watched=False, rank=170)
+@metric(unit="1", most=1.0, watched=False, rank=170, every_step=True)
 def saturated_share(trace: Recorded) -> Measure:
     """Share of time with a robot's motor at its limit, mean over robots."""
     return rate(trace, "saturated_time")

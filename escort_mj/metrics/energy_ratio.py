@@ -19,7 +19,7 @@ UNKNOWN = "the least energy of so many robots was not looked for"
 LEFT_ALONE = "a single robot is left"
 
 
-@metric(unit="1", tail=True, least=1.0, grows=True, watched=False, rank=60, of_team=True)
+@metric(unit="1", over="tail", least=1.0, grows=True, watched=False, rank=60, of_team=True)
 def energy_ratio(trace: Recorded) -> Measure:
     """Largest Coulomb energy of the robots' directions, divided by the lowest known energy (1 if even)."""
     ratios = energy_ratios(trace)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-@metric(unit="s", watched=False, more_is_better=True, dear=takes_long, of_team=True)
+@metric(unit="s", watched=False, more_is_better=True, dear=takes_long, of_team=True, moment=True)
 def escaped(trace: Recorded) -> Measure:
     """Time from which the target stays outside the robots' convex hull until the end."""
     if not escorts(trace):

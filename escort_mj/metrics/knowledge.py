@@ -69,7 +69,7 @@ def _nothing(trace: Recorded) -> Measure | None:
     return Measure(None, reason=ALL_LOST) if lost(trace).all() else None
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=50, of_team=True)
+@metric(unit="m", over="tail", grows=True, watched=False, rank=50, of_team=True)
 def estimate_error_rms(trace: Recorded) -> Measure:
     """Root mean square of the distance between the robots' estimates of the target and the target."""
     if nothing := _nothing(trace):
@@ -77,7 +77,7 @@ def estimate_error_rms(trace: Recorded) -> Measure:
     return Measure(float(np.sqrt(np.nanmean(estimate_error(trace) ** 2))))
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=51, of_team=True)
+@metric(unit="m", over="tail", grows=True, watched=False, rank=51, of_team=True)
 def disagreement_max(trace: Recorded) -> Measure:
     """Largest distance of a robot's estimate of the target from the mean of all estimates."""
     if nothing := _nothing(trace):
@@ -90,7 +90,7 @@ def disagreement_max(trace: Recorded) -> Measure:
     return largest_of(trace, off, robot)
 
 
-@metric(unit="s", tail=True, grows=True, watched=False, rank=52, of_team=True)
+@metric(unit="s", over="tail", grows=True, watched=False, rank=52, of_team=True)
 def information_age_max(trace: Recorded) -> Measure:
     """Largest age of the newest measurement of the target that a robot knows of."""
     if nothing := _nothing(trace):
@@ -99,7 +99,7 @@ def information_age_max(trace: Recorded) -> Measure:
     return largest_of(trace, age, robot)
 
 
-@metric(unit="1", tail=True, watched=False, rank=53, of_team=True)
+@metric(unit="1", over="tail", watched=False, rank=53, of_team=True)
 def estimate_consistency(trace: Recorded) -> Measure:
     """Mean normalized estimation error squared (NEES) of the position, per axis; 1 if consistent."""
     if nothing := _nothing(trace):
@@ -112,13 +112,13 @@ def estimate_consistency(trace: Recorded) -> Measure:
     return Measure(float((off[left] * solved).sum(axis=1).mean() / off.shape[2]))
 
 
-@metric(unit="1/s", watched=False, rank=54)
+@metric(unit="1/s", watched=False, rank=54, every_step=True)
 def message_rate(trace: Recorded) -> Measure:
     """Messages sent per second, mean over robots."""
     return _per_second(trace, "messages_sent")
 
 
-@metric(unit="1", most=1.0, watched=False, rank=55)
+@metric(unit="1", most=1.0, watched=False, rank=55, every_step=True)
 def messages_lost_share(trace: Recorded) -> Measure:
     """Share of messages that are lost on the way to robots in range."""
     if "messages_lost" not in trace:

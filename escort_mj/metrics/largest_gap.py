@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@metric(unit="rad", tail=True, most=2.0 * math.pi, grows=True, watched=False, dear=takes_long, of_team=True)
+@metric(unit="rad", over="tail", most=2.0 * math.pi, grows=True, watched=False, dear=takes_long, of_team=True)
 def largest_gap(trace: Recorded) -> Measure:
     """Largest angle of a sector (in the plane) or a cone (in space) at the target that contains no robot."""
     if not escorts(trace):

@@ -10,14 +10,16 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from escort_mj.control.custom.place import place_of
-from escort_mj.errors import NotLoggedError
+from escort_mj.errors import NotLoggedError, UsageError
 from escort_mj.record.recording import sealed
+from escort_mj.record.window import OVERS, Over, Span
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 F = TypeVar("F", bound=Callable[..., Any])
 _MARK = "__escort_mj_metric__"
+KINDS = ("mean", "max", "min", "rms", "share")  # last words of names that say of what kind a number is
 
 Bodies = tuple[str, ...]
 
@@ -62,7 +64,7 @@ class Metric(NamedTuple):
         unit: SI unit, `1` for none.
         meaning: One sentence for the docs.
         function: What measures it: of a trace, a number, a `Measure`, or None.
-        tail: Whether the run's own summary looks at its tail only (steady state) instead of all of it.
+        over: What the run's own summary looks at: the `whole` run, or its `tail` (steady state).
         least: No value is below this.
         most: No value is above this.
         grows: Whether it can only grow as its window does.
@@ -71,13 +73,15 @@ class Metric(NamedTuple):
         dear: Says of a trace whether measuring it takes long; None for a metric that is always quick.
         rank: Where tables list it, in ascending order; equal ones by name.
         of_team: Whether it is of robots around a target: in missions with several teams, of each by itself.
+        every_step: Whether it counts every physics step; otherwise it is read at the samples.
+        moment: Whether it is a moment of the run, which is looked for in all of it.
     """
 
     name: str
     unit: str
     meaning: str
     function: Callable[[Any], Any]
-    tail: bool = False
+    over: Over = "whole"
     least: float = 0.0
     most: float = math.inf
     grows: bool = False
@@ -86,6 +90,24 @@ class Metric(NamedTuple):
     dear: Callable[[Any], bool] | None = None
     rank: float = math.inf
     of_team: bool = False
+    every_step: bool = False
+    moment: bool = False
+
+    @property
+    def title(self) -> str:
+        """Its name in words, as heads of tables have it: `radius error, mean`."""
+        words, _, kind = self.name.replace("_", " ").rpartition(" ")
+        return f"{words}, {kind}" if words and kind in KINDS else self.name.replace("_", " ")
+
+    @property
+    def span(self) -> Span:
+        """What the run's own summary looks at."""
+        return Span(self.over)
+
+    @property
+    def read(self) -> str:
+        """When it looks at a run: at every physics step, or at the samples."""
+        return "every step" if self.every_step else "samples"
 
     def of(self, trace: Recorded) -> Measure:
         """Return its value over all of a trace; an error of its function gives no value but the reason."""
@@ -105,7 +127,7 @@ class Metric(NamedTuple):
 def metric(
     *,
     unit: str,
-    tail: bool = False,
+    over: Over = "whole",
     least: float = 0.0,
     most: float = math.inf,
     grows: bool = False,
@@ -114,6 +136,9 @@ def metric(
     dear: Callable[[Any], bool] | None = None,
     rank: float = math.inf,
     of_team: bool = False,
+    every_step: bool = False,
+    moment: bool = False,
+    tail: object = None,
 ) -> Callable[[F], F]:
     """Make a function of a trace a metric: in metrics.json, and in expectations, by the function's name.
 
@@ -123,7 +148,8 @@ def metric(
 
     Args:
         unit: SI unit, `1` for none.
-        tail: Whether the run's own summary looks at its last fifth only (steady state).
+        over: What the run's own summary looks at: the `whole` run, or its `tail`, which is its last fifth
+            (steady state).
         least: No value is below this.
         most: No value is above this.
         grows: Whether it can only grow as its window does, as a largest value does.
@@ -134,7 +160,20 @@ def metric(
             where an expectation of the scenario names it.
         rank: Where tables list it, in ascending order; equal ones by name, those without one at the end.
         of_team: Whether it is of robots around a target: in missions with several teams, of each by itself.
+        every_step: Whether it counts every physics step, as what reads running totals, the contact log or
+            what is watched between samples does; otherwise it is read at the samples.
+        moment: Whether it is a moment of the run, which is looked for in all of it.
+        tail: Of earlier versions; `over` says it now.
+
+    Raises:
+        UsageError: If `over` is none of these, or `tail` is given.
     """
+    if tail is not None:
+        raise UsageError(
+            '@metric(tail=...): write over="tail" for the last fifth of the run, or over="whole"'
+        )
+    if over not in OVERS:
+        raise UsageError(f"@metric(over={over!r}): allowed are {' and '.join(map(repr, OVERS))}")
 
     def mark(function: F) -> F:
         meaning = _uncapitalized(" ".join((function.__doc__ or "").split("\n\n")[0].split()).rstrip("."))
@@ -144,7 +183,7 @@ def metric(
             unit,
             meaning,
             function,
-            tail,
+            over,
             least,
             most,
             grows,
@@ -153,6 +192,8 @@ def metric(
             dear,
             rank,
             of_team,
+            every_step,
+            moment,
         )
         setattr(function, _MARK, made)
         return function

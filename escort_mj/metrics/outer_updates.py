@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-@metric(unit="1/s", watched=False, rank=110)
+@metric(unit="1/s", watched=False, rank=110, every_step=True)
 def outer_update_rate(trace: Recorded) -> Measure:
     """Updates by the outer loop per second, mean over robots."""
     return rate(trace, "outer_updates")

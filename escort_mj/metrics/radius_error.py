@@ -30,19 +30,19 @@ def _nothing(trace: Recorded) -> Measure | None:
     return Measure(None, reason=ALL_LOST) if lost(trace).all() else None
 
 
-@metric(unit="m", tail=True, watched=False, rank=10, of_team=True)
+@metric(unit="m", over="tail", watched=False, rank=10, of_team=True)
 def radius_error_mean(trace: Recorded) -> Measure:
     """Mean over time and robots of | |q - c| - radius |."""
     return _nothing(trace) or Measure(mean(trace, np.abs(radius_error(trace))))
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=20, of_team=True)
+@metric(unit="m", over="tail", grows=True, watched=False, rank=20, of_team=True)
 def radius_error_max(trace: Recorded) -> Measure:
     """Largest | |q - c| - radius |."""
     return _nothing(trace) or largest_of(trace, np.abs(radius_error(trace)), robot)
 
 
-@metric(unit="s", watched=False, rank=30, of_team=True)
+@metric(unit="s", watched=False, rank=30, of_team=True, moment=True)
 def settling_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within 5 % of the radius."""
     if nothing := _nothing(trace):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-@metric(unit="1", grows=True, rank=210)
+@metric(unit="1", grows=True, rank=210, every_step=True)
 def tunneling(trace: Recorded) -> Measure:
     """Largest possible approach of two bodies per step, relative to the least thickness; tunneling above 1.
 
@@ -29,7 +29,7 @@ def tunneling(trace: Recorded) -> Measure:
     return largest_of(trace, steps / float(thickness.min()), lambda index: bodies)
 
 
-@metric(unit="J", grows=True, rank=220)
+@metric(unit="J", grows=True, rank=220, every_step=True)
 def kinetic_energy_max(trace: Recorded) -> Measure:
     """Largest kinetic energy of all freely moving bodies, at any physics step."""
     return largest_of(trace, trace["kinetic_energy"].values[:, None], nobody)

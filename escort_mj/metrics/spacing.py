@@ -37,7 +37,7 @@ def _edge(trace: Recorded) -> Callable[[int], Bodies]:
     return lambda index: (f"robot_{pairs[index, 0]}", f"robot_{pairs[index, 1]}")
 
 
-@metric(unit="m", tail=True, watched=False, rank=40, of_team=True)
+@metric(unit="m", over="tail", watched=False, rank=40, of_team=True)
 def spacing_error_mean(trace: Recorded) -> Measure:
     """Mean absolute deviation of the neighbor distances from even spacing."""
     error = spacing_error(trace)
@@ -46,7 +46,7 @@ def spacing_error_mean(trace: Recorded) -> Measure:
     return Measure(None, reason=BROKEN) if np.isnan(error).all() else Measure(mean(trace, np.abs(error)))
 
 
-@metric(unit="m", tail=True, grows=True, watched=False, rank=50, of_team=True)
+@metric(unit="m", over="tail", grows=True, watched=False, rank=50, of_team=True)
 def spacing_error_max(trace: Recorded) -> Measure:
     """Largest absolute deviation of a neighbor distance from even spacing."""
     error = spacing_error(trace)

@@ -20,13 +20,13 @@ def _rms(trace: Recorded, name: str) -> Measure:
     return Measure(math.sqrt(mean(trace, square)))
 
 
-@metric(unit="m", tail=True, watched=False, rank=70)
+@metric(unit="m", over="tail", watched=False, rank=70)
 def tracking_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |e|."""
     return _rms(trace, "e")
 
 
-@metric(unit="m/s", tail=True, watched=False, rank=80)
+@metric(unit="m/s", over="tail", watched=False, rank=80)
 def velocity_error_rms(trace: Recorded) -> Measure:
     """Root mean square of |e_dot|."""
     return _rms(trace, "e_dot")

@@ -81,8 +81,9 @@ VERDICT_MORE: dict[str, Kinds] = {
 }  # fmt: skip
 METRIC: dict[str, Kinds] = {
     **dict.fromkeys(("value", "time"), MAYBE),
-    **dict.fromkeys(("unit", "who", "reason"), WORDS),
+    **dict.fromkeys(("unit", "meaning", "over", "read", "who", "reason"), WORDS),
     "window": (list,),
+    "rate": MAYBE,
 }
 """Entries of the JSON files of a run folder, and what they are."""
 

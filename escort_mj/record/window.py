@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast, get_args
 
 import numpy as np
 
 from escort_mj.numerics.steps import SLACK
 
 if TYPE_CHECKING:
-    from escort_mj.record.recording import Part
+    from escort_mj.record.recording import Part, Recorded
+
+Over = Literal["whole", "tail"]
+OVERS: tuple[Over, ...] = get_args(Over)
+TAIL = 0.2
+"""Share of a run that is its *tail*, which counts as its steady state: the last fifth."""
+WORDS = {"whole": "whole run", "tail": "last fifth"}
 
 NOTHING_YET: dict[str, Any] = {  # the worst, and whose, where nothing was watched since the previous sample
     "clearance": math.inf,
@@ -20,6 +26,47 @@ NOTHING_YET: dict[str, Any] = {  # the worst, and whose, where nothing was watch
     "target_speed_max": 0.0,
     "obstacle_speed_max": 0.0,
 }
+
+
+class Span(NamedTuple):
+    """A part of a run that something looks at: all of it, its tail, or what lies between two times.
+
+    Attributes:
+        over: `whole` or `tail`; None where the times say it.
+        after: Start [s].
+        before: End [s]; None for the end of the run.
+    """
+
+    over: Over | None = None
+    after: float = 0.0
+    before: float | None = None
+
+    def bounds(self, end: float) -> tuple[float, float | None]:
+        """Return its start and end in a run that ends at a time [s]; None for the end of the run."""
+        return (1.0 - TAIL) * end if self.over == "tail" else self.after, self.before
+
+    def of(self, trace: Part) -> Part:
+        """Return the samples of a run that it looks at."""
+        time = trace["time"].values
+        return window(trace, *self.bounds(float(time[-1]))) if len(time) else trace
+
+    @property
+    def words(self) -> str:
+        """What it is, as heads of tables say it."""
+        return WORDS[self.over] if self.over else when(self.after, self.before).strip() or WORDS["whole"]
+
+
+def when(after: float, before: float | None) -> str:
+    """Return a window of time in words, after a space; nothing for the whole run."""
+    start = f" after {after:g} s" if after > 0.0 else ""
+    return start + ("" if before is None else f" before {before:g} s")
+
+
+def rate_of(trace: Recorded) -> float | None:
+    """Return how many samples a trace has per second [1/s], most of the time; None of fewer than two."""
+    time, timestep = trace["time"].values, float(trace.attrs["timestep"])
+    steps = np.rint(np.diff(time) / timestep)
+    return 1.0 / (float(np.median(steps)) * timestep) if len(steps) else None
 
 
 def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part:

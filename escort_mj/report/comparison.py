@@ -26,8 +26,8 @@ DRAWN = {
     "true_error_rms": "Tail rms |e|, without noise",
     "true_error_max": "Largest |e|, without noise",
     "velocity_error_rms": "Tail rms |ė|",
-    "force_rms": "Tail rms force",
-    "chattering": "Chattering in the tail",
+    "force_rms": "rms force, whole run",
+    "chattering": "Chattering, whole run",
     "obstacle_clearance_min": "Least clearance to an obstacle",
     "robot_clearance_min": "Least clearance between robots",
 }

@@ -2,6 +2,7 @@ import sys
 
 import pytest
 
+from escort_mj.errors import UsageError
 from escort_mj.measuring import measure
 from escort_mj.metrics import METRICS, radius_error
 from escort_mj.metrics.metric import Metric, metric, metric_of, metrics_of
@@ -109,3 +110,26 @@ class TestFound:
         assert [one.name for one in brought] == ["radius_error_mean", "radius_error_max", "settling_time"]
         assert metrics_of(radius_error, "escort_mj.metrics") == brought
         assert metrics_of(radius_error, __name__) == metrics_of(sys.modules[__name__], "escort_mj") == []
+
+
+class TestWhatItLooksAt:
+    @pytest.mark.parametrize("old", [True, False])
+    def test_the_argument_of_earlier_versions_says_what_to_write(self, old):
+        with pytest.raises(UsageError, match='write over="tail" for the last fifth'):
+            metric(unit="m", tail=old)
+
+    def test_a_part_of_a_run_that_there_is_not(self):
+        with pytest.raises(UsageError, match="'tial'.*'whole' and 'tail'"):
+            metric(unit="m", over="tial")
+
+    @pytest.mark.parametrize(
+        ("name", "title"),
+        [
+            ("radius_error_mean", "radius error, mean"),
+            ("settling_time", "settling time"),
+            ("rms", "rms"),
+            ("my_own", "my own"),
+        ],
+    )
+    def test_its_title(self, name, title):
+        assert Metric(name, "1", "meaning", len).title == title

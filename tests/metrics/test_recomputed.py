@@ -223,11 +223,11 @@ class Recomputed:
         return math.sqrt((norm(self.e_dot)[self.late] ** 2).mean())
 
     def force_rms(self) -> float:
-        return math.sqrt(self.mean_of(norm(self.force) ** 2, self.late))
+        return math.sqrt(self.mean_of(norm(self.force) ** 2, self.alive))
 
     def chattering(self) -> float:
         change = np.abs(np.diff(self.force, axis=0, prepend=self.force[:1])).sum(axis=2)
-        return self.mean_of(change / DT, self.late)
+        return self.mean_of(change / DT, self.alive)
 
     def outer_update_rate(self) -> float:
         return self.mean_of(np.diff(self.runs, axis=0, prepend=self.runs[:1]) / DT, self.alive)

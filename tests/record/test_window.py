@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from escort_mj.measuring import measure
-from escort_mj.record.window import window
+from escort_mj.record.window import TAIL, WORDS, Span, rate_of, window
 from escort_mj.signals import SIGNALS
 from tests.metrics.motions import TIME
 from tests.synthetic import as_recording
@@ -64,3 +64,27 @@ class TestWatchedBetweenSamples:
             "clearance_body",
             "target_clearance_body",
         }
+
+
+class TestSpans:
+    @pytest.mark.parametrize(
+        ("span", "first", "last", "words"),
+        [
+            (Span(), 0.0, 10.0, "whole run"),
+            (Span("whole"), 0.0, 10.0, "whole run"),
+            (Span("tail"), 8.0, 10.0, "last fifth"),
+            (Span(after=2.0), 2.0, 10.0, "after 2 s"),
+            (Span(before=4.0), 0.0, 4.0, "before 4 s"),
+            (Span(None, 2.0, 4.0), 2.0, 4.0, "after 2 s before 4 s"),
+        ],
+    )
+    def test_what_they_hold_and_what_they_are_called(self, make_trace, span, first, last, words):
+        time = span.of(make_trace(np.arange(501) * 0.02))["time"].values
+        assert (time[0], time[-1], span.words) == (pytest.approx(first), pytest.approx(last), words)
+
+    def test_the_tail_is_called_what_it_is(self):
+        assert pytest.approx(1 / 5) == TAIL and WORDS["tail"] == "last fifth"
+
+    def test_the_rate_of_samples_is_that_of_most(self, make_trace):
+        assert rate_of(make_trace([0.0, 0.02, 0.04, 0.042, 0.06, 0.08])) == pytest.approx(50.0)
+        assert rate_of(make_trace([0.0])) is None

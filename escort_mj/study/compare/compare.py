@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.measuring import TAIL, measure
+from escort_mj.measuring import measure
 from escort_mj.record.files import write_json, write_text
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.window import window
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.study.compare.comparison import (
-    IN_TAIL,
     OUTERS,
     QUANTITIES,
+    SPANS,
     TRUE_ERROR,
     TRUE_PEAK,
     Result,
@@ -127,11 +126,11 @@ def fly_trial(task: RunJob[Trial]) -> Result:
 
 
 def compared_values(trace: xarray.Dataset) -> dict[str, float | None]:
-    """All quantities of a run that reached its end: steady states over its last fifth, the rest over all."""
-    tail = window(trace, (1.0 - TAIL) * float(trace["time"][-1]))
+    """All quantities of a run that reached its end, each over its own part of it."""
+    parts = {span: span.of(trace) for span in set(SPANS.values())}
 
     def value(name: str) -> float | None:
-        part = tail if name in IN_TAIL else trace
+        part = parts[SPANS[name]]
         if name == TRUE_PEAK:
             return float(np.linalg.norm(part["q_d"].values - part["q"].values, axis=2).max())
         return true_error_rms(part, "q") if name == TRUE_ERROR else measure(name, part).value

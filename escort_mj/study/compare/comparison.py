@@ -11,6 +11,7 @@ from escort_mj.errors import UsageError
 from escort_mj.laws import LAWS as SHIPPED
 from escort_mj.metrics import METRICS
 from escort_mj.record.outcome import FINAL, Outcome
+from escort_mj.record.window import Span
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.study.compare.measured import ComparedQuantity
 
@@ -43,7 +44,11 @@ QUANTITIES = {
         "saturated_share",
     )
 }
-IN_TAIL = {metric.name for metric in METRICS if metric.tail} | {TRUE_ERROR}
+SPANS = {metric.name: metric.span for metric in METRICS if metric.name in QUANTITIES} | {
+    TRUE_ERROR: Span("tail"),
+    TRUE_PEAK: Span("whole"),
+}
+"""What each quantity looks at."""
 MORE_IS_BETTER = {metric.name for metric in METRICS if metric.more_is_better}
 
 

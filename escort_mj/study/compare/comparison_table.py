@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import UsageError
-from escort_mj.measuring import TAIL
 from escort_mj.record.tables import aligned, comma_separated, latex
 from escort_mj.record.tables import markdown as markdown_rows
 from escort_mj.scenario import Scenario
 from escort_mj.study.compare.claims import value_text
 from escort_mj.study.compare.comparison import (
-    IN_TAIL,
     OUTERS,
     QUANTITIES,
+    SPANS,
     Combination,
     Result,
     Spread,
@@ -119,8 +118,7 @@ def subject(results: Sequence[Result]) -> str:
 def meanings() -> list[str]:
     """What the columns mean, one line each."""
     return [
-        f"- {HEADS[name]}{f' [{q.unit}]' if q.unit != '1' else ''}: {q.meaning}"
-        + (f", last {100 * TAIL:.0f} % of the run" if name in IN_TAIL else "")
+        f"- {HEADS[name]}{f' [{q.unit}]' if q.unit != '1' else ''}, {SPANS[name].words}: {q.meaning}"
         for name, q in QUANTITIES.items()
     ]
 

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from escort_mj.measuring import measure
 from escort_mj.metrics.reading import mean
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.window import window
+from escort_mj.record.window import Span
 from escort_mj.study.compare.reproduction import PaperRun
 
 if TYPE_CHECKING:
     import xarray
 
-TAIL = 0.2  # share of a run, or of what comes before its first obstacle, that counts as its steady state
 NEAR = 1.02  # safe distances: an obstacle that comes so near is near
 TRACKED = 0.01  # of the radius: a robot tracks its reference once |e| stays below this
 
@@ -109,8 +108,7 @@ def measured(simulation: PaperRun, outcome: str, message: str, trace: xarray.Dat
     values["contacts"] = measure("contacts", trace).value
     if outcome == Outcome.COMPLETED.value:
         before = undisturbed(trace)
-        tail = window(before, (1.0 - TAIL) * float(before["time"][-1]))
-        values |= _motion(before) | _steady(tail)
+        values |= _motion(before) | _steady(Span("tail").of(before))
     return Measured(simulation, outcome, message, values, _approaches(trace))
 
 

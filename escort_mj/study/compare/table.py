@@ -6,8 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from escort_mj.record.tables import markdown as markdown_rows
+from escort_mj.record.window import TAIL
 from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, value_text, verdict
-from escort_mj.study.compare.measured import NEAR, QUANTITIES, TAIL, Measured
+from escort_mj.study.compare.measured import NEAR, QUANTITIES, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS
 
 SHORT = {True: "yes", False: "no", None: "-"}
