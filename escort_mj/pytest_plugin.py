@@ -1,28 +1,30 @@
-"""pytest collects scenarios: `pytest scenarios/` runs each of them once, one test per expectation.
+"""pytest collects scenarios: `pytest scenarios/` runs each of them once per seed, one test per expectation.
 
 A YAML file is collected if its first lines name the JSON Schema of scenarios or `escort_files` in pytest's
 settings names it. One that looks like a scenario is collected by its name on the command line or with
-`--escort`. Until then nothing is loaded that takes time.
+`--escort`. What runs and studies left is collected by its name only. Until then nothing is loaded that takes
+time.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import shutil
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import asdict
 from fnmatch import fnmatch
-from functools import cached_property
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from escort_mj.recognize import SUFFIXES, is_scenario
+from escort_mj.recognize import SUFFIXES, is_output, is_scenario
 
 if TYPE_CHECKING:
     from escort_mj.api.runs import Run
-    from escort_mj.study.checked import Checked
+    from escort_mj.study.checked import Case, Checked
 
 FOLDERS = pytest.StashKey[dict[int, Path]]()
 """Run folders of the runs that tests in Python asked for, by the run's identity."""
@@ -34,11 +36,29 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--escort", action="store_true", help="collect every YAML file that looks like a scenario"
     )
+    group.addoption(
+        "--escort-seeds",
+        type=_count,
+        default=1,
+        metavar="N",
+        help="seeds per scenario, from the scenario's own upward [%(default)s]",
+    )
     group.addoption("--escort-video", action="store_true", help="keep run folder and clip of what fails")
     group.addoption(
         "--escort-out", default="renders/pytest", metavar="DIR", help="where they go [%(default)s]"
     )
     parser.addini("escort_files", "YAML files that are scenarios, as patterns from the root", "args", [])
+
+
+def _count(text: str) -> int:
+    """A number of seeds.
+
+    Raises:
+        ArgumentTypeError: If it is none.
+    """
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"found {text}; expected a whole number from 1")
+    return int(text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -53,8 +73,10 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> ScenarioFi
     config = parent.config
     place = os.path.relpath(file_path, config.rootpath)
     named = any(fnmatch(place, pattern) for pattern in config.getini("escort_files"))
-    asked = config.getoption("escort") or file_path in _places(config)
-    if not named and not is_scenario(file_path, asked):
+    by_name = file_path in _places(config)
+    if not named and not is_scenario(file_path, asked=config.getoption("escort") or by_name):
+        return None
+    if not by_name and is_output(file_path):
         return None
     found: ScenarioFile = ScenarioFile.from_parent(parent, path=file_path)
     return found
@@ -94,74 +116,77 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 def _holds_scenarios(path: Path, asked: bool) -> bool:
     """Whether a path is a scenario, or a folder with one in it."""
     files = path.iterdir() if path.is_dir() else [path] if path.is_file() else []
-    return any(is_scenario(file, asked) for file in files)
+    return any(is_scenario(file, asked) and (file == path or not is_output(file)) for file in files)
 
 
 class ScenarioFile(pytest.File):
-    """A scenario: its run is made when the first of its tests needs it."""
+    """A scenario: the run of each seed is made when the first of its tests needs it."""
 
     def collect(self) -> Iterable[ScenarioTest]:
-        """One test for the outcome and one per expectation, or one that says what is wrong with the file."""
+        """Per seed one test for the outcome and one per expectation, or one that says what is wrong."""
         from escort_mj.errors import EscortError
         from escort_mj.expectations.outcome import OutcomeExpectation
         from escort_mj.scenario.reader.load import expectation_lines, load_file
+        from escort_mj.study.checked import Case, with_seeds
 
+        label = os.path.relpath(self.path.with_suffix(""), self.config.rootpath)
+        case = Case(self.path, label.replace("..", "up"))
         try:
             expected = load_file(self.path).expect
         except EscortError:
-            yield self._test("scenario", None, 1)
+            yield self._test(case, "scenario", None, 1)
             return
-        if not any(isinstance(one, OutcomeExpectation) for one in expected):
-            yield self._test("outcome", None, 1)
-        names: dict[str, int] = {}
-        for place, (one, line) in enumerate(zip(expected, expectation_lines(self.path), strict=True)):
-            number = names[one.subject] = names.get(one.subject, 0) + 1
-            name = one.subject if number == 1 else f"{one.subject} {number}"
-            test = self._test(name, place, line)
-            if one.skip is not None:
-                test.add_marker(pytest.mark.skip(reason=one.skip))
-            elif one.xfail is not None:
-                test.add_marker(pytest.mark.xfail(reason=one.xfail, strict=True))
-            yield test
+        lines = expectation_lines(self.path)
+        for run in with_seeds([case], self.config.getoption("escort_seeds")):
+            if not any(isinstance(one, OutcomeExpectation) for one in expected):
+                yield self._test(run, "outcome", None, 1)
+            names: dict[str, int] = {}
+            for place, (one, line) in enumerate(zip(expected, lines, strict=True)):
+                number = names[one.subject] = names.get(one.subject, 0) + 1
+                name = one.subject if number == 1 else f"{one.subject} {number}"
+                test = self._test(run, name, place, line)
+                if one.skip is not None:
+                    test.add_marker(pytest.mark.skip(reason=one.skip))
+                elif one.xfail is not None:
+                    test.add_marker(pytest.mark.xfail(reason=one.xfail, strict=True))
+                yield test
 
-    def _test(self, name: str, place: int | None, line: int) -> ScenarioTest:
-        test: ScenarioTest = ScenarioTest.from_parent(self, name=name, place=place, line=line)
+    def _test(self, case: Case, name: str, place: int | None, line: int) -> ScenarioTest:
+        named = name if case.seed is None else f"{name}[seed-{case.seed}]"
+        test: ScenarioTest = ScenarioTest.from_parent(self, name=named, case=case, place=place, line=line)
         return test
 
-    @cached_property
-    def checked(self) -> Checked:
-        """What came of the scenario."""
+    @cache  # noqa: B019  a session's files live as long as the session
+    def checked(self, case: Case) -> Checked:
+        """What came of the scenario with one seed."""
         from escort_mj.report.video.video import render_clip
         from escort_mj.study.check import CheckJob, perform_check
-        from escort_mj.study.checked import Case
 
-        label = os.path.relpath(self.path.with_suffix(""), self.config.rootpath)
         keeps = self.config.getoption("escort_video")
-        folder = _out(self.config) / label.replace("..", "up") if keeps else None
-        return perform_check(
-            CheckJob(Case(self.path, label), folder, keep=False, clip=render_clip if keeps else None)
-        )
+        folder = _out(self.config) / case.name if keeps else None
+        return perform_check(CheckJob(case, folder, keep=False, clip=render_clip if keeps else None))
 
 
 class ScenarioTest(pytest.Item):
-    """One expectation of a scenario."""
+    """One expectation of a scenario, with one seed."""
 
     parent: ScenarioFile
 
-    def __init__(self, *, place: int | None, line: int, **rest: Any) -> None:
+    def __init__(self, *, case: Case, place: int | None, line: int, **rest: Any) -> None:
         """Notes which expectation it is.
 
         Args:
+            case: The scenario and the seed.
             place: In the scenario's list, from 0; None for the outcome that every run has.
             line: Where it stands in the file, from 1.
             rest: For pytest.
         """
         super().__init__(**rest)
-        self._place, self._line = place, line
+        self._case, self._place, self._line = case, place, line
 
     def runtest(self) -> None:
         """Fails with a message, and no traceback, where what is expected does not hold."""
-        checked = self.parent.checked
+        checked = self.parent.checked(self._case)
         if checked.faults or checked.error:
             wrong = "\n".join(map(str, checked.faults)).replace(str(self.path), os.path.relpath(self.path))
             pytest.fail(wrong or f"the program broke:\n{checked.error}", pytrace=False)
@@ -173,6 +198,8 @@ class ScenarioTest(pytest.Item):
             lines.insert(1, f"  {checked.message}")
         if kept := checked.clip or checked.folder:
             lines.append(f"  kept: {os.path.relpath(kept)}")
+        if self._case.seed is not None:
+            lines.append(f"  again: {self._case._replace(path=Path(os.path.relpath(self.path))).command}")
         if checked.note:
             lines.append(f"  {checked.note}")
         pytest.fail("\n".join(lines), pytrace=False)
@@ -192,6 +219,7 @@ def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
     from escort_mj.scenario import dump_scenario
 
     known: dict[str, Run] = {}
+    names: dict[str, int] = {}
 
     def run(path: str | os.PathLike[str], overrides: Any = ()) -> Run:
         scenario = api.load_scenario(path, overrides)
@@ -199,8 +227,11 @@ def escort_run(pytestconfig: pytest.Config) -> Callable[..., Run]:
         if key not in known:
             folder = None
             if pytestconfig.getoption("escort_video"):
-                worker = os.environ.get("PYTEST_XDIST_WORKER", "main")
-                folder = _out(pytestconfig) / "runs" / f"{scenario.name}-{worker}-{len(known) + 1}"
+                worker = os.environ.get("PYTEST_XDIST_WORKER", "")
+                name = f"{scenario.name}-seed-{scenario.seed}"
+                number = names[name] = names.get(name, 0) + 1
+                place = name if number == 1 else f"{name} ({number})"
+                folder = _out(pytestconfig) / "runs" / worker / place
             known[key] = api.run(scenario, folder, overwrite=True, figures=False, video=False)
             if folder is not None:
                 pytestconfig.stash[FOLDERS][id(known[key])] = folder

@@ -1,4 +1,4 @@
-"""Which files are scenarios: told by their first lines, with nothing loaded that takes time."""
+"""Which files are scenarios, and which of those the program wrote; loads nothing that takes time."""
 
 from __future__ import annotations
 
@@ -8,6 +8,13 @@ from functools import cache
 from pathlib import Path
 
 SUFFIXES = (".yaml", ".yml")
+OUTCOME, SCENARIO, RESOLVED = "outcome.json", "scenario.yaml", "resolved.yaml"  # in a run folder
+RESULTS, BEST, WORST, COUNTEREXAMPLES = (
+    "results.sqlite",
+    "best.yaml",
+    "worst",
+    "counterexamples",
+)  # of a study
 TITLE = '"title": "escort_mj scenario'  # in the JSON Schema that a scenario's first lines name
 HEAD = 4096  # bytes in which a file says what it is
 TELLING = {"robots", "target", "obstacles", "mission", "controller", "uncertainty", "expect"}
@@ -49,6 +56,22 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
     return asked and not TELLING.isdisjoint(_TOP_KEY.findall(head))
 
 
+def is_output(path: Path) -> bool:
+    """Whether a YAML file is part of what a run or a study left, wherever that lies.
+
+    Whatever else lies in such a folder is none: somebody put it there.
+
+    Args:
+        path: A file.
+    """
+    folder = path.parent
+    if path.name in (SCENARIO, RESOLVED):
+        return (folder / OUTCOME).is_file()
+    if folder.name in (WORST, COUNTEREXAMPLES):
+        return (folder.parent / RESULTS).is_file()
+    return path.name == BEST and (folder / RESULTS).is_file()
+
+
 @cache
 def _is_our_schema(path: Path) -> bool:
     """Whether a file is the JSON Schema of scenarios."""
@@ -79,8 +102,11 @@ def study_names(folder: Path) -> list[str]:
 
 
 def scenarios_in(folder: Path) -> Iterator[Path]:
-    """Every scenario in a folder and the folders in it, in order; hidden folders are left out."""
+    """Every scenario in a folder and the folders in it, in order.
+
+    Hidden folders are left out, and what runs and studies left.
+    """
     for path in sorted(folder.rglob("*")):
         hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if not hidden and path.is_file() and is_scenario(path, asked=True):
+        if not hidden and path.is_file() and is_scenario(path, asked=True) and not is_output(path):
             yield path

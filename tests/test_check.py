@@ -150,15 +150,71 @@ def test_text_of_users_gives_no_orders_to_runners_and_terminals(check, tmp_path:
         assert "##[" not in out
 
 
-def test_seeds_and_repeats(check, tmp_path: Path, monkeypatch) -> None:
-    code, out, _ = check(
-        "s/good.yaml", "--seeds", "3", "--repeat", "2", "--set", "sensing.position.noise=0.01"
-    )
-    assert code == 0 and "3 scenarios: 3 passed" in out
-    assert [f"s/good-seed-{k}" in out for k in (1, 2, 3)] == [True] * 3
-    code, out, _ = check("s/good.yaml", "--seeds", "2", "--set", "mission.radius=8", "--json")
-    found = json.loads(out)["scenarios"]
-    assert code == 1 and [one["label"] for one in found] == ["s/good-seed-1", "s/good-seed-2"]
+def test_a_run_is_named_by_its_seed(check, tmp_path: Path) -> None:
+    (tmp_path / "s" / "good.yaml").write_text("seed: 7\n" + (tmp_path / "s" / "good.yaml").read_text())
+    options = ("--seeds", "2", "--set", "mission.radius=8", "--junit", "j.xml")
+    code, out, _ = check("s/good.yaml", "s/fails.yaml", *options)
+    assert code == 1
+    names = ["s/good-seed-7", "s/good-seed-8", "s/fails-seed-0", "s/fails-seed-1"]
+    for name in names:
+        assert f"  FAIL   {name} " in out and f"kept: renders/check/{name}\n" in out
+        resolved = (tmp_path / "renders" / "check" / name / "resolved.yaml").read_text()
+        assert f"\nseed: {name.rpartition('-')[2]}\n" in resolved
+    assert "again: escort-mj run s/good.yaml --set mission.radius=8 --set seed=8\n" in out
+    suites = ElementTree.parse(tmp_path / "j.xml").getroot()
+    assert [suite.get("name") for suite in suites] == names
+    assert {case.get("classname") for case in suites.iter("testcase")} == set(names)
+    seeds = [one.get("value") for one in suites.iterfind("testsuite/properties/property[@name='seed']")]
+    assert seeds == ["7", "8", "0", "1"]
+    assert "--set seed=1" in suites[3].find("testcase/failure").text
+    given = ("s/good.yaml", "--seeds", "2", "--json")
+    for override, expected in (("seed=20", [20, 21]), ("seed=null", [0, 1]), ("seed=-1", [])):
+        found = json.loads(check(*given, "--set", override)[1])["scenarios"]
+        assert [one["seed"] for one in found if one["seed"] is not None] == expected
+
+
+NEAR_OF_SEEDS = """\
+duration: 1
+robots: {count: 2, placement: {within: 5, least_gap: 0.6}}
+mission: {radius: 5, behaviors: [surface]}
+expect:
+  - {metric: robot_distance_min, at_least: 4}
+  - {metric: robot_distance_min, at_least: 3.999, xfail: they start together}
+"""
+
+
+def test_seeds_are_counted_per_scenario(check, tmp_path: Path) -> None:
+    (tmp_path / "s" / "drawn.yaml").write_text(NEAR_OF_SEEDS)
+    code, out, _ = check("s/drawn.yaml", "s/near.yaml", "s/deep/bad.yaml", "--seeds", "6", "--json")
+    found = json.loads(out)
+    closest = {
+        one["seed"]: one["verdicts"][1]["value"] for one in found["scenarios"] if one["scenario"] == "s/drawn"
+    }
+    failing = [seed for seed, value in closest.items() if value < 4.0]
+    assert code == 2 and 0 < len(failing) < 6
+    counts = {one["scenario"]: (one["runs"], one["passed"]) for one in found["seeds"]}
+    assert counts["s/near"] == (6, 6) and counts["s/deep/bad"] == (1, 0)
+    assert counts["s/drawn"][1] == 0  # where the bound holds, the expected failure does not come
+    failed = next(one["failed"] for one in found["seeds"] if one["scenario"] == "s/drawn")
+    assert failed == list(range(6))
+    code, out, _ = check("s/drawn.yaml", "s/near.yaml", "s/deep/bad.yaml", "--seeds", "6", "--github")
+    assert "s/drawn: 0 of 6 seeds pass\n" in out and "s/near: 6 of 6 seeds pass\n" in out
+    seeds = ", ".join(map(str, failing))
+    words = f"seed{'s' * (len(failing) > 1)} {seeds}"
+    assert f"\n  fails with {words}: robot_distance_min at least 4 m\n" in out
+    assert out.count("near with seeds 0, 1, 2, 3, 4, 5; with seed 0 robot_distance_min at most 10.1 m") == 1
+    assert "3 scenarios, 13 runs: 6 passed, 6 failed, 1 cannot run\n" in out
+    annotations = [line for line in out.splitlines() if line.startswith("::")]
+    near = [line for line in annotations if line.startswith("::warning file=s/near.yaml")]
+    assert len(near) == 1 and near[0].endswith("; 6 of 6 seeds, seeds 0, 1, 2, 3, 4, 5")
+    failures = [line for line in annotations if line.startswith("::error file=s/drawn.yaml,line=5")]
+    assert len(failures) == 1 and failures[0].endswith(f"; {len(failing)} of 6 seeds, {words}")
+    assert sum("robotos" in line for line in annotations) == 1
+
+
+def test_repeats(check, monkeypatch) -> None:
+    code, out, _ = check("s/good.yaml", "--repeat", "2", "--set", "sensing.position.noise=0.01")
+    assert code == 0 and "1 scenario: 1 passed" in out
     flown = []
 
     def other_seeds(scenario, *given):
@@ -230,6 +286,21 @@ def test_each_once_under_a_label_of_its_own(check, tmp_path: Path, monkeypatch) 
     assert labels[:2] == ["good", "good-2"]
     (empty,) = api.cases([tmp_path / "there"])
     assert "holds no scenario" in empty.fault
+
+
+def test_what_runs_and_studies_left_is_no_scenario(check, tmp_path: Path) -> None:
+    assert check("s/fails.yaml", "--seeds", "2", "--out", "s/deep/kept")[0] == 1
+    assert len([*(tmp_path / "s" / "deep" / "kept").rglob("*.yaml")]) == 4
+    (mine := tmp_path / "s" / "deep" / "kept" / "s" / "fails-seed-0" / "mine.yaml").write_text(
+        BODY + "  []\n"
+    )
+    labels = ["bad", "mine", "diverges", "fails", "good", "known", "near", "strict"]
+    assert [case.label.rpartition("/")[2] for case in api.cases([tmp_path / "s"])] == labels
+    (case,) = api.cases([mine.parent / "scenario.yaml"])  # by its name
+    assert not case.fault
+    mine.unlink()
+    code, out, _ = check("s/deep/kept/s/fails-seed-0")
+    assert code == 2 and "this folder holds no scenario" in out
 
 
 def test_a_folder_without_scenarios_is_named(check, tmp_path: Path, monkeypatch) -> None:

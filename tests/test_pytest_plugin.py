@@ -2,14 +2,18 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
-from contextlib import redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from importlib.metadata import entry_points
 from io import StringIO
 from pathlib import Path
 
 import pytest
+
+from escort_mj import api
+from escort_mj.study.engine.store import Store
 
 SCHEMA = Path(__file__).parents[1] / "scenarios" / "schema.json"
 HEAD = f"# yaml-language-server: $schema={SCHEMA}\n"
@@ -99,6 +103,13 @@ def collected(*arguments: str) -> str:
     return out.getvalue()
 
 
+def usage_error(*arguments: str) -> str:
+    """What pytest says of wrong arguments, in this process."""
+    with redirect_stderr(StringIO()) as err:
+        pytest.main(["-p", "no:cacheprovider", *PLUGIN, *arguments])
+    return err.getvalue()
+
+
 def _environment() -> dict[str, str]:
     return {key: value for key, value in os.environ.items() if not key.startswith("PYTEST")}
 
@@ -158,7 +169,7 @@ def test_each_scenario_runs_once_and_what_failed_is_kept(session):
     runs = (session.folder / "runs.txt").read_text().split()
     assert sorted(runs) == ["breaks", "diverges", "fails", "good", "known", "strict"]
     kept = {path.parent.name for path in (session.folder / "kept").rglob("trace.nc")}
-    assert kept == {"fails", "strict", "diverges", "flown-main-1"}
+    assert kept == {"fails", "strict", "diverges", "flown-seed-0"}
 
 
 def test_a_program_error_shows_where(session):
@@ -192,6 +203,39 @@ class TestWhatIsCollected:
         monkeypatch.chdir(tmp_path)
         assert "3 tests collected" in collected("--escort")
 
+    def test_seeds_in_the_ids(self, tmp_path, monkeypatch):
+        write(tmp_path, head="", good="seed: 7\n" + GOOD, bad=FILES["bad"])
+        monkeypatch.chdir(tmp_path)
+        found = collected("--escort", "--escort-seeds", "2", "-q")
+        expected = [
+            f"good.yaml::{name}[seed-{seed}]"
+            for seed in (7, 8)
+            for name in ("outcome", "contacts", "radius_error_max")
+        ]
+        assert [line for line in found.splitlines() if "::" in line] == ["bad.yaml::scenario", *expected]
+        assert "found 0; expected a whole number from 1" in usage_error("--escort-seeds", "0")
+
+    def test_no_output_of_the_program(self, tmp_path, monkeypatch):
+        write(tmp_path, good=GOOD)
+        (tmp_path / "deep").mkdir()
+        monkeypatch.chdir(tmp_path)
+        api.run("good.yaml", "deep/mine", figures=False, video=False)
+        written = ["deep/mine/scenario.yaml", "deep/mine/resolved.yaml"]
+        (tmp_path / "kept").mkdir()
+        Store(tmp_path / "kept").close()
+        for name in ("best.yaml", "worst/cell0_seed3.yaml", "counterexamples/x_1.yaml"):
+            file = tmp_path / "kept" / name
+            file.parent.mkdir(exist_ok=True)
+            shutil.copy("good.yaml", file)
+            written.append(f"kept/{name}")
+        for name in written:
+            assert f"{name}::contacts" in collected(name, "-q"), name  # it is one, by its name
+        shutil.copy("good.yaml", "kept/mine.yaml")
+        found = collected(".", "--escort", "-q")
+        names = {line.partition("::")[0] for line in found.splitlines() if "::" in line}
+        assert names == {"good.yaml", "kept/mine.yaml"}
+        assert "--escort collects them" not in collected("deep/mine")
+
     def test_what_the_settings_name(self, tmp_path, monkeypatch):
         write(tmp_path, head="", good=GOOD, other=GOOD)
         (tmp_path / "pytest.ini").write_text("[pytest]\nescort_files = goo*.yaml missions/*\n")
@@ -203,6 +247,28 @@ class TestWhatIsCollected:
         assert pytestconfig.getini("testpaths") == ["tests"]
         folder = Path(__file__).parent
         assert not [*folder.rglob("*.yaml"), *folder.rglob("*.yml")]
+
+
+@pytest.mark.slow
+def test_what_the_commands_write_is_not_collected(tmp_path, monkeypatch, pytester_run):
+    (tmp_path / "bare.yaml").write_text("name: bare\n" + FAILS)
+    study = "study: s\nscenario: bare.yaml\nseeds: 2\n"
+    (tmp_path / "s.yaml").write_text(study + "traces: failed\nvary: {robots.mass: [1, 2]}\n")
+    (tmp_path / "f.yaml").write_text(study + "falsify: {over: {robots.mass: {low: 1, high: 2}}, runs: 4}\n")
+    for words in (
+        "check . --no-video",
+        "run bare.yaml --no-video --no-figures",
+        "sweep s.yaml --workers 1",
+        "report renders/studies/s",
+        "falsify f.yaml --workers 1 --no-video",
+        "compare bare.yaml --laws pd,asmc --workers 1",
+    ):
+        subprocess.run([sys.executable, "-m", "escort_mj", *words.split()], cwd=tmp_path, capture_output=True)
+    written = {path.parent.name for path in (tmp_path / "renders").rglob("*.yaml")}
+    assert {"bare", "worst", "counterexamples"} <= written, written
+    for _ in range(2):
+        found = pytester_run(".", "--escort", "--escort-video", "--escort-out", "kept", "-q")
+        assert "1 failed, 2 passed" in found, found
 
 
 @pytest.mark.slow
@@ -219,7 +285,7 @@ def test_assertions_in_python(session):
         assert re.search(rf"test_it\.py::test_{name} {word}", session.out)
     assert re.search(r"E +escort_mj\.testing\.VerdictError: force_rms at least 5 N: ", session.out)
     assert "testing.py" not in session.out
-    assert "kept/runs/flown-main-1/clip.mp4" in session.out
+    assert "kept/runs/flown-seed-0/clip.mp4" in session.out
 
 
 def test_a_file_without_a_schema_is_collected_by_its_name_and_a_folder_gets_a_hint(pytester_run) -> None:

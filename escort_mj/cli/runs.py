@@ -163,12 +163,14 @@ def check_command(
 
     if junit is not None and not junit.parent.is_dir():
         raise UsageError(f"{junit}: there is no folder {junit.parent}")
-    with progress_bar("checking", " scenarios") as progress:
+    with progress_bar("checking", " runs") as progress:
         cases = [
             case._replace(overrides=tuple(overrides or ()), plugins=tuple(plugins or ()), repeat=repeat)
-            for case in with_seeds(api.cases(paths), seeds)
+            for case in api.cases(paths)
         ]
-        results = check_scenarios(cases, out, workers, keep, render_clip if video else None, progress)
+        results = check_scenarios(
+            with_seeds(cases, seeds), out, workers, keep, render_clip if video else None, progress
+        )
     if junit is not None:
         write_text(junit, checked.junit(results))
     for line in checked.github(results) if github else ():

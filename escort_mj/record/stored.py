@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from escort_mj.errors import RunFolderError
+from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO
 from escort_mj.record.files import read_json, write_json
 from escort_mj.record.intact import check_metrics, check_outcome, check_trace, check_verdicts
 from escort_mj.record.journal import journal_of, read_journal
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
 
     from escort_mj.record.recording import Recorded
 
-OUTCOME, SCENARIO, MODEL, TRACE = "outcome.json", "scenario.yaml", "model.xml", "trace.nc"
-RESOLVED = "resolved.yaml"
+MODEL, TRACE = "model.xml", "trace.nc"
 METRICS, VERDICTS, JOURNAL = "metrics.json", "verdicts.json", "journal"
 FIGURES, VIDEO, CLIP, REPORT, PLUGINS = "figures", "video.mp4", "clip.mp4", "report.html", "plugins"
 ASSETS = "assets"

@@ -16,7 +16,7 @@ from escort_mj.mission import Flight, fly
 from escort_mj.record.folder import CHECK, RunFolder, free_place
 from escort_mj.scenario import load_file
 from escort_mj.scenario.reader.load import expectation_lines
-from escort_mj.study.checked import BROKEN, GOOD, Case, Checked
+from escort_mj.study.checked import BROKEN, GOOD, Case, Checked, with_faults_once
 from escort_mj.study.engine.parallel import cores, side_by_side
 
 Progress = Callable[[float, float], None]
@@ -59,9 +59,9 @@ def check_scenarios(
         progress: Called with the scenarios done and to do.
 
     Returns:
-        One result per case, in their order.
+        One result per case, in their order; one for all seeds of a scenario that is wrong whatever the seed.
     """
-    tasks = [CheckJob(case, out / case.label, keep, clip) for case in cases]
+    tasks = [CheckJob(case, out / case.name, keep, clip) for case in cases]
     checked = 0
 
     def note(done: float, total: float) -> None:
@@ -73,7 +73,8 @@ def check_scenarios(
     with stopping.keeping(
         lambda: f"{checked} of {len(cases)} scenarios had been checked; the same command checks all again"
     ):
-        return side_by_side(perform_check, tasks, workers or cores(), note, crashed)
+        results = side_by_side(perform_check, tasks, workers or cores(), note, crashed)
+    return with_faults_once(results)
 
 
 def crashed(task: CheckJob, cause: str) -> Checked:
@@ -83,7 +84,7 @@ def crashed(task: CheckJob, cause: str) -> Checked:
     )
     folder = None if task.folder is None else free_place(task.folder, CHECK)
     kept = folder if folder is not None and folder.is_dir() else None
-    return Checked(task.case.path, task.case.label, error=words, folder=kept)
+    return Checked(task.case, seed=task.case.seed, error=words, folder=kept)
 
 
 def perform_check(task: CheckJob) -> Checked:
@@ -107,7 +108,7 @@ def check_one(case: Case, folder: Path | None = None, keep: bool = False) -> Che
         keep: Whether a run that passes leaves its folder, too.
     """
     clock = time.perf_counter()
-    bare = Checked(case.path, case.label)
+    bare = Checked(case, seed=case.seed)
     try:
         if case.fault:
             raise ScenarioError([Fault(case.fault)])
@@ -135,9 +136,7 @@ def _fly(case: Case, folder: Path | None) -> Checked:
     Raises:
         EscortError: If the scenario or the folder is wrong.
     """
-    scenario = load_file(case.path, case.overrides, case.plugins)
-    if case.later:
-        scenario = scenario.replace(seed=scenario.seed + case.later)
+    scenario = load_file(case.path, case.settings, case.plugins)
     if folder is None:
         run = fly(scenario)
     else:
@@ -145,9 +144,9 @@ def _fly(case: Case, folder: Path | None) -> Checked:
             run = fly(scenario, writing)
     first = signal_that_differs(run, [fly(scenario) for _ in range(1, case.repeat)])
     return Checked(
-        case.path,
-        case.label,
+        case,
         name=scenario.name,
+        seed=scenario.seed,
         outcome=run.outcome.value,
         message=run.message,
         verdicts=run.verdicts,

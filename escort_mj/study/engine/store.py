@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 
 from escort_mj.errors import EscortError, RunFolderError, UsageError, WriteError
 from escort_mj.metrics import METRIC_NAMES
+from escort_mj.recognize import RESULTS as FILE
 from escort_mj.record.intact import MAYBE, REAL, VERDICT, WORDS, Kinds, check_table
 from escort_mj.record.process import alive, identify
 
-FILE = "results.sqlite"
 FORMAT = 1
 JUDGED = ("metric", "demanded", "passed", "value", "margin", "message")  # what is looked at of a verdict
 CUSTOM = "custom_metrics"  # those of plugins, by name

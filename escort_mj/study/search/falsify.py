@@ -10,6 +10,7 @@ from pathlib import Path
 from escort_mj import stopping
 from escort_mj.errors import ScenarioError
 from escort_mj.mission import fly
+from escort_mj.recognize import COUNTEREXAMPLES
 from escort_mj.record.files import write_json
 from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.study.engine.backends import Backend
@@ -24,7 +25,7 @@ from escort_mj.study.sweeps.searches import Falsify
 
 Progress = Callable[[float, float], None]
 HOPELESS = 50  # impossible points for each that is possible, beyond which a search gives up
-COUNTEREXAMPLES, SUMMARY = "counterexamples", "falsify.json"
+SUMMARY = "falsify.json"
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ import numpy as np
 
 from escort_mj import stopping
 from escort_mj.errors import ScenarioError, UsageError
+from escort_mj.recognize import BEST
 from escort_mj.record.files import write_json, write_text
 from escort_mj.study.engine.backends import Backend
 from escort_mj.study.engine.store import Row
@@ -26,7 +27,7 @@ from escort_mj.study.sweeps.searches import MetricBound, Tune
 from escort_mj.study.sweeps.statistics import Array, bootstrap, pareto
 
 Progress = Callable[[float, float], None]
-BEST, TRIALS, SUMMARY = "best.yaml", "trials.csv", "tune.json"
+TRIALS, SUMMARY = "trials.csv", "tune.json"
 
 
 @dataclass(frozen=True)

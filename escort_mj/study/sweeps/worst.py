@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from escort_mj.errors import ScenarioError
+from escort_mj.recognize import WORST as FOLDER
 from escort_mj.record.files import write_text
 from escort_mj.scenario import dump_scenario, parse_scenario
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.results import Results
-
-FOLDER = "worst"
 
 
 class Worst(NamedTuple):
