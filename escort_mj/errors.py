@@ -122,6 +122,10 @@ class PluginError(UsageError):
     """A plugin that does not exist, cannot be loaded, or is invalid."""
 
 
+class PluginCallError(EscortError):
+    """What a plugin did wrong when it was called, with its file and line."""
+
+
 _PATH_AT_FAULT = frozenset(
     (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM)
     + (errno.ENAMETOOLONG, errno.ELOOP, errno.ETXTBSY)

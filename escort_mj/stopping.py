@@ -58,6 +58,13 @@ def interrupted() -> bool:
     return _command.first is not None and not _command.ended
 
 
+def is_users() -> bool:
+    """Return whether a `KeyboardInterrupt` that comes up here and now can be a user's: a signal raised it."""
+    if threading.current_thread() is not threading.main_thread() or getattr(_mine, "reason", None):
+        return False  # signals raise nothing in other threads, nor where they are deferred
+    return signal.getsignal(signal.SIGINT) is not _command or interrupted()
+
+
 def asked() -> str:
     """Whether what this thread is doing is to end: by which signal, or empty if it may go on."""
     if getattr(_mine, "deaf", False):

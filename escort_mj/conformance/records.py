@@ -9,11 +9,12 @@ from functools import cache
 from typing import Any
 
 from escort_mj.conformance.stand import CheckResult
-from escort_mj.control.custom.place import place_of
-from escort_mj.expectations.expectation import Expectation, Judgment
+from escort_mj.errors import PluginCallError
+from escort_mj.expectations.expectation import Expectation, checked
 from escort_mj.measuring import measure
 from escort_mj.metrics.metric import Measure, Metric
 from escort_mj.mission import fly
+from escort_mj.plugin_calls import calling
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import Recording
 from escort_mj.scenario.schema.scenario import Scenario
@@ -103,12 +104,6 @@ def try_metric(metric: Metric, kind: type[Scenario]) -> Iterator[CheckResult]:
                     yield CheckResult("says why", False, f"{place}: neither a value nor a reason")
                     return
                 continue
-            if math.isnan(found.value) or not metric.least <= found.value <= metric.most:
-                limits = f"{metric.least:g} to {metric.most:g}"
-                yield CheckResult(
-                    "within bounds", False, f"{place}: found {found.value:g}; it declares {limits}"
-                )
-                return
             values.append(found.value)
     yield CheckResult("runs", True, f"{len(values)} values, {silent} without a value, in {len(BESIDE)} runs")
     yield CheckResult("deterministic", True, "same value again")
@@ -146,25 +141,13 @@ def check_judgments(demand: Expectation) -> Iterator[CheckResult]:
     held, kind = 0, type(demand)
     for name, trace in recordings().items():
         try:
-            found, again = (demand.judge_run(trace, Outcome.COMPLETED) for _ in range(2))
-        except Exception as error:
-            yield CheckResult("judges", False, f"{name}: {place_of(error, kind.judge)}")
-            return
-        if not isinstance(found, Judgment):
-            yield CheckResult(
-                "judges", False, f"{name}: returned {type(found).__name__}; expected a Judgment"
-            )
+            with calling(kind.judge):
+                found, again = (checked(demand.judge_run(trace, Outcome.COMPLETED)) for _ in range(2))
+        except PluginCallError as error:
+            yield CheckResult("judges", False, f"{name}: {error}")
             return
         if found != again:
             yield CheckResult("deterministic", False, f"{name}: another judgment of the same trace")
-            return
-        if not found.words:
-            yield CheckResult("says why", False, f"{name}: no words")
-            return
-        if found.margin is not None and (found.margin >= 0.0) != bool(found.held):
-            yield CheckResult(
-                "margin", False, f"{name}: a margin of {found.margin:g} and held is {found.held}"
-            )
             return
         held += bool(found.held)
     yield CheckResult("judges", True, f"{demand.demanded}: holds in {held} of {len(BESIDE)} runs")

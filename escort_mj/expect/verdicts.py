@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.control.custom.place import place_of
-from escort_mj.errors import NotLoggedError
-from escort_mj.expectations.expectation import Expectation, Judgment, not_judged
+from escort_mj.errors import NotLoggedError, PluginCallError
+from escort_mj.expectations.expectation import Expectation, Judgment, checked, not_judged
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.metrics.metric import in_words
 from escort_mj.numerics.steps import first_step, last_step
+from escort_mj.plugin_calls import calling
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.tables import aligned
 
@@ -140,19 +140,15 @@ def _demanded(expectation: Expectation) -> str:
 
 def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tuple[str, Judgment, bool]:
     """What an expectation demands, what it found, and whether it raised an error, which is no verdict."""
-    demanded = expectation.kind
+    demanded, kind = expectation.kind, type(expectation)
     try:
-        demanded = expectation.demanded + expectation.when
-        found = expectation.judge_run(trace, outcome)
-        if not isinstance(found, Judgment):
-            raise TypeError(f"judge returned {type(found).__name__}; expected a Judgment")
+        with calling(kind.judge_run if kind.judge is Expectation.judge else kind.judge):
+            demanded = expectation.demanded + expectation.when
+            return demanded, checked(expectation.judge_run(trace, outcome)), False
     except NotLoggedError as error:
         return demanded, not_judged(str(error)), False
-    except Exception as error:
-        kind = type(expectation)
-        function = kind.judge_run if kind.judge is Expectation.judge else kind.judge
-        return demanded, Judgment(False, place_of(error, function)), True
-    return demanded, found._replace(held=bool(found.held)), False
+    except PluginCallError as error:
+        return demanded, Judgment(False, str(error)), True
 
 
 def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, outcome: Outcome) -> Judgment:

@@ -67,7 +67,9 @@ class ContactExpectation(Windowed):
         if not worst.held or not part.sizes["time"]:
             return worst
         if untold := contacts_untold(part).value:
-            return worst._replace(held=False, words=f"the contact log had no room for {untold:g} contacts")
+            return worst._replace(
+                held=False, margin=None, words=f"the contact log had no room for {untold:g} contacts"
+            )
         if met.sizes["episode"]:
             return worst
         near = _barely_missed(named, part)

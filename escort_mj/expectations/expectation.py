@@ -4,10 +4,12 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
+import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.measuring import EMPTY
+from escort_mj.metrics.metric import names, number, text
 from escort_mj.record.recording import sealed
 from escort_mj.record.team import of_team
 from escort_mj.record.window import when, window
@@ -44,6 +46,40 @@ class Judgment(NamedTuple):
     margin: float | None = None
     near_miss: bool = False
     skip: str = ""
+
+
+def checked(found: Any) -> Judgment:
+    """Return what a plugin judged, if it is a judgment that agrees with itself.
+
+    Raises:
+        TypeError: If it, or a part of it, is of another kind.
+        ValueError: If a number is none, or the margin's sign says something else than `held`.
+    """
+    if not isinstance(found, Judgment):
+        raise TypeError(f"judge returned {type(found).__name__}; expected a Judgment")
+    for what, flag in (("held", found.held), ("near_miss", found.near_miss)):
+        if not isinstance(flag, bool | np.bool_):
+            raise TypeError(f"{what}: found {type(flag).__name__}; expected True or False")
+    judged = Judgment(
+        bool(found.held),
+        text(found.words, "words"),
+        None if found.value is None else number(found.value, "value"),
+        text(found.unit, "unit"),
+        None if found.time is None else number(found.time, "time", finite=True),
+        names(found.bodies),
+        None if found.margin is None else number(found.margin, "margin"),
+        bool(found.near_miss),
+        text(found.skip, "skip"),
+    )
+    if not judged.words:
+        raise ValueError("words: found none; expected what was found, in words")
+    if judged.margin is not None and judged.held != (judged.margin >= 0.0):
+        raise ValueError(
+            f"held is {judged.held} and the margin {judged.margin:g}: negative is what did not hold"
+        )
+    if judged.near_miss and not judged.held:
+        raise ValueError("near_miss is True, and held is False: a near miss held, but barely")
+    return judged
 
 
 def not_judged(why: str) -> Judgment:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Literal
 
+from escort_mj.errors import PluginCallError
 from escort_mj.expectations.bound import Limits, held_against, order_faults
 from escort_mj.expectations.expectation import Fault, Judgment, OfTeam, Windowed, not_judged
 from escort_mj.metrics import METRIC_NAMES, METRICS
@@ -32,7 +33,9 @@ class MetricExpectation(OfTeam, Windowed):
     def judge(self, trace: Any) -> Judgment:
         """Whether the metric is within its bounds."""
         found = self.definition.of(trace)
-        if found.value is None and not found.broken and is_log(trace):
+        if found.broken:
+            raise PluginCallError(found.reason)
+        if found.value is None and is_log(trace):
             return not_judged(found.reason)
         return held_against(found, self.in_unit, self._bounds())
 

@@ -9,8 +9,10 @@ from pkgutil import iter_modules
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from escort_mj.control.custom.place import place_of
-from escort_mj.errors import NotLoggedError, UsageError
+import numpy as np
+
+from escort_mj.errors import NotLoggedError, PluginCallError, UsageError
+from escort_mj.plugin_calls import calling
 from escort_mj.record.recording import sealed
 from escort_mj.record.window import OVERS, Over, Span
 
@@ -22,6 +24,9 @@ _MARK = "__escort_mj_metric__"
 KINDS = ("mean", "max", "min", "rms", "share")  # last words of names that say of what kind a number is
 
 Bodies = tuple[str, ...]
+
+ROUNDING = 1e-9
+"""Share of a bound by which a value may be beyond it."""
 
 
 class Measure(NamedTuple):
@@ -45,6 +50,51 @@ class Measure(NamedTuple):
     def who(self) -> str:
         """The bodies in words."""
         return in_words(self.bodies)
+
+
+def number(value: Any, what: str, finite: bool = False) -> float:
+    """Return a number that a plugin gave.
+
+    Args:
+        value: What it gave.
+        what: What to call it in messages.
+        finite: Whether it must not be infinite.
+
+    Raises:
+        TypeError: If it is no number.
+        ValueError: If it is NaN, or infinite and must not be.
+    """
+    array = np.asarray(value)
+    if array.ndim or array.dtype.kind not in "biuf":
+        kind = f"an array of shape {array.shape}" if isinstance(value, np.ndarray) else type(value).__name__
+        raise TypeError(f"{what}: found {kind}; expected a number")
+    found = float(array)
+    if math.isnan(found) or (finite and math.isinf(found)):
+        raise ValueError(f"{what}: found {found:g}; expected a {'finite ' * finite}number")
+    return found
+
+
+def text(value: Any, what: str) -> str:
+    """Return a text that a plugin gave.
+
+    Raises:
+        TypeError: If it is none.
+    """
+    if not isinstance(value, str):
+        raise TypeError(f"{what}: found {type(value).__name__}; expected a text")
+    return str(value)
+
+
+def names(value: Any) -> Bodies:
+    """Return names of bodies that a plugin gave.
+
+    Raises:
+        TypeError: If they are none.
+    """
+    if not isinstance(value, list | tuple) or not all(isinstance(each, str) for each in value):
+        kind = type(value).__name__
+        raise TypeError(f'bodies: found {kind}; expected names of bodies, such as ("robot_1",)')
+    return tuple(map(str, value))
 
 
 def in_words(bodies: Bodies) -> str:
@@ -112,16 +162,42 @@ class Metric(NamedTuple):
     def of(self, trace: Recorded) -> Measure:
         """Return its value over all of a trace; an error of its function gives no value but the reason."""
         try:
-            found = self.function(sealed(trace))
-            if isinstance(found, Measure):
-                return found
-            if found is None:
-                return Measure(None, reason=f"{self.name} says nothing of this run")
-            return Measure(float(found))
+            with calling(self.function):
+                return self._checked(self.function(sealed(trace)))
         except NotLoggedError as error:
             return Measure(None, reason=str(error))
-        except Exception as error:
-            return Measure(None, reason=place_of(error, self.function), broken=True)
+        except PluginCallError as error:
+            return Measure(None, reason=str(error), broken=True)
+
+    def _checked(self, found: Any) -> Measure:
+        """What its function returned as a measure.
+
+        Raises:
+            TypeError: If it is of another kind.
+            ValueError: If it is a number that the metric cannot have.
+        """
+        if found is None:
+            return Measure(None, reason=f"{self.name} says nothing of this run")
+        if not isinstance(found, Measure):
+            found = Measure(number(found, "the metric"))
+        found = Measure(
+            None if found.value is None else number(found.value, "value"),
+            None if found.time is None else number(found.time, "time", finite=True),
+            names(found.bodies),
+            text(found.reason, "reason"),
+            bool(found.broken),
+        )
+        if found.value is not None and not self._allows(found.value):
+            limits = f"at least {self.least:g}" + (
+                f" and at most {self.most:g}" if self.most < math.inf else ""
+            )
+            raise ValueError(f"found {found.value:g}; by its own bounds, {self.name} is {limits}")
+        return found
+
+    def _allows(self, value: float) -> bool:
+        """Whether a value is within the bounds, but for rounding."""
+        low, high = (ROUNDING * abs(one) if math.isfinite(one) else 0.0 for one in (self.least, self.most))
+        return self.least - max(low, ROUNDING) <= value <= self.most + max(high, ROUNDING)
 
 
 def metric(

@@ -151,7 +151,7 @@ class TestRecords:
     @pytest.mark.parametrize(
         ("change", "check"),
         [
-            (("return float", "return -float"), "within bounds"),
+            (("return float", "return -float"), "runs"),
             (("return float", "return 1 / 0 + float"), "runs"),
             (("return float", "COUNT.append(1)\n    return len(COUNT) + float"), "deterministic"),
             (("return float", 'trace["tau"].values[:] += 1.0\n    return float'), "runs"),
@@ -167,7 +167,7 @@ class TestRecords:
         ("change", "check"),
         [
             (("return Judgment(", "return dict("), "judges"),
-            (("self.near - far", "far - self.near"), "margin"),
+            (("self.near - far", "far - self.near"), "judges"),
             (("far = ", "1 / 0; far = "), "judges"),
         ],
     )
