@@ -1,0 +1,146 @@
+"""What plugins return and raise when they are called: sense, or one error with their file and line."""
+
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from escort_mj.expect.verdicts import judge
+from escort_mj.expectations.expectation import Judgment, Windowed
+from escort_mj.metrics.metric import Measure, metric, metric_of
+from escort_mj.record.outcome import Outcome
+from tests.expectations.traces import watched
+
+
+def measured(returned, **about):
+    """What a metric gives whose function returns something, or raises it."""
+
+    @metric(unit="m", **about)
+    def own(trace):
+        """Its meaning."""
+        if isinstance(returned, BaseException):
+            raise returned
+        return returned
+
+    return metric_of(own).of(watched())
+
+
+def judged(returned):
+    """The verdict on an expectation that returns something, or raises it."""
+
+    class Own(Windowed):
+        """One of a test."""
+
+        kind = "own"
+        own: float = 1.0
+
+        def judge(self, trace):
+            if isinstance(returned, BaseException):
+                raise returned
+            return returned
+
+    return judge([Own()], watched(), Outcome.COMPLETED)[1]
+
+
+class TestMetrics:
+    @pytest.mark.parametrize("returned", [2, 2.0, np.float32(2), np.array(2.0), Measure(2, 1.0, ["robot_1"])])
+    def test_a_number_or_a_measure(self, returned):
+        found = measured(returned)
+        assert found.value == 2.0
+        assert not found.broken
+
+    @pytest.mark.parametrize("value", [math.inf, -1e-12, 0.0])
+    def test_never_and_rounding(self, value):
+        assert measured(value).value == value
+
+    @pytest.mark.parametrize(
+        ("returned", "words"),
+        [
+            (float("nan"), "found nan"),
+            (-5.0, "found -5; by its own bounds, own is at least 0"),
+            (-math.inf, "found -inf"),
+            ("3", "found str; expected a number"),
+            (1j, "found complex"),
+            (np.zeros(1), "an array of shape (1,)"),
+            (np.array("x"), "expected a number"),
+            ([1.0], "expected a number"),
+            (Measure("x"), "value: found str"),
+            (Measure(float("nan")), "value: found nan"),
+            (Measure(1.0, math.inf), "time: found inf; expected a finite number"),
+            (Measure(1.0, None, 5), "bodies: found int"),
+            (Measure(1.0, None, "robot_1"), "bodies: found str"),
+            (Measure(None, reason=5), "reason: found int"),
+            (SystemExit(0), "SystemExit: 0"),
+            (KeyboardInterrupt(), "KeyboardInterrupt"),
+            (GeneratorExit(), "GeneratorExit"),
+            (type("Own", (BaseException,), {})("gone"), "Own: gone"),
+        ],
+        ids=repr,
+    )
+    def test_nonsense_is_an_error_of_the_plugin(self, returned, words, monkeypatch):
+        monkeypatch.setattr("escort_mj.stopping.is_users", lambda: False)
+        found = measured(returned)
+        assert found.broken and found.value is None
+        assert found.reason.startswith(f"{__file__}:")
+        assert words in found.reason
+
+    def test_above_its_own_most(self):
+        assert "at least 0 and at most 1" in measured(1.5, most=1.0).reason
+
+    def test_what_a_user_interrupts_is_interrupted(self):
+        with pytest.raises(KeyboardInterrupt):
+            measured(KeyboardInterrupt())
+
+
+class TestExpectations:
+    def test_a_judgment(self):
+        found = judged(Judgment(np.bool_(True), "w", np.float64(3.0), "m", 1, ["robot_1"], math.inf))
+        assert found.held is True
+        assert (found.value, found.bodies, found.broken) == (3.0, ("robot_1",), False)
+
+    @pytest.mark.parametrize(
+        ("returned", "words"),
+        [
+            (None, "NoneType; expected a Judgment"),
+            (True, "bool; expected a Judgment"),
+            (Judgment("no", "w"), "held: found str; expected True or False"),
+            (Judgment(np.array([True, False]), "w"), "held: found ndarray"),
+            (Judgment(1, "w"), "held: found int"),
+            (Judgment(True, None), "words: found NoneType"),
+            (Judgment(True, ""), "words: found none"),
+            (Judgment(True, "w", "x"), "value: found str"),
+            (Judgment(True, "w", float("nan")), "value: found nan"),
+            (Judgment(True, "w", margin=float("nan")), "margin: found nan"),
+            (Judgment(True, "w", margin=-3.0), "held is True and the margin -3"),
+            (Judgment(False, "w", margin=0.5), "held is False and the margin 0.5"),
+            (Judgment(False, "w", near_miss=True), "near_miss is True"),
+            (Judgment(True, "w", bodies=5), "bodies: found int"),
+            (Judgment(True, "w", time=float("nan")), "time: found nan"),
+            (Judgment(True, "w", skip=None), "skip: found NoneType"),
+            (SystemExit(0), "SystemExit: 0"),
+        ],
+        ids=repr,
+    )
+    def test_nonsense_is_an_error_of_the_plugin(self, returned, words):
+        found = judged(returned)
+        assert found.broken and not found.held and not found.passed
+        assert f"{__file__}:" in found.found
+        assert words in found.found
+
+    def test_what_exits_while_it_says_what_it_demands(self):
+        class Own(Windowed):
+            """One of a test."""
+
+            kind = "own"
+            own: float = 1.0
+
+            @property
+            def demanded(self):
+                sys.exit(0)
+
+            def judge(self, trace):
+                return Judgment(True, "w")
+
+        found = judge([Own()], watched(), Outcome.COMPLETED)[1]
+        assert found.broken and not found.passed
