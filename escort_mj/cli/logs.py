@@ -79,6 +79,7 @@ def judge_command(
     from escort_mj.judging.judge import judge_log
     from escort_mj.mission import save
     from escort_mj.record.folder import RunFolder
+    from escort_mj.record.recording import gaps_of
 
     mission = api.load_scenario(scenario, overrides or (), plugins or ())
     with progress_bar("judging", " s") as progress:
@@ -112,6 +113,7 @@ def judge_command(
         message=result.message,
         verdicts=[asdict(verdict) for verdict in result.verdicts],
         not_judged=missing,
+        gaps=gaps_of(result.trace).tolist(),
         metrics=result.metrics,
         folder=shown_path(folder.path),
         written=[name.split(" ")[0] for name in written],

@@ -15,10 +15,14 @@ from escort_mj.metrics.metric import in_words
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.recording import gaps_of
 from escort_mj.record.tables import aligned
+from escort_mj.record.window import window
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
+
+MOST_GAPS = 3  # that a verdict lists
 
 
 @dataclass(frozen=True)
@@ -95,7 +99,7 @@ def judge_one(
         outcome: How the run ended.
         place: Its place in the scenario's list.
     """
-    skip = expectation.skip or ""
+    skip = expectation.skip or _unlogged(expectation, trace)
     if skip:
         demanded, found, broken = _demanded(expectation), Judgment(True, f"not judged: {skip}"), False
     else:
@@ -104,6 +108,8 @@ def judge_one(
         found = found if skip else _unless_unseen(expectation, found, trace, outcome)
     known = "" if skip else expectation.xfail or ""
     message = f"{expectation.subject} {demanded}: {found.words}"
+    if not skip:
+        message += _around_gaps(expectation, trace)
     if known:
         message += (
             f"; expected failure: {known}"
@@ -128,6 +134,31 @@ def judge_one(
         expectation=place,
         skip=skip,
     )
+
+
+def _unlogged(expectation: Expectation, trace: Recorded) -> str:
+    """Why nothing can be judged of a log: all of the window lies within its gaps; empty where some can."""
+    missing = _gaps_within(expectation, trace)
+    if missing and not window(trace, *expectation.window).sizes["time"]:
+        return f"the log has no positions {missing}"
+    return ""
+
+
+def _around_gaps(expectation: Expectation, trace: Recorded) -> str:
+    """What of the window is not judged, because a log has no positions there; nothing of a run."""
+    missing = _gaps_within(expectation, trace)
+    return f"; not judged {missing}, which the log lacks" if missing else ""
+
+
+def _gaps_within(expectation: Expectation, trace: Recorded) -> str:
+    """The gaps of a log within the window, in words."""
+    if isinstance(expectation, OutcomeExpectation):
+        return ""  # of the log as a whole, which says it
+    start, end = expectation.window
+    inside = [gap for gap in gaps_of(trace) if gap[1] > start and (end is None or gap[0] < end)]
+    words = [f"from {first:.6g} to {last:.6g} s" for first, last in inside[:MOST_GAPS]]
+    more = [f"in {len(inside) - MOST_GAPS} more gaps"] * (len(inside) > MOST_GAPS)
+    return ", ".join(words + more)
 
 
 def _demanded(expectation: Expectation) -> str:
@@ -170,7 +201,10 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
         return _unseen(found, f"the run ended at {reached:g} s, {where} the window")
     if expectation.sampled_at_ends:
         alone = [first - timestep] if first == last > 0.0 else []  # or the only sample knows nothing
+        gaps = gaps_of(trace)
         for moment in (*alone, first, last):
+            if ((gaps[:, 0] < moment) & (moment < gaps[:, 1])).any():
+                continue  # which the verdict says
             if np.abs(time - moment).min() > 0.5 * timestep:
                 words = f"the run has no sample at {moment:g} s, at an end of the window"
                 return _unseen(found, f"{words}; expectations of the scenario itself get one there")

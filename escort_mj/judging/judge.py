@@ -8,21 +8,22 @@ robots are. Nothing is integrated, so no force is found: neither of motors, unle
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.errors import LogError, UsageError
-from escort_mj.judging.log import FORCE, POSITION, REFERENCE, Log, Track, Wanted
+from escort_mj.judging.log import FORCE, POSITION, REFERENCE, Gap, Log, Track, Wanted
 from escort_mj.judging.messages import BAG, DATABASE, MCAP, is_messages, read_messages
-from escort_mj.judging.resampling import at, before, motion_of, totals_of, velocity_of
+from escort_mj.judging.resampling import at, before, motion_of, totals_of, velocity_of, without_gaps
 from escort_mj.judging.tables import CSV, PARQUET, read_table
+from escort_mj.metrics.metric import in_words
 from escort_mj.mission import Flight, Progress, sum_up
 from escort_mj.numerics.steps import SLACK, last_step
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import LOG, NOT_LOGGED, record
+from escort_mj.record.recording import GAPS, LOG, NOT_LOGGED, record
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.findings import did_you_mean, listed, shortened
 from escort_mj.scenario.geometry.bodies import obstacle_names
@@ -40,7 +41,10 @@ UNKNOWN = (
     *("saturated_time", "effort", "work", "force_variation", "drive_force", "mover_work"),
 )
 """Signals that are unknown unless the log contains them."""
+TOTALS = ("outer_updates", "saturated_time", "effort", "work", "force_variation")
+"""Signals that a log may contain and that only grow."""
 NO_FORCES = "none: touches are found by geometry, and a log tells no force of theirs"
+MOST_GAPS = 5  # that are listed
 FAR_OFF = 30.0  # times what a quantity should be: its unit is wrong
 MOMENTS = 100  # at which the size of the team is looked at
 
@@ -80,10 +84,19 @@ def judge_log(
     if length < scenario.duration:
         scenario = scenario.replace(duration=length)
     timestep = scenario.physics.timestep
-    motion = motion_of(log, wanted.robots, begun, timestep * np.arange(last_step(length, timestep) + 1.0))
-    seen = Seen(motion.position[0], motion.others.get("target"))
+    times = timestep * np.arange(last_step(length, timestep) + 1.0)
+    motion = motion_of(log, wanted.robots, begun, times)
+    gaps = [
+        Gap(gap.start - begun, gap.end - begun, gap.bodies)
+        for gap in log.gaps
+        if gap.end > begun and gap.start < begun + length
+    ]
+    hidden = _hidden(times, gaps)
+    ends = np.flatnonzero(np.diff(hidden.astype(int)))  # the last step before a gap, the last step in it
+    edges = tuple(int(step) + int(hidden[step]) for step in ends)
+    seen = Seen(motion.position[0], motion.others.get("target"), edges)
     world = build(scenario, seen=seen)
-    samples, episodes = play(world, motion.position, motion.velocity, motion.others, progress)
+    samples, episodes = play(world, motion.position, motion.velocity, motion.others, hidden, progress)
     unknown = _fill(samples, world, log, wanted, begun)
     labels = labels_of(scenario, world)
     labels["attributes"] |= {
@@ -92,9 +105,10 @@ def judge_log(
         LOG: path.name,
         "log_start": begun,
         NOT_LOGGED: " ".join(unknown),
+        GAPS: [time for gap in gaps for time in gap[:2]] or None,
     }
     recording = record(samples, world.sizes, labels, episodes)
-    words = f"log of real robots: {float(samples[-1, 0]):g} s of {path.name}"
+    words = f"log of real robots: {float(samples[-1, 0]):g} s of {path.name}{_without(gaps, len(log.tracks))}"
     flight = sum_up(scenario, recording, Outcome.COMPLETED, words, time.perf_counter() - clock)
     flight.seen = seen
     return flight
@@ -134,6 +148,29 @@ def read_log(path: Path, wanted: Wanted) -> Log:
     raise UsageError(f"{path}: is no log; allowed are {kinds}")
 
 
+def _hidden(times: Array, gaps: Sequence[Gap]) -> NDArray[np.bool_]:
+    """Whether each time lies within a gap, its ends excluded, shape (times,)."""
+    hidden = np.zeros(len(times), dtype=bool)
+    slack = SLACK * (times[1] - times[0]) if len(times) > 1 else 0.0
+    for gap in gaps:
+        hidden |= (times > gap.start + slack) & (times < gap.end - slack)
+    return hidden
+
+
+def _without(gaps: Sequence[Gap], count: int) -> str:
+    """What of a log of so many bodies is not judged, in words; nothing without gaps."""
+    if not gaps:
+        return ""
+    shown = [
+        f"from {gap.start:.6g} to {gap.end:.6g} s "
+        f"({'all bodies' if len(gap.bodies) == count else in_words(gap.bodies)})"
+        for gap in gaps[:MOST_GAPS]
+    ]
+    more = [f"{len(gaps) - MOST_GAPS} more"] * (len(gaps) > MOST_GAPS)
+    total = sum(gap.end - gap.start for gap in gaps)
+    return f"; not logged, and not judged, for {total:.6g} s: {', '.join([*shown, *more])}"
+
+
 def _track_faults(log: Log) -> Iterator[str]:
     """What is wrong with single bodies; where all share the same time stamps, that of these once."""
     told = set()
@@ -152,6 +189,11 @@ def _span(log: Log, scenario: Scenario, start: float | None) -> tuple[float, flo
         return 0.0, 0.0
     begun = max(float(time[0]) for time in times) if start is None else start
     end = min(float(time[-1]) for time in times)
+    for gap in log.gaps:
+        if gap.start < begun < gap.end and start is None:
+            begun = gap.end
+        if gap.start < end < gap.end:
+            end = gap.start
     timestep = scenario.physics.timestep
     whole = last_step(end - begun, timestep) * timestep if end > begun else 0.0
     return begun, min(scenario.duration, whole)
@@ -172,6 +214,10 @@ def _time_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator[
         return
     if begun < float(first.time[0]) - SLACK * scenario.physics.timestep:
         yield f"--start {begun:.10g}: {first.name} is logged from {first.time[0]:.10g} s on"
+    for gap in log.gaps:
+        if gap.start < begun < gap.end:
+            words = f"{in_words(gap.bodies)} from {gap.start:.10g} to {gap.end:.10g} s"
+            yield f"--start {begun:.10g}: the log has no position of {words}"
     if length < scenario.physics.timestep:
         words = (
             f"{first.name} is logged from {first.time[0]:.10g} s on, {last.name} up to {last.time[-1]:.10g} s"
@@ -242,6 +288,8 @@ def _logged(log: Log, wanted: Wanted, world: World, times: Array, start: float) 
         found["v_d"] = np.stack([at(times, track.time, track.values[REFERENCE]) for track in tracks], axis=1)
     kinds = {signal.name: np.dtype(signal.dtype).kind for signal in SIGNALS}
     for name, (stamps, values) in log.signals.items():
+        if name in TOTALS:
+            values = without_gaps(stamps, values, log.gaps)
         found[name] = (at if kinds[name] == "f" else before)(times, stamps, values)
     if "v_d" in found and "e_dot" not in found:
         speed = [at(times, track.time, velocity_of(track)) for track in tracks]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,20 @@ Array = NDArray[np.float64]
 
 POSITION, VELOCITY, FORCE, REFERENCE = "position", "velocity", "force", "reference_velocity"
 GAP, GAP_STAMPS = 0.5, 5.0  # a gap is longer than this [s] and than so many usual steps between two stamps
+
+
+class Gap(NamedTuple):
+    """A stretch of time between two time stamps for which a log has no positions.
+
+    Attributes:
+        start: Last time stamp before it [s].
+        end: First time stamp after it [s].
+        bodies: Which bodies are not logged there.
+    """
+
+    start: float
+    end: float
+    bodies: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -46,19 +62,24 @@ class Track:
             stamps = f"{self.time[first + 1]:.10g} s follows {self.time[first]:.10g} s"
             yield f"{self._place}: time is not ascending: {stamps}"
             return
-        usual = float(np.median(steps))
-        wide = np.flatnonzero(steps > max(GAP, GAP_STAMPS * usual))
-        if len(wide):
-            worst = int(wide[np.argmax(steps[wide])])
-            words = f"from {self.time[worst]:.10g} s to {self.time[worst + 1]:.10g} s"
-            count = f"{len(wide)} gaps, the longest" if len(wide) > 1 else "a gap"
-            yield f"{self._place}: {count} {words} without a position; usual are {usual:.3g} s between two"
         for name, values in self.values.items():
             if not np.isfinite(values).all():
                 row = int(np.argmax(~np.isfinite(values).all(axis=1)))
                 yield f"{self._place}: {name} is not a finite number at {self.time[row]:.10g} s"
         if VELOCITY in self.values and not (steps <= 0.0).any():
             yield from self._velocity_faults()
+
+    @cached_property
+    def wide(self) -> NDArray[np.bool_]:
+        """Whether each step between two time stamps is a gap: nothing is known in it, shape (k - 1,)."""
+        steps = np.diff(self.time)
+        return steps > max(GAP, GAP_STAMPS * float(np.median(steps))) if len(steps) else steps > 0.0
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """Its gaps, in order."""
+        places = np.flatnonzero(self.wide)
+        return [Gap(float(self.time[k]), float(self.time[k + 1]), (self.name,)) for k in places]
 
     def _velocity_faults(self) -> Iterator[str]:
         """Velocities of another unit than the positions."""
@@ -90,6 +111,18 @@ class Log:
     signals: dict[str, tuple[Array, Array]] = field(default_factory=dict)
     ignored: tuple[str, ...] = ()
     faults: tuple[str, ...] = ()
+
+    @property
+    def gaps(self) -> list[Gap]:
+        """Stretches of time for which some body has no position, in order, apart from each other."""
+        found: list[Gap] = []
+        for gap in sorted(gap for track in self.tracks.values() for gap in track.gaps):
+            if found and gap.start < found[-1].end:
+                last = found.pop()
+                bodies = tuple(dict.fromkeys(last.bodies + gap.bodies))
+                gap = Gap(last.start, max(last.end, gap.end), bodies)
+            found.append(gap)
+        return found
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,13 @@ positions. Totals of forces are sums over the log's own time stamps.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.judging.log import FORCE, POSITION, VELOCITY, Log, Track, differentiated
+from escort_mj.judging.log import FORCE, POSITION, VELOCITY, Gap, Log, Track, differentiated
 from escort_mj.scenario.geometry.trajectory import Piecewise, Trajectory
 
 Array = NDArray[np.float64]
@@ -88,8 +89,26 @@ def before(times: Array, stamps: Array, values: Array) -> Array:
     return np.asarray(values[np.clip(np.searchsorted(stamps, times + slack, side="right") - 1, 0, None)])
 
 
+def without_gaps(stamps: Array, totals: Array, gaps: Iterable[Gap]) -> Array:
+    """Running totals without what they gained in gaps of a log, shape (k, ...).
+
+    Args:
+        stamps: Their time stamps, shape (k,) [s].
+        totals: Shape (k, ...).
+        gaps: Of the log.
+    """
+    hidden = np.zeros_like(totals)
+    for gap in gaps:
+        ends = np.array([gap.start, gap.end])
+        first, last = at(ends, stamps, totals)
+        hidden[stamps >= gap.end] += last - first
+    return np.asarray(totals - hidden)
+
+
 def totals_of(track: Track, limit: float, start: float) -> dict[str, Array]:
     """Running totals of a robot's logged forces, at its own time stamps, each shape (k,).
+
+    In a gap of its log they gain nothing.
 
     Args:
         track: With forces.
@@ -100,13 +119,14 @@ def totals_of(track: Track, limit: float, start: float) -> dict[str, Array]:
         `effort`, `work`, `force_variation` and `saturated_time`, see `monitor.motion`.
     """
     force, velocity = track.values[FORCE], velocity_of(track)
-    step = np.diff(track.time) * (track.time[1:] > start)
+    counts = (track.time[1:] > start) & ~track.wide
+    step = np.diff(track.time) * counts
     power = np.abs((force * velocity).sum(axis=1))
     limited = np.max(np.abs(force), axis=1) >= limit * (1.0 - 1e-9)
     rates = {
         "effort": (force**2).sum(axis=1)[:-1] * step,
         "work": power[:-1] * step,
-        "force_variation": np.abs(np.diff(force, axis=0)).sum(axis=1) * (track.time[1:] > start),
+        "force_variation": np.abs(np.diff(force, axis=0)).sum(axis=1) * counts,
         "saturated_time": limited[:-1] * step,
     }
     return {name: np.concatenate([[0.0], np.cumsum(rate)]) for name, rate in rates.items()}

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Bodies, Measure
+from escort_mj.record.recording import known_time
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -46,15 +47,16 @@ def escorts(trace: Recorded) -> bool:
 def mean(trace: Recorded, values: Array) -> float:
     """Mean over time and things of values of shape (time, thing), without those that are NaN.
 
-    A sample counts for the time around it: halfway to its neighbors, at either end as far out as in.
+    A sample counts for the time around it: halfway to its neighbors, at either end as far out as in. The gaps
+    of a log count for none.
 
     Args:
         trace: With a sample at least.
         values: One row for each sample.
     """
-    gaps = np.diff(np.rint(trace["time"].values / trace.attrs["timestep"]))
+    gaps = np.diff(np.rint(known_time(trace) / trace.attrs["timestep"]))
     weights = np.ones(len(values))
-    if len(gaps):
+    if gaps.any():
         weights = np.append(gaps[0], gaps) + np.append(gaps, gaps[-1])
     known = ~np.isnan(values)
     weighed = (weights / weights.max())[:, None] * known
@@ -102,7 +104,7 @@ def gained(trace: Recorded, name: str) -> Measure:
 
 def rate(trace: Recorded, name: str) -> Measure:
     """What a running total gained per second, mean over robots; no value for a window of one sample."""
-    total, time = gained(trace, name), trace["time"].values
+    total, time = gained(trace, name), known_time(trace)
     if total.value is None:
         return total
     return Measure(total.value / float((time[_last(trace)] - time[0]).sum()))

@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-LOG, NOT_LOGGED = "log", "not_logged"
-"""Attributes of a log of real robots: its file, and the names of the signals that it does not contain."""
+LOG, NOT_LOGGED, GAPS = "log", "not_logged", "log_gaps"
+"""Attributes of a log of real robots: its file, the names of the signals that it does not contain, and start
+and end of each of its gaps [s], one after another: it lacks positions there, so there are no samples."""
 CONVENTIONS = "CF-1.11"  # for names of attributes and units; names of signals are the project's own
 
 
@@ -148,6 +149,18 @@ def is_log(trace: Recorded) -> bool:
 def not_logged(trace: Recorded) -> frozenset[str]:
     """Names of the signals that a log of real robots does not contain; its trace has NaN or 0 there."""
     return frozenset(str(trace.attrs.get(NOT_LOGGED, "")).split())
+
+
+def gaps_of(trace: Recorded) -> Array:
+    """Stretches of time that a log of real robots hides, shape (gaps, 2) [s]; a simulated run has none."""
+    return np.reshape(np.asarray(trace.attrs.get(GAPS, ()), dtype=float), (-1, 2))
+
+
+def known_time(trace: Recorded) -> Array:
+    """The time of each sample, less the gaps of a log before it, shape (time,) [s]."""
+    time = trace["time"].values
+    hidden = [np.clip(time - start, 0.0, end - start) for start, end in gaps_of(trace)]
+    return np.asarray(time - np.sum(hidden, axis=0)) if hidden else time
 
 
 def sealed(trace: Recorded) -> Recording:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast, get_args
 import numpy as np
 
 from escort_mj.numerics.steps import SLACK
+from escort_mj.record.recording import gaps_of
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Part, Recorded
@@ -72,7 +73,8 @@ def rate_of(trace: Recorded) -> float | None:
 def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part:
     """The samples of a window of time [s], its ends included.
 
-    Where the first of them would tell of steps before the window, it tells of its own moment alone.
+    Where the first of them would tell of steps before the window, it tells of its own moment alone. The first
+    sample after a gap of a log tells of nothing before it anyway.
     """
     time = trace["time"].values
     if not len(time):
@@ -83,7 +85,8 @@ def window(trace: Part, after: float = 0.0, before: float | None = None) -> Part
     if inside.all():
         return trace
     part, first = cast("Part", trace.isel(time=inside)), int(np.argmax(inside))
-    looks_back = inside.any() and first > 0 and time[first - 1] + timestep < after - slack
+    since_gap = np.abs(gaps_of(trace)[:, 1] - time[first]).min(initial=math.inf) < timestep
+    looks_back = inside.any() and first > 0 and time[first - 1] + timestep < after - slack and not since_gap
     return _without_past(part) if looks_back else part
 
 

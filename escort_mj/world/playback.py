@@ -30,6 +30,7 @@ def play(
     position: Array,
     velocity: Array,
     ways: Mapping[str, FunctionOfTime],
+    hidden: NDArray[np.bool_],
     progress: Callable[[float, float], None] | None = None,
 ) -> tuple[Array, Array]:
     """Put bodies where they were, step by step, and let the monitor look.
@@ -39,10 +40,13 @@ def play(
         position: Of the robots in each physics step, shape (steps, n, p) [m].
         velocity: Likewise [m/s].
         ways: Of bodies that move by themselves; those without one follow the scenario.
+        hidden: Whether nothing is known of a physics step, shape (steps,): nobody looks at it, and nothing is
+            concluded from the step before to the one after.
         progress: Called now and then.
 
     Returns:
-        Samples, shape (k, record_size), and contact episodes without forces, shape (e, EPISODE_SIZE).
+        Samples of steps that are not hidden, shape (k, record_size), and contact episodes without forces,
+        shape (e, EPISODE_SIZE).
 
     Raises:
         KeyboardInterrupt: If it was interrupted.
@@ -66,17 +70,22 @@ def play(
     times = timestep * np.arange(schedule.last + 1.0)
     paths = [ways.get(name, mover.path) for name, mover in zip(bodies, movers, strict=True)]
     moved = [(path.position(times), path.velocity(times)) for path in paths]
+    sampled = {schedule.step(sample) for sample in range(schedule.count)}
     rows, taken, ended = np.empty((schedule.count, world.record_size)), 0, []
     with native_loop(world):
         position = position - _ahead(plant, places, position[0])
         for step, time in enumerate(times):
+            if hidden[step]:
+                continue
+            if step and hidden[step - 1]:
+                plant.state.watched_step[0] = 0.0  # as in the first step of all
             data.time = time
             data.qpos[places], data.qvel[speeds] = position[step], velocity[step]
             for mover, (where, speed) in enumerate(moved):
                 data.qpos[mover_places[mover]], data.qvel[mover_speeds[mover]] = where[step], speed[step]
             plant.state.q_d[:], plant.state.q_d_rate[:] = plant.state.q, 0.0  # the law's own is unknown
             mujoco.mj_forward(model, data)
-            if step == schedule.step(taken):
+            if step in sampled:
                 rows[taken] = plant.record
                 taken += 1
             if plant.has_ended:
@@ -86,7 +95,7 @@ def play(
                     raise KeyboardInterrupt(f"interrupted by {signal}")
                 if progress is not None:
                     progress(time, times[-1])
-    return rows, _without_forces(np.vstack([*ended, plant.under_way()]))
+    return rows[:taken], _without_forces(np.vstack([*ended, plant.under_way()]))
 
 
 def _ahead(plant: Plant, places: NDArray[np.int64], position: Array) -> Array:

@@ -190,12 +190,6 @@ FAULTS = {
         lambda t: t.assign(**{"robot_2.y": t["robot_2.y"].where(t.time != 1.0)}),
         "not a finite number at 1 s",
     ),
-    "a gap": (
-        lambda t: t.assign(
-            **{f"robot_2.{a}": t[f"robot_2.{a}"].where((t.time < 1) | (t.time > 2)) for a in "xy"}
-        ),
-        "robot_2: a gap from 0.98 s to 2.02 s without a position",
-    ),
     "time back": (
         lambda t: t.assign(time=t.time.where(t.time != 1.0, 0.5)),
         "time is not ascending: 0.5 s follows 0.98",
@@ -216,6 +210,94 @@ def test_a_wrong_log(run: Run, tmp_path: Path, fault: str) -> None:
     change(positions(run)).to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(LogError, match=words):
         escort_mj.judge(tmp_path / "log.csv", run.scenario)
+
+
+PASSING = """\
+name: passing
+duration: 4
+robots: {positions: [[-2, 0], [2, 0]], radius: 0.2}
+target: {position: [0, 9]}
+mission: {radius: 1, behaviors: [surface]}
+expect:
+  - {contacts: none}
+  - {contacts: none, after: 1.7, before: 2.3}
+  - {clearance: [robots, robots], at_least: 0.5, after: 2.1}
+  - {metric: path_length, at_most: 100, before: 1.5}
+"""
+
+
+def passing(tmp_path: Path, *gaps: tuple[float, float], who: tuple[int, ...] = (1, 2)) -> Path:
+    """A log of two robots that drive through each other, at 1 m/s from 4 m apart, with gaps."""
+    time = 0.02 * np.arange(201.0)
+    table = {"time": time + 50.0}
+    for robot, way in ((1, time - 2.0), (2, 2.0 - time)):
+        for start, end in gaps if robot in who else ():
+            way = np.where((time > start) & (time < end), np.nan, way)
+        table |= {f"robot_{robot}.x": way, f"robot_{robot}.y": np.where(np.isnan(way), np.nan, 0.0)}
+    pandas.DataFrame(table).to_csv(tmp_path / "log.csv", index=False)
+    return tmp_path / "log.csv"
+
+
+@pytest.mark.parametrize("who", [(1, 2), (2,)])
+def test_a_log_is_judged_around_its_gaps(compiled: None, tmp_path: Path, who: tuple[int, ...]) -> None:
+    scenario = parse_scenario(PASSING)
+    whole = escort_mj.judge(passing(tmp_path), scenario)
+    assert [one.passed for one in whole.verdicts] == [True, False, False, False, True]
+    met = escort_mj.judge(passing(tmp_path, (3.0, 3.6), who=who), scenario)  # a gap elsewhere
+    assert [one.passed for one in met.verdicts] == [one.passed for one in whole.verdicts]
+    assert met.verdicts[1].time == whole.verdicts[1].time and met.verdicts[1].value == whole.verdicts[1].value
+    missed = escort_mj.judge(passing(tmp_path, (1.5, 2.5), who=who), scenario)
+    bodies = "all bodies" if len(who) == 2 else "robot 2"
+    told = f"not logged, and not judged, for 1 s: from 1.5 to 2.5 s ({bodies})"
+    assert missed.message.endswith(told)
+    words = "; not judged from 1.5 to 2.5 s, which the log lacks"
+    outcome, touches, inside, apart, before = missed.verdicts
+    assert touches.passed and touches.message.endswith(words) and words not in outcome.message
+    assert inside.skip == "the log has no positions from 1.5 to 2.5 s" and not inside.near_miss
+    assert apart.passed and apart.message.endswith(words)  # its window begins in the gap
+    assert apart.value == pytest.approx(2 * 0.5 - 2 * 0.2) and apart.time == 2.5  # and not 2.1
+    assert not before.skip and words not in before.message
+    time = missed.trace["time"].values
+    assert not ((time > 1.5) & (time < 2.5)).any() and {1.5, 2.5} <= set(time.round(9))
+
+
+def test_a_gap_counts_for_no_time(compiled: None, tmp_path: Path) -> None:
+    """Means and rates are those of the two parts, by how long they are."""
+    time = 0.02 * np.arange(301.0)
+    table = {"time": time}
+    for robot in (1, 2):
+        table |= {f"robot_{robot}.x": np.full(301, 2.0 * robot - 3.0), f"robot_{robot}.y": 0.0 * time}
+        table |= {f"robot_{robot}.fx": np.where(time < 1.0, 3.0, 1.0), f"robot_{robot}.fy": 0.0 * time}
+    log, log_path = pandas.DataFrame(table), tmp_path / "log.csv"
+    log[(log.time <= 2.0) | (log.time >= 5.0)].to_csv(log_path, index=False)
+    scenario = parse_scenario(PASSING).replace({"duration": 6, "target.position": [0, 1], "expect": []})
+    found = escort_mj.judge(log_path, scenario)
+    assert found.values["force_rms"] ** 2 == pytest.approx((9.0 * 1.0 + 1.0 * 2.0) / 3.0, rel=0.02)
+    judged = escort_mj.judge(log_path, scenario.replace({"target.position": ["t", 1]}))
+    error = np.abs(np.sqrt(1.0 + (judged.trace["target_position"].values[:, 0] - [[1], [-1]]) ** 2) - 1.0)
+    known = judged.trace["time"].values
+    parts = [(known <= 2.0, 2.0), (known >= 5.0, 1.0)]
+    expected = sum(np.trapezoid(error[:, part].mean(axis=0), known[part]) for part, _ in parts) / 3.0
+    window = {"metric": "radius_error_mean", "at_most": 100}
+    mean = escort_mj.judge(log_path, judged.scenario.replace({"expect": [window]})).verdicts[1]
+    assert mean.value == pytest.approx(expected, rel=0.01)
+
+
+def test_a_mission_begins_and_ends_outside_of_gaps(compiled: None, tmp_path: Path) -> None:
+    scenario = parse_scenario(PASSING).replace(expect=())
+    log = pandas.read_csv(passing(tmp_path, (0.0, 0.8), (3.2, 5.0), who=(2,)))
+    log.loc[0, ["robot_1.x", "robot_1.y"]] = np.nan  # logged from 50.02 s on, in the gap of robot 2
+    log.to_csv(tmp_path / "log.csv", index=False)
+    found = escort_mj.judge(tmp_path / "log.csv", scenario)
+    assert found.trace.attrs["log_start"] == pytest.approx(50.8)
+    assert found.trace["time"].values[-1] == pytest.approx(2.4) and "not judged" not in found.message
+    with pytest.raises(LogError, match=r"--start 50.5: the log has no position of robot 2 from 50 to 50.8 s"):
+        escort_mj.judge(tmp_path / "log.csv", scenario, start=50.5)
+    never = pandas.read_csv(passing(tmp_path, (0.0, 2.0), who=(1,)))
+    never.loc[never.time > 51.9, ["robot_2.x", "robot_2.y"]] = np.nan
+    never.to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(LogError, match="no time at which all bodies are logged"):
+        escort_mj.judge(tmp_path / "log.csv", scenario)
 
 
 def test_all_faults_at_once(run: Run, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -49,17 +50,21 @@ class Schedule:
         return [self.before(step) for step in self.extra]
 
 
-def schedule_of(scenario: Scenario) -> Schedule:
+def schedule_of(scenario: Scenario, more: Iterable[int] = ()) -> Schedule:
     """When a scenario's samples are taken.
 
     Beside those that `recording.rate` asks for there is one in the run's last step, and there are some where
     windows of expectations begin and end. What is watched between samples is known from one sample to the
     next, so where an expectation reads that, there is one in the step before its window as well.
+
+    Args:
+        scenario: A checked scenario.
+        more: Further steps with a sample.
     """
     timestep = scenario.physics.timestep
     stride = round(1.0 / (scenario.recording.rate * timestep))
     last = last_step(scenario.duration, timestep)
-    wanted = {last}
+    wanted = {last, *more}
     for expectation in scenario.expect:
         start, end = expectation.window
         first = first_step(start, timestep)

@@ -91,10 +91,12 @@ class Seen(NamedTuple):
     Attributes:
         position: Where they start, shape (n, p) [m].
         target: Where the target was; None for where the scenario has it.
+        edges: Physics steps beside which the motion is unknown; there are samples in them.
     """
 
     position: Array
     target: FunctionOfTime | None = None
+    edges: tuple[int, ...] = ()
 
 
 class Draft(NamedTuple):
@@ -190,7 +192,8 @@ def _draft(
         setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents),
         len(setup.teams), len(setup.movers),
     )  # fmt: skip
-    return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule_of(scenario), sizes)
+    schedule = schedule_of(scenario, seen.edges if seen is not None else ())
+    return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule, sizes)
 
 
 def _plan(draft: Draft) -> Array:
