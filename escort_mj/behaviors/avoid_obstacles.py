@@ -25,13 +25,13 @@ from escort_mj.native.lanes import (
     lane_numbers,
     load,
     load_rows,
+    root,
     row_of,
     set_row,
     stack_rows,
     there,
     where,
 )
-from escort_mj.numerics.elementary import root
 from escort_mj.numerics.neighbors import candidate, number_of_candidates, seen_neighbors
 
 if TYPE_CHECKING:

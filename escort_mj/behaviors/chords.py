@@ -17,8 +17,7 @@ from escort_mj.behaviors.wish import (
     look_at_others,
 )
 from escort_mj.native.fields import Array, Fields, Value
-from escort_mj.native.lanes import everywhere, row_of, set_row, stack_rows
-from escort_mj.numerics.elementary import root
+from escort_mj.native.lanes import everywhere, root, row_of, set_row, stack_rows
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup

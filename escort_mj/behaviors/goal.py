@@ -15,9 +15,8 @@ from escort_mj.components.parameters import Vector
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.native.fields import Array, Fields, Value
 from escort_mj.native.kernels import inlined
-from escort_mj.native.lanes import everywhere, load_rows, row_of, set_row, stack_rows, there, where
+from escort_mj.native.lanes import everywhere, load_rows, root, row_of, set_row, stack_rows, there, where
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup

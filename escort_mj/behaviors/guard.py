@@ -21,13 +21,13 @@ from escort_mj.native.lanes import (
     greatest,
     load,
     load_rows,
+    root,
     row_of,
     set_row,
     stack_rows,
     there,
     where,
 )
-from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup

@@ -23,6 +23,7 @@ from escort_mj.native.lanes import (
     lane_numbers,
     load,
     load_rows,
+    root,
     row_of,
     set_row,
     stack_rows,
@@ -31,7 +32,6 @@ from escort_mj.native.lanes import (
     where,
 )
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State

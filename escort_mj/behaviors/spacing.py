@@ -14,9 +14,8 @@ from escort_mj.behaviors.task import Situation, Task, tangential
 from escort_mj.behaviors.wish import Wish, across, look_at_target, square_of
 from escort_mj.knowledge.belief import target_place
 from escort_mj.knowledge.teammates import mate_at, places_of, teammate_place
-from escort_mj.native.lanes import WIDTH, everywhere, load_rows, row_of, set_row, stack_rows, where
+from escort_mj.native.lanes import WIDTH, everywhere, load_rows, root, row_of, set_row, stack_rows, where
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State

@@ -30,6 +30,7 @@ from escort_mj.native.lanes import (
     gather,
     load,
     load_rows,
+    root,
     row_of,
     set_row,
     stack_rows,
@@ -37,7 +38,6 @@ from escort_mj.native.lanes import (
     total,
     where,
 )
-from escort_mj.numerics.elementary import root
 
 if TYPE_CHECKING:
     from escort_mj.control.setup import Setup
@@ -237,7 +237,7 @@ def _correlate(q: Array, center: Array, lost: Array, vertices: Array, h: Array) 
         for a in range(p):
             set_row(way, a, where(counts, row_of(way, a) - center[a], 0.0))
             square = square + row_of(way, a) * row_of(way, a)
-        inverse = where(square > 0.0, 1.0 / math.sqrt(square), 0.0)
+        inverse = where(square > 0.0, 1.0 / root(square), 0.0)
         for b in range(p):
             part = where(counts, inverse * row_of(vertex, b), 0.0)
             for a in range(p):

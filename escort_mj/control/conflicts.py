@@ -21,6 +21,7 @@ from escort_mj.native.lanes import (
     gather,
     greatest,
     load,
+    root,
     row_of,
     scatter,
     set_row,
@@ -31,7 +32,7 @@ from escort_mj.native.lanes import (
 )
 from escort_mj.native.lanes import least as smaller
 from escort_mj.native.on_demand import on_demand
-from escort_mj.numerics.elementary import arc_cosine, root
+from escort_mj.numerics.elementary import arc_cosine
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State

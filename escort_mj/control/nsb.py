@@ -37,6 +37,7 @@ from escort_mj.native.lanes import (
     least,
     load,
     load_rows,
+    root,
     row_of,
     set_row,
     stack_rows,
@@ -293,8 +294,8 @@ def _add_within_limit(total: Array, parts: Array, at: int, max_speed: float) -> 
         room = where(room < ROUNDING * max_speed * max_speed, 0.0, room)  # all is spent but rounding
         beyond = a + 2.0 * b > room
         if any_of(beyond):
-            root = math.sqrt(b * b + a * room)
-            within = where(b > 0.0, room, root - b) / where(b > 0.0, root + b, a)
+            discriminant = root(b * b + a * room)
+            within = where(b > 0.0, room, discriminant - b) / where(b > 0.0, discriminant + b, a)
             alpha = where(beyond, least(within, 1.0), alpha)
     for k in range(p):
         set_row(total, k, row_of(total, k) + alpha * row_of(parts, at + k))

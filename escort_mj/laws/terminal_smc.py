@@ -9,8 +9,7 @@ from pydantic import NonNegativeFloat, PositiveFloat
 
 from escort_mj.components.views import LawView
 from escort_mj.laws.sliding import SlidingModeLaw, switching
-from escort_mj.native.lanes import Lanes, copysign, everywhere, load
-from escort_mj.numerics.elementary import root
+from escort_mj.native.lanes import Lanes, copysign, everywhere, load, root
 
 if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State

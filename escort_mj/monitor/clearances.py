@@ -19,6 +19,7 @@ from escort_mj.native.lanes import (
     load,
     load_rows,
     pick,
+    root,
     row_of,
     scatter,
     stack_rows,
@@ -127,7 +128,7 @@ def _note(least: Array, nearest: Array, g: int, square: float, bodies: float, bo
     """
     reach = least[g] + bodies
     if square < reach * reach:
-        clearance = math.sqrt(square) - bodies
+        clearance = root(square) - bodies
         if clearance < least[g]:
             least[g], nearest[g] = clearance, body
 
@@ -146,7 +147,7 @@ def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, stat
     least = gather(state.clearance, i * groups + g, groups)
     reach = least + bodies
     if any_of((square < reach * reach) & there(left)):
-        clearance, nearest = math.sqrt(square) - bodies, gather(state.clearance_body, i * groups + g, groups)
+        clearance, nearest = root(square) - bodies, gather(state.clearance_body, i * groups + g, groups)
         nearer = clearance < least
         scatter(state.clearance, i * groups + g, groups, where(nearer, clearance, least))
         scatter(state.clearance_body, i * groups + g, groups, where(nearer, body, nearest))
@@ -208,11 +209,11 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
                 square = square + x * x
             reach = least + (own + plan.obstacle_radius[j])
             if any_of((square < reach * reach) & there(left)):
-                clearance = math.sqrt(square) - (own + plan.obstacle_radius[j])
+                clearance = root(square) - (own + plan.obstacle_radius[j])
                 nearer = clearance < least
                 least, who, found = where(nearer, clearance, least), where(nearer, float(body), who), True
             if sampled:
-                scatter(state.obstacle_distance, i * m + j, m, math.sqrt(square))
+                scatter(state.obstacle_distance, i * m + j, m, root(square))
         if found:
             _keep(i, g, least, who, state)
     overlaps = False
@@ -302,7 +303,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
             bodies, another = own + radius[j], (lane_numbers() + float(i) != float(j)) & there(n - i)
             reach = least + bodies
             if any_of((square < reach * reach) & another):
-                clearance = math.sqrt(square) - bodies
+                clearance = root(square) - bodies
                 nearer = (clearance < least) & another
                 least, who, found = where(nearer, clearance, least), where(nearer, float(j), who), True
             if sampled:
@@ -310,7 +311,7 @@ def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
         if found:
             _keep(i, g, least, who, state)
         if sampled:
-            store(state.robot_distance_min, i, math.sqrt(nearest))
+            store(state.robot_distance_min, i, root(nearest))
 
 
 @on_demand
@@ -349,13 +350,13 @@ def _watch_several(i: int, most: int, g: int, plan: Plan, state: State, sampled:
         bodies = own + pick(radius, others)
         reach = least + bodies
         if any_of(square < reach * reach):
-            clearance = math.sqrt(square) - bodies
+            clearance = root(square) - bodies
             nearer = clearance < least
             least, who = where(nearer, clearance, least), where(nearer, others, who)
     scatter(state.clearance, i * groups + g, groups, least)
     scatter(state.clearance_body, i * groups + g, groups, who)
     if sampled:
-        store(state.robot_distance_min, i, math.sqrt(nearest))
+        store(state.robot_distance_min, i, root(nearest))
 
 
 @inlined
@@ -376,4 +377,4 @@ def _watch_one(i: int, g: int, plan: Plan, state: State, sampled: bool) -> None:
         bodies = plan.robot_radius[i] + plan.robot_radius[j]
         _note(state.clearance[i], state.clearance_body[i], g, square, bodies, j)
     if sampled:
-        state.robot_distance_min[i] = math.sqrt(nearest)
+        state.robot_distance_min[i] = root(nearest)

@@ -16,6 +16,7 @@ from escort_mj.native.lanes import (
     greatest,
     load,
     load_rows,
+    root,
     row_of,
     stack_rows,
     store,
@@ -57,7 +58,7 @@ def watch_motion(plan: Plan, state: State, first: bool) -> None:
         fastest = load(state.speed_max, i)
         faster = square > fastest * fastest
         if any_of(faster):
-            store(state.speed_max, i, where(faster, math.sqrt(square), fastest))
+            store(state.speed_max, i, where(faster, root(square), fastest))
         store(state.effort, i, load(state.effort, i) + dt * effort)
         store(state.work, i, load(state.work, i) + dt * abs(power))
         if not first:

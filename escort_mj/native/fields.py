@@ -72,6 +72,9 @@ SCALARS = (float, int, bool)  # else it is an array, whose type releases of NumP
 class Fields:
     """Base of classes that declare fields, and of those composed of them; an instance has the values."""
 
+    addresses = (0, 0)
+    """Where a view of memory has its plan, and its arrays."""
+
     def __init__(self, **values: Any) -> None:
         self.__dict__.update(values)
 

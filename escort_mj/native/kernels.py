@@ -10,6 +10,7 @@ from __future__ import annotations
 import ctypes
 import sys
 from collections.abc import Callable
+from functools import wraps
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -74,7 +75,7 @@ def reachable(function: F, name: str) -> F:
 
 
 def external(address: int, result: Any, *arguments: Any) -> Callable[[F], F]:
-    """Marks what stands for a C function: kernels call that; Python gets what the body says.
+    """Mark what stands for a C function, which kernels call, compiled or interpreted.
 
     Args:
         address: Of the C function in this process.
@@ -85,8 +86,14 @@ def external(address: int, result: Any, *arguments: Any) -> Callable[[F], F]:
     def declare(function: F) -> F:
         symbol = f"{function.__module__}.{function.__qualname__}"
         symbols[symbol] = address
-        externals.append((function, External(symbol, result, arguments)))
-        return function
+        call = ctypes.CFUNCTYPE(result, *arguments)(address)
+
+        @wraps(function)
+        def from_python(*values: Any) -> Any:
+            return call(*values)
+
+        externals.append((from_python, External(symbol, result, arguments)))
+        return from_python  # type: ignore[return-value]
 
     return declare
 
@@ -117,18 +124,8 @@ def _named(symbol: str, value: int, base: int) -> Callable[[], int]:
     return found
 
 
-def machine(function: F) -> F:
-    """For what only kernels can do, in a few machine instructions; `compiler` says in which."""
-
-    def no_python(*arguments: Any) -> Any:
-        raise TypeError(f"{function.__name__} is for kernels alone")
-
-    no_python.__name__, no_python.__doc__ = function.__name__, function.__doc__
-    found: F = no_python  # type: ignore[assignment]
-    return found
-
-
-# Inside kernels these are a handful of machine instructions.
+# Inside compiled kernels these are a handful of machine instructions, which `compiler` says; interpreted ones
+# run what stands here.
 
 
 def matrix_at(address: int, rows: int, columns: int) -> NDArray[np.float64]:
@@ -164,35 +161,53 @@ def pointer_at(address: int) -> int:
     return ctypes.c_ssize_t.from_address(address).value
 
 
-@machine
+_stacks: list[NDArray[np.float64]] = []
+"""Scratch of interpreted kernels, which lives until `release_stacks`."""
+
+
 def stack_memory() -> int:
     """Address of STACK_DOUBLES doubles on the machine's stack: scratch that nothing else can alias."""
-    raise NotImplementedError
+    _stacks.append(np.zeros(STACK_DOUBLES))
+    return int(_stacks[-1].ctypes.data)
 
 
-@machine
-def call_at(address: int, arguments: tuple[Any, ...]) -> None:
-    """Calls the C function at an address, which returns nothing."""
+def release_stacks() -> None:
+    """Give back the scratch of interpreted kernels, none of which is under way."""
+    _stacks.clear()
 
 
-@machine
-def call_function(address: int, arguments: tuple[Any, ...]) -> tuple[int, int]:
-    """Calls a function that numba compiled with whole numbers; gives its status and what it returned."""
-    raise NotImplementedError
+def call_at(address: int, arguments: tuple[int, ...]) -> None:
+    """Call the C function at an address, which takes whole numbers and returns nothing."""
+    ctypes.CFUNCTYPE(None, *[ctypes.c_ssize_t] * len(arguments))(address)(*arguments)
 
 
-@machine
-def data_address(array: Any) -> int:
+def call_function(address: int, arguments: tuple[int, ...]) -> tuple[int, int]:
+    """Call a function that numba compiled with whole numbers; give its status and what it returned."""
+    result, error = ctypes.c_ssize_t(), ctypes.c_ssize_t()
+    words = [ctypes.c_ssize_t] * len(arguments)
+    kind = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_void_p, ctypes.c_void_p, *words)
+    status = kind(address)(ctypes.addressof(result), ctypes.addressof(error), *arguments)
+    return status, result.value
+
+
+def data_address(array: NDArray[np.float64]) -> int:
     """Address of an array's first number."""
-    raise NotImplementedError
+    return int(array.ctypes.data)
 
 
-@machine
 def view_addresses(view: Any) -> tuple[int, int]:
     """Addresses of the plan, and of the state, that a view of the state reads."""
-    raise NotImplementedError
+    found: tuple[int, int] = view.addresses
+    return found
 
 
-@machine
+_LOW, _HALF = np.uint64(2**32 - 1), np.uint64(32)
+
+
 def high_product(a: Any, b: Any) -> Any:
     """Upper 64 bits of the 128-bit product of two unsigned words."""
+    a, b = np.asarray(a, np.uint64), np.asarray(b, np.uint64)
+    a_low, a_high, b_low, b_high = a & _LOW, a >> _HALF, b & _LOW, b >> _HALF
+    across = a_high * b_low + (a_low * b_low >> _HALF)
+    other = a_low * b_high + (across & _LOW)
+    return (a_high * b_high + (across >> _HALF) + (other >> _HALF))[()]

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.native.kernels import flat, inlined, machine
+from escort_mj.native.kernels import DOUBLE, flat, inlined, vector_at
 
 Array = NDArray[np.float64]
 
@@ -39,114 +39,130 @@ class Lanes:
     __rtruediv__: Callable[[Lanes, float], Lanes]
     __neg__: Callable[[Lanes], Lanes]
     __abs__: Callable[[], Lanes]
-    __float__: Callable[[], float]  # for math.sqrt
     __lt__: Callable[[Lanes, Lanes | float], Any]
     __gt__: Callable[[Lanes, Lanes | float], Any]
     __and__: Callable[[Lanes, Any], Any]
 
 
-@machine
+# Compiled, each of these is a few SIMD instructions, which `compiler` says; interpreted, lanes are arrays of
+# eight doubles, and places past an array's end are read and written where they lie, as the machine does.
+
+
+def _numbers(array: Array, at: int, count: int) -> Array:
+    """So many numbers of an array, as if it were flat, where they lie."""
+    return vector_at(array.ctypes.data + DOUBLE * int(at), int(count))
+
+
 def copysign(size: Lanes, sign: Lanes) -> Any:
     """The magnitude of one with the sign of the other."""
+    return np.copysign(size, sign)
 
 
-@machine
+def root(x: Any) -> Any:
+    """Square root, of lanes or of one number; not a number below 0."""
+    return np.sqrt(x)
+
+
 def where(condition: Any, yes: Any, no: Any) -> Any:
     """Lane by lane: one thing where a condition holds, else the other."""
+    return np.where(condition, yes, no)[()]
 
 
-@machine
 def least(x: Any, y: Any) -> Any:
     """The smaller of two, lane by lane; the second where one is no number."""
+    return np.where(np.less(x, y), x, y)[()]
 
 
-@machine
 def greatest(x: Any, y: Any) -> Any:
     """The greater of two, lane by lane; the second where one is no number."""
+    return np.where(np.greater(x, y), x, y)[()]
 
 
-@machine
 def any_of(condition: Any) -> Any:
     """Whether a condition holds in some lane."""
+    return bool(np.any(condition))
 
 
-@machine
 def total(x: Lanes) -> Any:
     """Sum over the lanes."""
+    pairs = x
+    while len(pairs) > 1:  # in the order in which the machine adds
+        pairs = pairs[::2] + pairs[1::2]
+    return pairs[0]
 
 
-@machine
 def largest(x: Lanes) -> Any:
     """Largest of the lanes."""
+    return np.max(x)
 
 
-@machine
 def everywhere(x: float) -> Any:
     """The same float in all lanes."""
+    return np.full(WIDTH, float(x))
 
 
-@machine
 def load(array: Array, at: int) -> Any:
     """Numbers in a row of an array, as if it were flat."""
+    return _numbers(array, at, WIDTH).copy()
 
 
-@machine
 def gather(array: Array, at: int, stride: int) -> Any:
     """Numbers of an array, as if it were flat, so far apart."""
+    return _numbers(array, at, stride * (WIDTH - 1) + 1)[::stride].copy()
 
 
-@machine
 def pick(array: Array, places: Lanes) -> Any:
     """Numbers of an array, as if it were flat, from anywhere: places are whole floats."""
+    return np.array([_numbers(array, int(place), 1)[0] for place in places])
 
 
-@machine
 def lane_numbers() -> Any:
     """The numbers of the lanes, from 0."""
+    return np.arange(WIDTH, dtype=float)
 
 
-@machine
 def store(array: Array, at: int, x: Any) -> Any:
     """Writes lanes to an array, as if it were flat."""
+    _numbers(array, at, WIDTH)[:] = x
 
 
-@machine
 def scatter(array: Array, at: int, stride: int, x: Any) -> Any:
     """Writes lanes to an array, as if it were flat, so far apart."""
+    _numbers(array, at, stride * (WIDTH - 1) + 1)[::stride] = x
 
 
-@machine
 def load_pairs(array: Array, at: int) -> Any:
     """Numbers in a row of an array, as if it were flat: x of eight pairs (x, y), and y."""
+    return tuple(_numbers(array, at, 2 * WIDTH).reshape(WIDTH, 2).T.copy())
 
 
-@machine
 def load_triples(array: Array, at: int) -> Any:
     """Numbers in a row of an array, as if it were flat: x of eight triples (x, y, z), and y, and z."""
+    return tuple(_numbers(array, at, 3 * WIDTH).reshape(WIDTH, 3).T.copy())
 
 
-@machine
 def store_pairs(array: Array, at: int, x: Any, y: Any) -> Any:
     """Writes pairs (x, y) to an array, as if it were flat, one behind the other."""
+    _numbers(array, at, 2 * WIDTH).reshape(WIDTH, 2).T[:] = x, y
 
 
-@machine
 def store_triples(array: Array, at: int, x: Any, y: Any, z: Any) -> Any:
     """Writes triples (x, y, z) to an array, as if it were flat, one behind the other."""
+    _numbers(array, at, 3 * WIDTH).reshape(WIDTH, 3).T[:] = x, y, z
 
 
-@machine
 def two_to(shifted: Lanes) -> Any:
     """2**n for n + 1.5 * 2**52: that sum leaves n in the lowest bits, from where it moves to the exponent."""
+    return np.ldexp(1.0, (shifted - 1.5 * 2.0**52).astype(int))
 
 
-@machine
 def stack_rows(rows: int) -> Any:
     """Scratch of so many rows of lanes, STACK_ROWS at most; nothing is in it yet.
 
     Each place that asks has memory of its own, whose address nothing else knows: the compiler keeps in
     registers what is read and written at places that it knows.
     """
+    return np.zeros((rows, WIDTH))
 
 
 def room_for(count: int) -> int:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from escort_mj.native.fields import Array, Declared, Extent, declared
+from escort_mj.native.fields import Array, Declared, Extent, Fields, declared
 from escort_mj.native.kernels import DOUBLE, matrix_at, vector_at
 from escort_mj.native.lanes import room_for
 
@@ -159,13 +159,17 @@ class Layout:
         values: dict[str, Any] = {}
         for name, field in self.fields[kind].items():
             if field.kind is not np.ndarray:
-                values[name] = field.kind(header[field.place])
+                value = header[field.place]  # divided by zero it gives what the machine gives
+                values[name] = value if field.kind is float else field.kind(value)
                 continue
             shape = shape_of(field, sizes)
             base = plan if field.in_plan else memory
             flat = matrix_at(base + DOUBLE * int(header[field.place]), 1, prod(shape))
             values[name] = flat.reshape(shape)
-        return kind(**values)
+        view = kind(**values)
+        if isinstance(view, Fields):
+            view.addresses = plan, memory
+        return view
 
     def _room(self, field: Field, shape: tuple[int, ...]) -> int:
         """How many numbers an array of a shape has room for."""

@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from escort_mj.native.kernels import machine
+import numpy as np
+
+from escort_mj.native.lanes import WIDTH
 
 
 class Words:
@@ -27,11 +29,11 @@ class Words:
     __rshift__: Callable[[Words, Any], Words]
 
 
-@machine
 def words_from(first: Any) -> Any:
     """A word in the first lane, and one more in each of the next."""
+    return np.uint64(first) + np.arange(WIDTH, dtype=np.uint64)
 
 
-@machine
 def double_of(word: Any) -> Any:
     """The double that has these 64 bits; lanes of doubles for lanes of words."""
+    return np.asarray(word, np.uint64).view(np.float64)[()]

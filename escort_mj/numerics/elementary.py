@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
-from escort_mj.native.lanes import WIDTH, Lanes, any_of, copysign, least, load, store, two_to, where
+from escort_mj.native.lanes import WIDTH, Lanes, any_of, copysign, least, load, root, store, two_to, where
 
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH = 6.93147180369123816490e-01  # trailing bits zero, so that n * high is exact
@@ -46,13 +45,6 @@ def whole(x: Lanes) -> Lanes:
 
 
 @inlined
-def root(x: Lanes) -> Lanes:
-    """Square root."""
-    found: Any = math.sqrt(x)
-    return found
-
-
-@inlined
 def arc_cosine(x: Lanes) -> Lanes:
     """Arc cosine of 0 to 1 [rad]: pi/2 - asin x, or 2 asin of sqrt((1 - x) / 2); asin by a rational fit."""
     far = x > 0.5
@@ -66,7 +58,7 @@ def arc_cosine(x: Lanes) -> Lanes:
     below = below * z + 2.02094576023350569471e00
     below = below * z - 2.40339491173441421878e00
     below = below * z + 1.0
-    y = where(far, math.sqrt(z), x)
+    y = where(far, root(z), x)
     y = y + y * (z * above / below)
     return where(far, 2.0 * y, 0.5 * math.pi - y)
 

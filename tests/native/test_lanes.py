@@ -22,6 +22,7 @@ from escort_mj.native.lanes import (
     load_rows,
     pick,
     room_for,
+    root,
     row_of,
     scatter,
     set_row,
@@ -31,7 +32,7 @@ from escort_mj.native.lanes import (
     total,
     where,
 )
-from escort_mj.numerics.elementary import arc_cosine, root, tanh
+from escort_mj.numerics.elementary import arc_cosine, tanh
 
 
 @jitted

@@ -60,12 +60,12 @@ from escort_mj.native.lanes import (
     lane_numbers,
     load,
     load_rows,
+    root,
     row_of,
     stack_rows,
     store,
     where,
 )
-from escort_mj.numerics.elementary import root
 from escort_mj.numerics.neighbors import seen_neighbors
 from escort_mj.numerics.vectors import length_of
 

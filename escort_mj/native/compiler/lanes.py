@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -140,13 +139,23 @@ def _called(name: str) -> Callable[[Any, Any, Any, Any], Any]:
 
 
 @infer_global(abs)
-@infer_global(math.sqrt)
-class _Unary(ConcreteTemplate):
+class _Size(ConcreteTemplate):
     cases = [signature(lanes, lanes)]
 
 
 lower_builtin(abs, lanes)(_called("fabs"))
-lower_builtin(math.sqrt, lanes)(_called("sqrt"))
+
+
+@instructions_of(names.root)
+def _root(context: Any, x: Any) -> Any:
+    if x == lanes:
+        return lanes(lanes), _called("sqrt")
+
+    def generate(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        kind = ir.FunctionType(ir.DoubleType(), [ir.DoubleType()])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, "llvm.sqrt.f64"), arguments)
+
+    return types.float64(types.float64), generate
 
 
 @instructions_of(names.copysign)

@@ -26,11 +26,11 @@ def library() -> ctypes.CDLL:
     *[ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_int, ctypes.c_double, ctypes.c_void_p],
 )
 def geom_distance(model: int, data: int, geom1: int, geom2: int, farthest: float, segment: int) -> float:
-    """MuJoCo's `mj_geomDistance`, for kernels: signed distance of two geoms, at most `farthest` [m].
+    """MuJoCo's `mj_geomDistance`: signed distance of two geoms, at most `farthest` [m].
 
     Addresses of model and data; the two geoms; the address of six numbers for the nearest points on both.
     """
-    raise NotImplementedError("for kernels alone")
+    raise NotImplementedError  # in its place stands the function of C
 
 
 @external(
@@ -39,8 +39,8 @@ def geom_distance(model: int, data: int, geom1: int, geom2: int, farthest: float
     *[ctypes.c_void_p, ctypes.c_void_p],
 )
 def factor_mass(model: int, data: int) -> None:
-    """MuJoCo's `mj_factorM`, for kernels: factors the mass matrix as it stands.
+    """MuJoCo's `mj_factorM`: factors the mass matrix as it stands.
 
     Addresses of model and data.
     """
-    raise NotImplementedError("for kernels alone")
+    raise NotImplementedError  # in its place stands the function of C
