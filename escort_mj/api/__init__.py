@@ -74,6 +74,7 @@ def run(
     figures: bool = True,
     video: bool = True,
     report: bool = False,
+    interpreted: bool = False,
     progress: Progress | None = None,
 ) -> Run:
     """Run a scenario.
@@ -85,6 +86,8 @@ def run(
         figures: Whether to write the figures to the run folder.
         video: Whether to render the video in the run folder. Without GL, no video is rendered.
         report: Whether to write `report.html`, one page with all results and a replay, to the run folder.
+        interpreted: Whether the controller runs as plain Python, where a debugger can stop. It takes about a
+            thousand times as long and agrees with the machine code to rounding.
         progress: Called periodically with the simulated time and the duration [s].
 
     Returns:
@@ -97,11 +100,11 @@ def run(
     if not isinstance(scenario, Scenario):
         scenario = load_scenario(scenario)
     if out is None:
-        return Run(fly(scenario, None, progress))
+        return Run(fly(scenario, None, progress, interpret=interpreted))
     for note in notes(scenario):
         warnings.warn(note, stacklevel=2)
     with RunFolder.create(Path(out), overwrite=overwrite) as folder:
-        flight = fly(scenario, folder, progress)
+        flight = fly(scenario, folder, progress, interpret=interpreted)
     with _video_of(folder.path) if video else contextlib.nullcontext():
         if figures:  # while the video is rendered
             from escort_mj.report.figures.figures import draw_figures

@@ -53,6 +53,14 @@ def run_command(
     video: VideoOption = True,
     figures: FiguresOption = True,
     report: ReportOption = False,
+    interpreted: Annotated[
+        bool,
+        typer.Option(
+            "--interpreted",
+            help="Run the controller as plain Python, where a debugger can stop. It takes about a thousand "
+            "times as long and agrees with the machine code to rounding.",
+        ),
+    ] = False,
     as_json: JsonOption = False,
 ) -> None:
     """Run one scenario and write its run folder.
@@ -86,7 +94,7 @@ def run_command(
             created as folder,
             progress_bar("simulating", " s") as progress,
         ):
-            result = api.fly(mission, folder, progress)
+            result = api.fly(mission, folder, progress, interpret=interpreted)
         if not as_json:
             (_report_failures if OUTPUT.quiet else _report)(result)
         with stopping.keeping(lambda: f"the run is complete; escort-mj render {shown_path(path)} draws it"):

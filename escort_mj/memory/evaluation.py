@@ -11,6 +11,7 @@ from escort_mj.control.controller import evaluate, follow_time
 from escort_mj.memory.layout import axes_of, unpack_plan, unpack_state
 from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Artifact
+from escort_mj.native.kernels import interpreted
 from escort_mj.native.on_demand import CLASSES, callback, piece_of
 from escort_mj.sensing.measure import take_measurements
 
@@ -30,6 +31,11 @@ def evaluation(axes: int | None) -> Callable[..., None]:
         evaluate(unpack_plan(plan, axes), unpack_state(plan, state, axes))
 
     return of_few
+
+
+def interpreted_evaluation(axes: int) -> Callable[[int, int], None]:
+    """Return `evaluation` as plain Python, for a debugger; it agrees with the machine code to rounding."""
+    return interpreted(evaluation(axes if axes in CLASSES else None))
 
 
 @cache

@@ -110,6 +110,8 @@ def fly(
     folder: RunFolder | None = None,
     progress: Progress | None = None,
     room: Room | None = None,
+    *,
+    interpret: bool = False,
 ) -> Flight:
     """Run a scenario to its end, or to the point where it fails.
 
@@ -118,18 +120,22 @@ def fly(
         folder: Where to write what came of it, sample by sample; None keeps everything in memory.
         progress: Called now and then.
         room: Where samples go; what is recorded there lasts until the next mission that gets it.
+        interpret: Whether the controller runs as plain Python, see `callback.native_loop`.
 
     Raises:
         KeyboardInterrupt: If it was interrupted; a folder then holds the run as far as it came.
     """
     world = build(scenario)
     plant = Plant(world)
-    callbacks(scenario.axes)  # now, so that the clock below times the run alone
+    if not interpret:
+        callbacks(scenario.axes)  # now, so that the clock below times the run alone
     if folder is not None:
         begin_folder(folder, scenario, world)
     with stopping.deferred():
         clock = time.perf_counter() - waited()
-        samples, episodes, outcome, message = _simulate(plant, scenario, folder, progress, room or Room())
+        samples, episodes, outcome, message = _simulate(
+            plant, scenario, folder, progress, room or Room(), interpret
+        )
         wall = time.perf_counter() - waited() - clock
         if outcome is Outcome.INTERRUPTED and (folder is None or not len(samples)):
             raise KeyboardInterrupt(message)
@@ -226,7 +232,12 @@ def failed(scenario: Scenario, error: Exception) -> Flight:
 
 
 def _simulate(
-    plant: Plant, scenario: Scenario, folder: RunFolder | None, progress: Progress | None, room: Room
+    plant: Plant,
+    scenario: Scenario,
+    folder: RunFolder | None,
+    progress: Progress | None,
+    room: Room,
+    interpret: bool,
 ) -> tuple[Array, Array, Outcome, str]:
     """Step the world in blocks of samples, and check after each block whether to continue.
 
@@ -240,7 +251,7 @@ def _simulate(
     bound = bound_of(scenario, world)
     done, outcome, message = 0, Outcome.COMPLETED, ""
     episodes = [NONE]
-    with native_loop(world):
+    with native_loop(world, interpret=interpret):
         while done < total and outcome is Outcome.COMPLETED:
             start = done
             kept, ended, outcome, message = take(plant, samples[start : start + BLOCK], bound)

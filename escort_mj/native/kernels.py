@@ -162,7 +162,7 @@ def pointer_at(address: int) -> int:
 
 
 _stacks: list[NDArray[np.float64]] = []
-"""Scratch of interpreted kernels, which lives until `release_stacks`."""
+"""Scratch of interpreted kernels, which lives until the outermost of them returns."""
 
 
 def stack_memory() -> int:
@@ -171,12 +171,24 @@ def stack_memory() -> int:
     return int(_stacks[-1].ctypes.data)
 
 
-def release_stacks() -> None:
-    """Give back the scratch of interpreted kernels, none of which is under way."""
-    _stacks.clear()
+def interpreted(kernel: Callable[..., None]) -> Callable[..., None]:
+    """Return what runs a kernel as plain Python, for callers outside of kernels.
+
+    Its arithmetic is the machine's: what is divided by zero is infinite or no number, without a warning.
+    """
+
+    @wraps(kernel)
+    def run(*arguments: Any) -> None:
+        try:
+            with np.errstate(all="ignore"):
+                kernel(*arguments)
+        finally:
+            _stacks.clear()
+
+    return run
 
 
-def call_at(address: int, arguments: tuple[int, ...]) -> None:
+def call_at(address: int, arguments: tuple[Any, ...]) -> None:
     """Call the C function at an address, which takes whole numbers and returns nothing."""
     ctypes.CFUNCTYPE(None, *[ctypes.c_ssize_t] * len(arguments))(address)(*arguments)
 

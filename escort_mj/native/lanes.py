@@ -53,7 +53,7 @@ def _numbers(array: Array, at: int, count: int) -> Array:
     return vector_at(array.ctypes.data + DOUBLE * int(at), int(count))
 
 
-def copysign(size: Lanes, sign: Lanes) -> Any:
+def copysign(size: Any, sign: Any) -> Any:
     """The magnitude of one with the sign of the other."""
     return np.copysign(size, sign)
 
@@ -83,7 +83,7 @@ def any_of(condition: Any) -> Any:
     return bool(np.any(condition))
 
 
-def total(x: Lanes) -> Any:
+def total(x: Any) -> Any:
     """Sum over the lanes."""
     pairs = x
     while len(pairs) > 1:  # in the order in which the machine adds
@@ -91,7 +91,7 @@ def total(x: Lanes) -> Any:
     return pairs[0]
 
 
-def largest(x: Lanes) -> Any:
+def largest(x: Any) -> Any:
     """Largest of the lanes."""
     return np.max(x)
 
@@ -111,7 +111,7 @@ def gather(array: Array, at: int, stride: int) -> Any:
     return _numbers(array, at, stride * (WIDTH - 1) + 1)[::stride].copy()
 
 
-def pick(array: Array, places: Lanes) -> Any:
+def pick(array: Array, places: Any) -> Any:
     """Numbers of an array, as if it were flat, from anywhere: places are whole floats."""
     return np.array([_numbers(array, int(place), 1)[0] for place in places])
 
@@ -151,7 +151,7 @@ def store_triples(array: Array, at: int, x: Any, y: Any, z: Any) -> Any:
     _numbers(array, at, 3 * WIDTH).reshape(WIDTH, 3).T[:] = x, y, z
 
 
-def two_to(shifted: Lanes) -> Any:
+def two_to(shifted: Any) -> Any:
     """2**n for n + 1.5 * 2**52: that sum leaves n in the lowest bits, from where it moves to the exponent."""
     return np.ldexp(1.0, (shifted - 1.5 * 2.0**52).astype(int))
 

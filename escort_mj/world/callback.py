@@ -20,6 +20,7 @@ import mujoco
 from escort_mj.memory.evaluation import law_pieces
 from escort_mj.native import artifacts
 from escort_mj.native.artifacts import Artifact
+from escort_mj.native.kernels import interpreted
 from escort_mj.native.on_demand import piece_of
 from escort_mj.world.loop.library import library
 from escort_mj.world.loop.step import (
@@ -82,13 +83,32 @@ _timer = ctypes.c_void_p.in_dll(library(), "mjcb_time")
 _warning = ctypes.c_void_p.in_dll(library(), "mju_user_warning")
 
 
+@cache
+def _interpreted() -> Callbacks:
+    """Callbacks that run as plain Python, for models of any number of axes."""
+    classes = [axes if axes < MANY else None for axes in range(2, MANY + 1)]
+    control = [interpreted(control_callback(axes)) for axes in classes]
+    sensor = [interpreted(sensor_callback(axes)) for axes in classes]
+
+    def every_control(model: Any, data: Any) -> None:
+        for each in control:  # of which one finds the model its own
+            each(model._address, data._address)
+
+    def every_sensor(model: Any, data: Any, stage: int) -> None:
+        for each in sensor:
+            each(model._address, data._address, int(stage))
+
+    return every_control, every_sensor
+
+
 _lock = threading.Lock()
 _needed: Counter[int] = Counter()  # classes of models in the loops that are under way
+_by_python = 0  # loops among them that are interpreted
 _before: tuple[Any, ...] = ()
 
 
 @contextmanager
-def native_loop(world: World, *others: World) -> Iterator[None]:
+def native_loop(world: World, *others: World, interpret: bool = False) -> Iterator[None]:
     """Install the callbacks that worlds need while inside; nests, and may be entered by several threads.
 
     MuJoCo's callbacks are global to the process: what was installed before comes back at the end. So does
@@ -97,22 +117,26 @@ def native_loop(world: World, *others: World) -> Iterator[None]:
     Args:
         world: What is stepped inside.
         others: What else is. Models of another class of axes, or of another program, are left alone.
+        interpret: Whether kernels run as plain Python, where a debugger can stop: a thousand times slower. As
+            long as one loop asks for it, all loops of the process do.
     """
-    global _before
+    global _before, _by_python
     classes = {min(each.setup.axes, MANY) for each in (world, *others)}
-    for axes in classes:
+    for axes in () if interpret else classes:
         callbacks(axes)
     with _lock:
         if not _needed:
             _before = (mujoco.get_mjcb_control(), mujoco.get_mjcb_sensor(), _timer.value, _warning.value)
             _timer.value, _warning.value = None, _silent
         _needed.update(classes)
+        _by_python += interpret
         _install()
     try:
         yield
     finally:
         with _lock:
             _needed.subtract(classes)
+            _by_python -= interpret
             for axes in classes:
                 if not _needed[axes]:
                     del _needed[axes]
@@ -126,6 +150,9 @@ def native_loop(world: World, *others: World) -> Iterator[None]:
 
 def _install() -> None:
     """Hands MuJoCo the callbacks of the one class that is needed, or those that tell classes apart."""
-    control, sensor = callbacks(next(iter(_needed))) if len(_needed) == 1 else _of_any_class()
+    if _by_python:
+        control, sensor = _interpreted()
+    else:
+        control, sensor = callbacks(next(iter(_needed))) if len(_needed) == 1 else _of_any_class()
     mujoco.set_mjcb_control(control)
     mujoco.set_mjcb_sensor(sensor)

@@ -265,4 +265,3 @@ table_address = place("escort_mj.plugins.table", ctypes.addressof(_table))
 @external(ctypes.cast(_note_failure, ctypes.c_void_p).value or 0, None, *[ctypes.c_void_p] * 4)
 def note_failure(own: int, plan: int, state: int, robot: int) -> None:
     """Tells Python that a call has failed."""
-    _note_failure(own, plan, state, robot)
