@@ -20,10 +20,13 @@ if TYPE_CHECKING:
     from escort_mj.scenario.reader.shipped import load_scenario
     from escort_mj.scenario.schema.scenario import Scenario
     from escort_mj.standalone.controller import Controller
+    from escort_mj.standalone.limits import Area, Limits
 
     __version__: str
 
 _HOMES = {
+    "Area": "standalone.limits",
+    "Limits": "standalone.limits",
     "Controller": "standalone.controller",
     "judge": "api",
     "load_scenario": "scenario.reader.shipped",
@@ -46,8 +49,10 @@ _HOMES = {
 }
 
 __all__ = [
+    "Area",
     "Controller",
     "EscortError",
+    "Limits",
     "LiveMission",
     "Outcome",
     "Run",

@@ -24,8 +24,10 @@ from escort_mj.native.fields import declared
 from escort_mj.sensing.sensors import SensorSignals
 from escort_mj.signals import SIGNALS, Signal
 from escort_mj.standalone.knowledge import Knowledge
+from escort_mj.standalone.lost import Figures, regrouped
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 _KINDS = (
     *(MissionSignals, ObstacleSignals, SensorSignals, control.SupervisorSignals, control.FailureSignals),
@@ -41,6 +43,21 @@ class Backend(Protocol):
 
     def evaluate(self, now: Knowledge) -> None:
         """Evaluate the law; its state moves on by a timestep if the time is later than at the last call."""
+        ...
+
+    def regroup(self, now: Knowledge, lost: Mask, returned: Mask) -> None:
+        """Let the robots that are left close ranks, and take up the state of those that come back.
+
+        Args:
+            now: What is known now.
+            lost: Who is out, shape (n,).
+            returned: Who comes back now, shape (n,): their reference is where they are, their estimate begins
+                again.
+        """
+        ...
+
+    def apply(self, force: Array) -> None:
+        """Take over the forces that robots really get, shape (n, p) [N]."""
         ...
 
     def value(self, name: str) -> Any:
@@ -94,6 +111,32 @@ class NativeBackend:
         np.maximum(state.force, self._least, out=state.force)
         state.force_before[:] = state.force
 
+    def regroup(self, now: Knowledge, lost: Mask, returned: Mask) -> None:
+        """Let robots close ranks, see `Backend`."""
+        state, setup = self._state, self._setup
+        members = state.member_of.astype(int) - 1 if setup.teams else np.zeros(setup.count, dtype=int)
+        centers = state.team_center if setup.teams else _target_of(now, setup)[None]
+        figures = Figures(state.predecessors, float(state.chord_length[0]), state.vertices)
+        found, moved = regrouped(setup, figures, now.q, centers, members, state.lost > 0.0, lost)
+        state.lost[:] = lost
+        state.predecessors[:], state.chord_length[0], state.vertices[:] = found
+        if setup.apart:
+            state.rotation[moved] = np.eye(setup.axes)
+        elif moved.any():
+            state.rotation[:] = np.eye(setup.axes)
+        if setup.teams:
+            state.missed[returned] = 0.0
+        state.q_d[returned] = now.q[returned]
+        state.rho_hat[returned] = self._plan.estimate_at_start[returned, None]
+        for array in (state.q_d_rate, state.rho_hat_rate):
+            array[returned] = 0.0
+        for array in (state.law_memory, state.law_memory_rate):
+            array[:, returned] = 0.0
+
+    def apply(self, force: Array) -> None:
+        """Take over forces, see `Backend`."""
+        self._state.force[:] = self._state.force_before[:] = force
+
     def value(self, name: str) -> Any:
         """Return a signal, see `Backend`."""
         return getattr(self._state, name)
@@ -120,6 +163,7 @@ class NumpyBackend:
         self._law = ReferenceController(setup, stride=1)
         self._now: Knowledge | None = None
         self._last: ReferenceSignals | None = None
+        self._force: Array | None = None
 
     def evaluate(self, now: Knowledge) -> None:
         """Evaluate the law, see `Backend`."""
@@ -132,7 +176,34 @@ class NumpyBackend:
         centers = self._setup.obstacle_position if now.obstacles is None else now.obstacles
         self._law.setup = replace(self._law.setup, obstacle_velocity=now.motion, obstacle_position=centers)
         self._last = self._law.evaluate(now.time, now.q, now.v, now.mass, now.bias, points, target)
-        self._now = now
+        self._now, self._force = now, None
+
+    def regroup(self, now: Knowledge, lost: Mask, returned: Mask) -> None:
+        """Let robots close ranks, see `Backend`."""
+        law, team, teams, setup = self._law, self._law._team, self._law._teams, self._setup
+        members = np.zeros(setup.count, dtype=int) if teams is None else teams.members
+        centers = _target_of(now, setup)[None] if teams is None else teams.center
+        figures = Figures(team.predecessors, team.chord_length, team.vertices)
+        found, moved = regrouped(setup, figures, now.q, centers, members, team.lost, lost)
+        law._team = replace(team, lost=lost.copy(), **found._asdict())
+        if teams is not None:
+            teams.rotation[moved] = np.eye(setup.axes)
+            teams._missed = teams._missed & ~returned
+        elif moved.any():
+            law._rotation = np.eye(setup.axes)
+        start = setup.by_robot("estimate_at_start")[:, None]
+        back = returned[:, None]
+        law.q_d, law.rho_hat = np.where(back, now.q, law.q_d), np.where(back, start, law.rho_hat)
+        law._q_d_rate, law._rho_hat_rate = (
+            np.where(back, 0.0, law._q_d_rate),
+            np.where(back, 0.0, law._rho_hat_rate),
+        )
+        law._law_memory = np.where(back, 0.0, law._law_memory)
+        law._law_memory_rate = np.where(back, 0.0, law._law_memory_rate)
+
+    def apply(self, force: Array) -> None:
+        """Take over forces, see `Backend`."""
+        self._force = force.copy()
 
     def value(self, name: str) -> Any:
         """Return a signal, see `Backend`."""
@@ -142,20 +213,25 @@ class NumpyBackend:
             sizes = {"robot": self._setup.count, "axis": p, "obstacle": m, "behavior": len(self._setup.kinds)}
             return np.zeros([sizes[dim] for dim in CONTROL_SIGNALS[name].dims])
         if name == "force":
-            return np.clip(last.command, -limit, limit)
+            return np.clip(last.command, -limit, limit) if self._force is None else self._force
         if name == "obstacle_position":
             return self._setup.obstacle_position if now.obstacles is None else now.obstacles
         return getattr(now if name in ("time", "q", "v") else last, name)
 
     def save(self) -> dict[str, Any]:
         """Return a copy of the law's objects, see `Backend`."""
-        return {"numpy": copy.deepcopy((self._law, self._now, self._last))}
+        return {"numpy": copy.deepcopy((self._law, self._now, self._last, self._force))}
 
     def load(self, saved: Mapping[str, Any]) -> None:
         """Continue from a saved state, see `Backend`."""
         if "numpy" not in saved:
             raise UsageError("state: this is not a state of the backend numpy")
-        self._law, self._now, self._last = copy.deepcopy(saved["numpy"])
+        self._law, self._now, self._last, self._force = copy.deepcopy(saved["numpy"])
+
+
+def _target_of(now: Knowledge, setup: Setup) -> Array:
+    """Return where the target is, shape (p,) [m]."""
+    return setup.target.position(now.time) if now.target is None else now.target[0]
 
 
 BACKENDS: dict[str, type[NativeBackend] | type[NumpyBackend]] = {

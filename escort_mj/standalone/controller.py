@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -13,7 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.errors import EscortError, UsageError
-from escort_mj.scenario.findings import did_you_mean, listed, shown
+from escort_mj.scenario.arguments import Positive, Source, checked, is_finite, number, numbers, whole_number
+from escort_mj.scenario.findings import did_you_mean, shown
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import Placement, team
 from escort_mj.scenario.reader.overrides import Overrides
@@ -22,14 +22,24 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Sensors
 from escort_mj.standalone.backends import BACKENDS, CONTROL_SIGNALS, Backend
-from escort_mj.standalone.knowledge import Knowledge, Surroundings, is_finite, numbers
+from escort_mj.standalone.guard import Guard, Judgement
+from escort_mj.standalone.knowledge import Knowledge, Surroundings
+from escort_mj.standalone.limits import Event, Limits
+from escort_mj.standalone.lost import who_may_be_lost
+from escort_mj.standalone.saved import OBJECT, checked_state, marked, mission_mark
 
 if TYPE_CHECKING:
     from escort_mj.standalone.robot import RobotController
 
 Array = NDArray[np.float64]
 
-BEFORE = "before."  # in front of what is known of the last call, in a saved state
+Mask = NDArray[np.bool_]
+
+BEFORE, GUARD = (
+    "before.",
+    "guard.",
+)  # in front of what is known of the last call, and of the limits, in a saved state
+PERIODS = 4  # timesteps that braking lasts at least, so that it does not overshoot
 
 
 class Signals(dict[str, Any]):
@@ -51,6 +61,9 @@ class Controller:
     missed ones, with the measurements interpolated between the two calls. A gap longer than `longest_gap`
     or a time that steps back is an error.
 
+    With `limits`, measurements, calls and robots are watched: robots whose measurements fail drop out and
+    come back, and all robots come to rest where a limit says so. `events` lists what was done, when and why.
+
     Attributes:
         scenario: The checked scenario.
         timestep: Time between two calls for which the law is meant [s].
@@ -60,20 +73,24 @@ class Controller:
         mass: Mass of each robot in the scenario, shape (n,) [kg].
         force_limit: Largest force per axis of each robot, shape (n,) [N]; inf for none.
         obstacles: Names of all obstacles, m of them.
+        limits: What is watched; None for nothing.
+        ages: Time since each robot's last usable measurement at the last call, shape (n,) [s]; inf before it.
         units: Unit of each signal.
     """
 
     units: Mapping[str, str] = MappingProxyType({name: one.unit for name, one in CONTROL_SIGNALS.items()})
 
+    @checked
     def __init__(
         self,
-        scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+        scenario: Scenario | Source,
         overrides: Overrides = (),
         *,
         plugins: Sequence[str] = (),
         backend: Literal["native", "numpy"] = "native",
         simulate: bool = False,
-        longest_gap: float = 0.1,
+        longest_gap: Positive = 0.1,
+        limits: Limits | None = None,
     ) -> None:
         """Create the controller of a scenario.
 
@@ -87,15 +104,13 @@ class Controller:
                 robots see, hear and estimate, failures of motors and the disturbance. By default, the law is
                 given the measurements as they are. The ranges of `sensing.radius` always apply.
             longest_gap: Longest time between two calls for which missed timesteps are made up for [s].
+            limits: What measurements, calls and robots must stay within; None to watch nothing. Limits do not
+                go with `simulate`.
 
         Raises:
             ScenarioError: With all faults of the scenario.
             UsageError: If an argument is not valid.
         """
-        if backend not in BACKENDS:
-            raise UsageError(f"backend: found {shown(backend)}; allowed is {listed(list(BACKENDS))}")
-        if not longest_gap > 0.0:
-            raise UsageError(f"longest_gap: found {shown(longest_gap)}; allowed is a time above 0 [s]")
         if isinstance(scenario, Scenario):
             scenario = scenario.replace(overrides) if overrides else scenario
         else:
@@ -105,7 +120,9 @@ class Controller:
             "backend": backend,
             "simulate": simulate,
             "longest_gap": longest_gap,
+            "limits": limits,
         }
+        self.limits = limits
         self._robots: Placement = team(scenario)
         self._bodies = obstacles_of(scenario)
         self.timestep = scenario.physics.timestep
@@ -114,26 +131,57 @@ class Controller:
         self.start: Array = self._robots.position.copy()
         self.mass: Array = self._robots.mass.copy()
         self.force_limit: Array = self._robots.force_limit.copy()
+        self.ages: Array = np.full(self.count, math.inf)
+        self._guard = None if limits is None else self._watched(limits)
         self.reset()
 
+    def _watched(self, limits: Limits) -> Guard:
+        """Return what watches over limits that suit the mission."""
+        if self._options["simulate"]:
+            raise UsageError("limits: found with simulate=True; they are for measurements of real robots")
+        gap, least = self._options["longest_gap"], PERIODS * self.timestep
+        if limits.silence is not None and limits.silence > gap:
+            raise UsageError(
+                f"limits.silence: found {limits.silence:g} s; allowed are at most {gap:g} s (longest_gap)"
+            )
+        if limits.braking_time < least:
+            raise UsageError(
+                f"limits.braking_time: found {limits.braking_time:g} s; allowed are at least {least:g} s, "
+                f"{PERIODS} timesteps"
+            )
+        if limits.area is not None and limits.area.axes not in (None, self.axes):
+            raise UsageError(f"limits.area: found {limits.area!r}; expected {self.axes} axes")
+        return Guard(limits, self.mass, self.force_limit, self.axes)
+
     def reset(self, positions: ArrayLike | None = None, target: ArrayLike | None = None) -> None:
-        """Start the mission again; the next call is its first one, at any time.
+        """Start the mission again; the next call is its first one, at any time. A stop ends.
 
         Args:
             positions: Positions of the robots, shape (n, p) [m]: each robot gets a nearby place in the
-                formation. None for the scenario's start.
+                formation. None for the scenario's start, and with a limit on age NaN for robots that are not
+                measured yet.
             target: Position of the target at this time, shape (p,) [m]; None for the scenario's start.
         """
         robots = self._robots
         if positions is not None:
-            place = numbers(positions, "positions", (self.count, self.axes), "one row per robot [m]")
-            robots = robots._replace(position=place)
+            place = numbers(
+                positions,
+                "positions",
+                (self.count, self.axes),
+                "one row per robot [m]",
+                unknown=self._may_miss,
+            )
+            robots = robots._replace(position=np.where(np.isnan(place), self.start, place))
         if target is not None and self.scenario.target is None:
             raise UsageError("target: this mission has none (target: null)")
         if target is not None:  # all that counts is where robots are relative to it
             begin = controller_setup(self.scenario, self._robots).target.position(0.0)
             place = numbers(target, "target", (self.axes,), "coordinates [m]")
             robots = robots._replace(position=robots.position - place + begin)
+        if self._guard is not None:
+            self._guard.forget(
+                self.start if positions is None else np.where(np.isnan(positions), self.start, positions)
+            )
         setup = controller_setup(self.scenario, robots)
         paths = [(mover.obstacle, mover.path) for mover in setup.movers if mover.obstacle >= 0]
         setup = replace(setup, movers=())
@@ -144,13 +192,18 @@ class Controller:
             )
         if not self._options["simulate"]:
             ranges = Sensors(robots=setup.sensing.robots, obstacles=setup.sensing.obstacles)
-            setup = replace(setup, sensing=ranges, disturbance=None, failures=(), reforming=None)
+            figures = setup.reforming if setup.teams else None  # teams that get another robot need them
+            setup = replace(setup, sensing=ranges, disturbance=None, failures=(), reforming=figures)
             setup = replace(setup, sight=None, radio=None)
+        if self.limits is not None and self.limits.drops:
+            setup = replace(setup, failures=who_may_be_lost(setup))
         self._surroundings = Surroundings(setup, self._bodies, paths, self._robots.mass)
         self._backend: Backend = BACKENDS[self._options["backend"]](setup)
         self._before: Knowledge | None = None
         self._first = self._evaluated = 0.0  # times of the first call, and up to which the state has come
         self._steps = 0
+        self._lost: Mask = np.zeros(self.count, dtype=bool)
+        self._mark = mission_mark(self.scenario, self._options, robots.position.tolist())
 
     def __call__(
         self,
@@ -160,6 +213,7 @@ class Controller:
         target: tuple[ArrayLike, ArrayLike] | None = None,
         obstacles: ArrayLike | None = None,
         *,
+        times: ArrayLike | None = None,
         points: ArrayLike | None = None,
         mass: ArrayLike | None = None,
         bias: ArrayLike | None = None,
@@ -169,13 +223,16 @@ class Controller:
         The force does not include the weight of flying robots.
 
         Args:
-            time: Time of the measurements [s]; any clock that does not step back.
-            positions: Positions of the robots, shape (n, p) [m].
-            velocities: Velocities of the robots, shape (n, p) [m/s].
+            time: Present time [s]; any clock that does not step back.
+            positions: Positions of the robots, shape (n, p) [m]. With a limit on age, a row with NaN says
+                that there is no new measurement of the robot; its last one counts.
+            velocities: Velocities of the robots, shape (n, p) [m/s], likewise.
             target: Position [m] and velocity [m/s] of the target, shape (p,) each; None for the scenario's
                 own.
             obstacles: Centers of the moving obstacles in the order of the scenario, or of all obstacles,
                 shape (k, p) [m]; None for the scenario's own.
+            times: Time of the measurement of each robot, on the clock of `time`, shape (n,) [s]; None where
+                all were measured at `time`.
             points: The point of each obstacle that is nearest to each robot, shape (n, m, p) [m], for sensors
                 that measure it; for spheres, the center. None to compute it from the shapes.
             mass: Mass of each robot, shape (n,), or mass matrix, shape (n, p, p) [kg], for laws that use a
@@ -184,19 +241,68 @@ class Controller:
 
         Raises:
             UsageError: If an array has a wrong shape or contains a number that is not finite, if the time
-                steps back, or if the gap since the last call is too long; the state does not change.
-            EscortError: If the law or a plugin fails.
+                steps back, if the gap since the last call is too long, or if a limit is exceeded whose action
+                is `error`; the state does not change.
+            EscortError: If the law or a plugin fails; with limits, all robots stop.
         """
+        now, guard = number(time, "time", "a time [s]"), self._guard
+        q, v, stamps = self._measured(now, positions, velocities, times)
+        if guard is None:
+            self._evaluate(self._known(now, q, v, target, obstacles, points, mass, bias))
+            self.ages = now - stamps
+            return self._force(now)
+        judged = guard.judge(now, q, v, stamps)
+        if not (guard.stopped or judged.stop[1]):
+            watch = judged.watch
+            rests = (watch.out & ~judged.fresh)[:, None]
+            known = self._known(
+                now, watch.q, np.where(rests, 0.0, watch.v), target, obstacles, points, mass, bias
+            )
+            try:
+                self._evaluate(known, judged)
+                force = self._force(now)
+            except UsageError:
+                raise
+            except EscortError as error:
+                guard.halt("law", str(error), now)
+                raise
+        else:
+            force = np.zeros_like(q)
+        force = guard.settle(now, judged, force, np.array(self._backend.value("v_d")))
+        self._backend.apply(force)
+        self.ages = guard.ages
+        return force
+
+    @property
+    def _may_miss(self) -> bool:
+        """Whether robots may be without a measurement."""
+        return self.limits is not None and self.limits.age is not None
+
+    def _measured(
+        self, now: float, positions: ArrayLike, velocities: ArrayLike, times: ArrayLike | None
+    ) -> tuple[Array, Array, Array]:
+        """Return positions, velocities and times of the measurements; NaN where there is none."""
+        shape, may_miss = (self.count, self.axes), self._may_miss
+        q = numbers(positions, "positions", shape, "one row per robot [m]", unknown=may_miss)
+        v = numbers(velocities, "velocities", shape, "one row per robot [m/s]", unknown=may_miss)
+        if times is None:
+            return q, v, np.full(self.count, now)
+        words = "time of each robot's measurement [s]"
+        return q, v, numbers(times, "times", (self.count,), words, unknown=may_miss)
+
+    def _known(
+        self, now: float, q: Array, v: Array, target: Any, obstacles: Any, points: Any, mass: Any, bias: Any
+    ) -> Knowledge:
+        """Return what is known at a time: measured, or as the scenario says."""
         known, before = self._surroundings, self._before
-        shape = self.count, self.axes
-        now = float(numbers(time, "time", (), "a time [s]"))
-        q = numbers(positions, "positions", shape, "one row per robot [m]")
-        v = numbers(velocities, "velocities", shape, "one row per robot [m/s]")
         goal = known.target(target)
         centers = known.obstacles(now, obstacles, None if before is None else before.obstacles)
         seen = known.points(now, q, goal, centers, points)
         motion = known.motion(now, centers, obstacles is not None, before)
-        self._advance(Knowledge(now, q, v, goal, centers, motion, seen, *known.model(mass, bias)))
+        return Knowledge(now, q, v, goal, centers, motion, seen, *known.model(mass, bias))
+
+    def _force(self, now: float) -> Array:
+        """Return the forces of the last evaluation, shape (n, p) [N]."""
         force = np.array(self._backend.value("force"))
         if not is_finite(force):
             robot = int(np.argwhere(~np.isfinite(force))[0, 0]) + 1
@@ -205,7 +311,7 @@ class Controller:
             )
         return force
 
-    def _advance(self, now: Knowledge) -> None:
+    def _evaluate(self, now: Knowledge, judged: Judgement | None = None) -> None:
         """Evaluate the law for a time, and before that for the timesteps that have been missed."""
         before, due = self._before, 1
         if before is None:
@@ -217,7 +323,13 @@ class Controller:
             assert before is not None
             self._backend.evaluate(now.since(before, step / due))
         self._evaluated = now.time if due else self._evaluated
-        self._backend.evaluate(now._replace(time=self._evaluated))
+        now = now._replace(time=self._evaluated)
+        if judged is not None and (judged.watch.out != self._lost).any():
+            if before is None:  # the law begins with all robots
+                self._backend.evaluate(now)
+            self._backend.regroup(now, judged.watch.out, judged.returned)
+            self._lost = judged.watch.out
+        self._backend.evaluate(now)
         self._before = now
 
     def _due(self, time: float, before: float) -> int:
@@ -241,8 +353,61 @@ class Controller:
 
     @property
     def velocity(self) -> Array:
-        """Reference velocity of every robot, shape (n, p) [m/s], for robots that take velocities."""
-        return np.array(self._backend.value("v_d"))
+        """Reference velocity of every robot, for robots that take velocities, shape (n, p) [m/s]."""
+        return np.array(self._backend.value("v_d") if self._guard is None else self._guard.velocity)
+
+    @property
+    def events(self) -> list[Event]:
+        """What the limits have done, the last 10,000 events: robots that are out or back, stops."""
+        return [] if self._guard is None else list(self._guard.events)
+
+    @property
+    def out(self) -> Mask:
+        """Which robots are out at the last call, shape (n,): they come to rest, and the others go on."""
+        return np.zeros(self.count, dtype=bool) if self._guard is None else self._guard.watch.out.copy()
+
+    @property
+    def stopped(self) -> str:
+        """Why all robots are to come to rest; empty while they are not."""
+        return "" if self._guard is None else self._guard.stopped
+
+    def command(self, time: float) -> Array:
+        """Return what robots are to do now, within their force limits, shape (n, p) [N].
+
+        It is the force that the last call returned or, once no call has come for longer than
+        `limits.silence`, the
+        stop: forces that bring robots to rest, by what their velocities must be. A driver asks for it in a
+            loop of
+        its own, in any thread; `velocity` goes with it.
+
+        Args:
+            time: Present time, on the clock of the calls [s].
+
+        Raises:
+            UsageError: If the time is not valid, or the controller has no limits.
+        """
+        return self._guarded("command").command(number(time, "time", "a time [s]"))
+
+    def stop(self, reason: str = "stop was called") -> None:
+        """Let all robots come to rest, until `reset`.
+
+        Args:
+            reason: Why, for `events`.
+
+        Raises:
+            UsageError: If the reason is not a text, or the controller has no limits.
+        """
+        guard = self._guarded("stop")
+        if not isinstance(reason, str):
+            raise UsageError(f"reason: found {shown(reason)}; expected a text")
+        guard.halt("user", reason or "stop was called")
+
+    def _guarded(self, method: str) -> Guard:
+        if self._guard is None:
+            raise UsageError(
+                f"{method}: this controller has no limits; expected Controller(..., limits=Limits())"
+            )
+        return self._guard
 
     @property
     def signals(self) -> Signals:
@@ -265,17 +430,21 @@ class Controller:
         if self._before is not None:
             known = self._before._asdict().items()
             found |= {BEFORE + name: np.array(value) for name, value in known if value is not None}
-        return found
+        if self._guard is not None:
+            found |= {GUARD + name: value for name, value in self._guard.save().items()}
+        return marked(found, self._mark)
 
     @state.setter
     def state(self, saved: Mapping[str, Any]) -> None:
-        if "clock" not in saved:
-            raise UsageError("state: found no clock; expected what `state` returned")
-        self._backend.load(saved)
-        first, evaluated, steps = (float(number) for number in saved["clock"])
+        state = checked_state(saved, self._mark, left_out=("known",))
+        self._backend.load(state if OBJECT not in state else {OBJECT: state[OBJECT]})
+        first, evaluated, steps = (float(each) for each in state["clock"])
         self._first, self._evaluated, self._steps = first, evaluated, round(steps)
-        kept = {name: np.array(saved[BEFORE + name]) for name in Knowledge._fields if BEFORE + name in saved}
+        kept = {name: np.array(state[BEFORE + name]) for name in Knowledge._fields if BEFORE + name in state}
         self._before = Knowledge(**kept | {"time": float(kept["time"])}) if kept else None  # type: ignore[arg-type]
+        if self._guard is not None:
+            self._guard.load({name.removeprefix(GUARD): value for name, value in state.items()})
+            self._lost, self.ages = self._guard.watch.out.copy(), self._guard.ages
 
     def robot(self, number: int) -> RobotController:
         """Return the controller of one robot, for software that runs on it, with its own state.
@@ -288,10 +457,8 @@ class Controller:
         """
         from escort_mj.standalone.robot import RobotController
 
-        if isinstance(number, bool) or number not in range(1, self.count + 1):
-            raise UsageError(f"robot: found {shown(number)}; allowed are 1 to {self.count}")
-        team_controller = Controller(self.scenario, **self._options)
-        return RobotController(team_controller, int(number))
+        row = whole_number(number, "robot", f"a number from 1 to {self.count}", 1, self.count)
+        return RobotController(Controller(self.scenario, **self._options), row)
 
     def __repr__(self) -> str:
         robots = f"{self.count} robot{'s' if self.count > 1 else ''} in {self.axes} axes"

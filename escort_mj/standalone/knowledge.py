@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from escort_mj.control.setup import FunctionOfTime, Setup
 from escort_mj.errors import UsageError
-from escort_mj.scenario.findings import shown
+from escort_mj.scenario.arguments import argument_error, numbers
 from escort_mj.scenario.geometry.obstacle_body import Body
 from escort_mj.scenario.geometry.shapes import in_space, nearest_on_shape
 
@@ -57,35 +56,6 @@ class Knowledge(NamedTuple):
         return Knowledge(*values)
 
 
-def is_finite(array: Array) -> bool:
-    """Whether all numbers of an array are finite; for the small ones here, faster than NumPy alone."""
-    return math.isfinite(sum(array.ravel().tolist())) or bool(np.isfinite(array).all())
-
-
-def numbers(value: ArrayLike, name: str, shape: tuple[int, ...], what: str) -> Array:
-    """Return a copy of what was given as an array of finite numbers.
-
-    Args:
-        value: As given.
-        name: Of the argument.
-        shape: That it must have.
-        what: The numbers in words, with their unit.
-
-    Raises:
-        UsageError: If it is anything else.
-    """
-    try:
-        found = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        raise UsageError(f"{name}: found {shown(value)}; expected {what}, shape {shape}") from None
-    if found.shape != shape:
-        raise UsageError(f"{name}: found the shape {found.shape}; expected {what}, shape {shape}")
-    if not is_finite(found):
-        place = [int(index) for index in np.argwhere(~np.isfinite(found))[0]]
-        raise UsageError(f"{name}: found {found[tuple(place)]} at {place}; every number must be finite")
-    return found
-
-
 class Surroundings:
     """Target, obstacles and robots' models, as the scenario has them or as they are given instead.
 
@@ -112,11 +82,15 @@ class Surroundings:
             return None
         if self.setup.target_radius is None:
             raise UsageError("target: this mission has none (target: null)")
-        try:
-            position, velocity = given
-        except (TypeError, ValueError):
-            raise UsageError(f"target: found {shown(given)}; expected a pair (position, velocity)") from None
         shape = (self.setup.axes,)
+        if (
+            isinstance(given, str)
+            or not hasattr(given, "__len__")
+            or len(given) != 2
+            or not np.ndim(given[0])
+        ):
+            raise argument_error("target", given, "a pair (position, velocity) of the target [m, m/s]")
+        position, velocity = given
         place = numbers(position, "position of the target", shape, "coordinates [m]")
         return np.stack([place, numbers(velocity, "velocity of the target", shape, "components [m/s]")])
 
@@ -214,5 +188,21 @@ class Surroundings:
             matrices = numbers(given, "mass", (n,), "one mass per robot [kg]")[:, None, None] * np.eye(p)
         else:
             matrices = numbers(given, "mass", (n, p, p), "one mass matrix per robot [kg]")
+        if mass is not None:
+            _require_positive(matrices)
         forces = np.zeros((n, p)) if bias is None else numbers(bias, "bias", (n, p), "bias forces [N]")
         return (matrices, forces) if needed else (None, None)
+
+
+def _require_positive(matrices: Array) -> None:
+    """Refuse mass matrices that no robot has: they are symmetric and positive definite.
+
+    Args:
+        matrices: Shape (n, p, p) [kg].
+    """
+    turned = matrices.swapaxes(1, 2)
+    even = np.abs(matrices - turned).max(axis=(1, 2)) <= 1e-9 * np.abs(matrices).max(axis=(1, 2))
+    least = np.linalg.eigvalsh(0.5 * (matrices + turned)).min(axis=1)
+    for robot in np.flatnonzero(~(even & (least > 0.0))).tolist():
+        found = f"{matrices[robot].tolist()} of robot {robot + 1}"
+        raise UsageError(f"mass: found {found}; expected masses above 0, or positive definite matrices [kg]")

@@ -199,7 +199,7 @@ def test_jitter_does_not_add_up() -> None:
     [
         ({"time": 0.9}, "time: found 0.9 s after 1 s; time must not step back"),
         ({"time": 1.2}, "time: found 1.2 s after 1 s; allowed are at most 0.1 s"),
-        ({"time": np.nan}, "time: found nan"),
+        ({"time": np.nan}, r"time: found NaN \(not a number\); expected a time"),
         ({"time": "now"}, 'time: found "now"; expected a time'),
         ({"positions": np.zeros((4, 2))}, r"positions: found the shape \(4, 2\); .*shape \(5, 2\)"),
         ({"positions": [[0, 1], [2]]}, "positions: found a list of 2; expected one row per robot"),
@@ -227,13 +227,13 @@ def test_wrong_input_is_one_clear_error_and_changes_nothing(call: dict, words: s
 
 
 def test_wrong_options_are_refused() -> None:
-    with pytest.raises(UsageError, match='backend: found "fast"; allowed is native or numpy'):
+    with pytest.raises(UsageError, match='backend: found "fast"; expected native or numpy'):
         Controller("main", backend="fast")  # type: ignore[arg-type]
-    with pytest.raises(UsageError, match="longest_gap: found 0; allowed is a time above 0"):
+    with pytest.raises(UsageError, match="longest_gap: found 0; expected a number above 0"):
         Controller("main", longest_gap=0)
     with pytest.raises(UsageError, match='"taus" is not a signal of the controller; did you mean "tau"'):
         Controller("main").signals["taus"]
-    with pytest.raises(UsageError, match="robot: found 6; allowed are 1 to 5"):
+    with pytest.raises(UsageError, match="robot: found 6; expected a number from 1 to 5"):
         Controller("main").robot(6)
     with pytest.raises(EscortError, match="no finite force for robot 1"):
         Controller("main", {"robots.force_limit": None})(0.0, np.full((5, 2), 1e308), np.full((5, 2), -1e308))

@@ -1,0 +1,333 @@
+"""Arguments of calls in Python: their kinds are checked here, by the annotations of the parameters.
+
+`checked` compares the arguments of a call with the annotations of a function. Functions that are called in
+every step, and those whose arguments have shapes of a mission, call `number`, `whole_number` and `numbers`.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import math
+import operator
+import os
+import types
+import typing
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import Annotated, Any, ForwardRef, Literal, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from escort_mj.errors import UsageError, one_line
+from escort_mj.scenario.findings import did_you_mean, shortened, shown
+
+Array = NDArray[np.float64]
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Bound:
+    """Least value of a number, in an annotation.
+
+    Attributes:
+        least: The least value.
+        above: Whether the number must be above it.
+        finite: Whether infinity is refused.
+    """
+
+    least: float = -math.inf
+    above: bool = False
+    finite: bool = True
+
+    def accepts(self, value: float) -> bool:
+        """Whether a number is within the bound; NaN is not."""
+        enough = value > self.least if self.above else value >= self.least
+        return enough and not (self.finite and math.isinf(value))
+
+    def __str__(self) -> str:
+        if math.isinf(self.least):
+            return " that is finite" if self.finite else ""
+        return f" above {self.least:g}" if self.above else f" of at least {self.least:g}"
+
+
+@dataclass(frozen=True)
+class Words:
+    """What an argument has to be, in words, in an annotation."""
+
+    words: str
+
+
+Count = Annotated[int, Bound(1)]
+"""How many there are of something: at least one."""
+Seed = Annotated[int, Bound(0)]
+"""A seed."""
+Positive = Annotated[float, Bound(0.0, above=True)]
+"""A finite number above 0."""
+Source = Annotated[
+    str | os.PathLike[str] | Mapping[str, Any], Words("a file, the name of a shipped scenario, or a mapping")
+]
+"""What `load_scenario` accepts."""
+StudySource = Annotated[
+    str | os.PathLike[str] | Mapping[str, Any], Words("a file, the name of a shipped study, or a mapping")
+]
+"""What `sweep` accepts."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What an argument may be.
+
+    Attributes:
+        words: In words.
+        accepts: Whether a value is of this kind.
+    """
+
+    words: str
+    accepts: Callable[[Any], bool]
+
+
+def argument_error(name: str, value: Any, expected: str) -> UsageError:
+    """Return the error of an argument that is not what it must be."""
+    if isinstance(value, np.ndarray) and value.ndim:
+        words = f"an array of the shape {value.shape}"
+    else:
+        words = "None" if value is None else shortened(one_line(shown(value)), 80)
+    return UsageError(f"{name}: found {words}; expected {expected}")
+
+
+def number(value: Any, name: str, expected: str = "a number", bound: Bound = Bound()) -> float:  # noqa: B008
+    """Return a finite number that was given as an argument.
+
+    Args:
+        value: As given.
+        name: Of the argument.
+        expected: In words, with the unit.
+        bound: That it must be within.
+
+    Raises:
+        UsageError: If it is anything else: a text, a flag, a complex number, an array, NaN.
+    """
+    if not (_is_real(value) and bound.accepts(float(value))):
+        raise argument_error(name, value, expected)
+    return float(value)
+
+
+def whole_number(
+    value: Any, name: str, expected: str, least: int | None = None, most: int | None = None
+) -> int:
+    """Return a whole number that was given as an argument.
+
+    Args:
+        value: As given.
+        name: Of the argument.
+        expected: In words.
+        least: The least that is allowed; None for any.
+        most: The most that is allowed; None for any.
+
+    Raises:
+        UsageError: If it is anything else.
+    """
+    if not _is_whole(value):
+        raise argument_error(name, value, expected)
+    found = operator.index(value)
+    if (least is not None and found < least) or (most is not None and found > most):
+        raise argument_error(name, value, expected)
+    return found
+
+
+def numbers(
+    value: ArrayLike, name: str, shape: tuple[int, ...], what: str, *, unknown: bool = False
+) -> Array:
+    """Return a copy of what was given as an array of finite real numbers.
+
+    Args:
+        value: As given.
+        name: Of the argument.
+        shape: That it must have.
+        what: The numbers in words, with their unit.
+        unknown: Whether numbers may be missing: NaN, infinite or masked; they are NaN in the result.
+
+    Raises:
+        UsageError: If it is anything else: other shapes, texts, flags, complex numbers, masked or missing
+            ones.
+    """
+    found = _real_array(value)
+    if found is None:
+        raise UsageError(f"{name}: found {_kind_of_array(value)}; expected {what}, shape {shape}")
+    if found.shape != shape:
+        raise UsageError(f"{name}: found the shape {found.shape}; expected {what}, shape {shape}")
+    if np.ma.isMaskedArray(value) and np.ma.getmaskarray(value).any():
+        if not unknown:
+            raise UsageError(f"{name}: found masked numbers; expected {what}, shape {shape}")
+        found[np.ma.getmaskarray(value)] = np.nan
+    if not is_finite(found):
+        if unknown:
+            found[~np.isfinite(found)] = np.nan
+            return found
+        place = [int(index) for index in np.argwhere(~np.isfinite(found))[0]]
+        raise UsageError(f"{name}: found {found[tuple(place)]} at {place}; every number must be finite")
+    return found
+
+
+def is_finite(array: Array) -> bool:
+    """Whether all numbers of an array are finite; for small arrays, faster than NumPy alone."""
+    return math.isfinite(sum(array.ravel().tolist())) or bool(np.isfinite(array).all())
+
+
+def checked(function: Callable[P, T]) -> Callable[P, T]:
+    """Let a function refuse arguments that its annotations do not allow, with a `UsageError`.
+
+    Names that only type checkers import cannot be checked: import what parameters are annotated with.
+    """
+    signature = inspect.signature(function)
+    name = function.__qualname__.removesuffix(".__init__")
+
+    @functools.cache
+    def kinds() -> dict[str, Kind]:
+        scope = function.__globals__
+        return {
+            each.name: kind_of(each.annotation, scope)
+            for each in signature.parameters.values()
+            if each.annotation is not each.empty and each.kind not in (each.VAR_POSITIONAL, each.VAR_KEYWORD)
+        }
+
+    @functools.wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> T:
+        try:
+            given = signature.bind(*args, **kwargs).arguments
+        except TypeError as error:
+            unknown = [key for key in kwargs if key not in signature.parameters]
+            hint = did_you_mean(unknown[0], signature.parameters) if unknown else ""
+            raise UsageError(f"{name}: {error}{hint}") from None
+        for argument, kind in kinds().items():
+            if argument in given and not kind.accepts(given[argument]):
+                raise argument_error(argument, given[argument], kind.words)
+        return function(*args, **kwargs)
+
+    return call
+
+
+def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
+    """Return what an annotation allows.
+
+    Args:
+        annotation: A type, or its text.
+        scope: Names that the text uses.
+    """
+    if isinstance(annotation, str):
+        holder = types.SimpleNamespace(__annotations__={"it": annotation})
+        annotation = typing.get_type_hints(holder, scope, include_extras=True)["it"]
+    if annotation in (Any, ArrayLike) or isinstance(annotation, TypeVar | ForwardRef):
+        return Kind("anything", lambda value: True)
+    origin, parts = typing.get_origin(annotation), typing.get_args(annotation)
+    if origin is Annotated:
+        return _annotated(parts)
+    if origin in (typing.Union, types.UnionType):
+        options = [kind_of(part) for part in parts]
+        words = ", ".join(each.words for each in options[:-1]) + " or " + options[-1].words
+        return Kind(words, lambda value: any(each.accepts(value) for each in options))
+    if origin is Literal:
+        return Kind(" or ".join(map(str, parts)), lambda value: isinstance(value, str) and value in parts)
+    if origin is tuple:
+        inner = [kind_of(part) for part in parts]
+        return Kind(
+            f"{len(inner)} of: {inner[0].words}",
+            lambda value: (
+                _is_list(value)
+                and len(value) == len(inner)
+                and all(kind.accepts(each) for kind, each in zip(inner, value, strict=True))
+            ),
+        )
+    if origin in (Sequence, list):
+        one = kind_of(parts[0])
+        return Kind(f"a list of: {one.words}", lambda value: _is_list(value) and all(map(one.accepts, value)))
+    if origin in _CONTAINERS:
+        return _CONTAINERS[origin]
+    return _PLAIN.get(annotation) or Kind(
+        f"{_article(annotation.__name__)} {annotation.__name__}", lambda value: isinstance(value, annotation)
+    )
+
+
+def _annotated(parts: Sequence[Any]) -> Kind:
+    """Return what an annotation with bounds or words allows."""
+    kind = kind_of(parts[0])
+    for extra in parts[1:]:
+        if isinstance(extra, Words):
+            kind = Kind(extra.words, kind.accepts)
+        elif isinstance(extra, Bound):
+            kind = Kind(kind.words + str(extra), _both(kind.accepts, extra.accepts))
+    return kind
+
+
+def _both(one: Callable[[Any], bool], other: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: one(value) and other(value)
+
+
+def _article(word: str) -> str:
+    return "an" if word[0] in "AEIOU" else "a"
+
+
+def _is_real(value: Any) -> bool:
+    """Whether a value is one real number: no flag, no text, no array but one of no dimension; NaN is none."""
+    if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype.kind in "fiu":
+        value = value[()]
+    return isinstance(value, Real) and not isinstance(value, bool | np.bool_) and float(value) == float(value)
+
+
+def _is_whole(value: Any) -> bool:
+    return hasattr(value, "__index__") and not isinstance(value, bool | np.bool_ | np.ndarray)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence | np.ndarray | set | frozenset) and not isinstance(value, str | bytes)
+
+
+def _is_path(value: Any) -> bool:
+    name = os.fspath(value) if hasattr(value, "__fspath__") else value
+    return isinstance(name, str) and "\0" not in name
+
+
+_PLAIN: dict[Any, Kind] = {
+    type(None): Kind("None", lambda value: value is None),
+    bool: Kind("True or False", lambda value: isinstance(value, bool | np.bool_)),
+    int: Kind("a whole number", _is_whole),
+    float: Kind("a number", _is_real),
+    str: Kind("a text", lambda value: isinstance(value, str) and "\0" not in value),
+}
+_CONTAINERS: dict[Any, Kind] = {
+    os.PathLike: Kind("a path", lambda value: not isinstance(value, str) and _is_path(value)),
+    Mapping: Kind("a mapping", lambda value: isinstance(value, Mapping)),
+    Iterable: Kind(
+        "a list", lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes)
+    ),
+    Callable: Kind("a function", callable),  # type: ignore[dict-item]
+    type: Kind("a class", lambda value: isinstance(value, type)),
+}
+
+
+def _real_array(value: ArrayLike) -> Array | None:
+    """Return a copy of real numbers as an array of float64; None for anything else."""
+    try:
+        raw = np.asarray(value)
+        if raw.dtype.kind == "O" and all(map(_is_number, raw.ravel())):
+            return raw.astype(float)
+        return np.array(raw, dtype=float) if raw.dtype.kind in "fiu" else None
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool | np.bool_)
+
+
+def _kind_of_array(value: Any) -> str:
+    """What was found in place of real numbers, in words."""
+    dtype = getattr(value, "dtype", None)
+    kinds = {"c": "complex numbers", "b": "flags", "U": "texts", "S": "texts"}
+    if dtype is not None and dtype.kind in kinds:
+        return kinds[dtype.kind]
+    return "None" if value is None else shortened(one_line(shown(value)), 80)
