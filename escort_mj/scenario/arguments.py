@@ -304,7 +304,7 @@ _CONTAINERS: dict[Any, Kind] = {
     Iterable: Kind(
         "a list", lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes)
     ),
-    Callable: Kind("a function", callable),  # type: ignore[dict-item]
+    Callable: Kind("a function", callable),
     type: Kind("a class", lambda value: isinstance(value, type)),
 }
 

@@ -169,7 +169,7 @@ class Controller:
                 "positions",
                 (self.count, self.axes),
                 "one row per robot [m]",
-                unknown=self._may_miss,
+                unknown=self.may_miss,
             )
             robots = robots._replace(position=np.where(np.isnan(place), self.start, place))
         if target is not None and self.scenario.target is None:
@@ -274,7 +274,7 @@ class Controller:
         return force
 
     @property
-    def _may_miss(self) -> bool:
+    def may_miss(self) -> bool:
         """Whether robots may be without a measurement."""
         return self.limits is not None and self.limits.age is not None
 
@@ -282,13 +282,15 @@ class Controller:
         self, now: float, positions: ArrayLike, velocities: ArrayLike, times: ArrayLike | None
     ) -> tuple[Array, Array, Array]:
         """Return positions, velocities and times of the measurements; NaN where there is none."""
-        shape, may_miss = (self.count, self.axes), self._may_miss
+        shape, may_miss = (self.count, self.axes), self.may_miss
         q = numbers(positions, "positions", shape, "one row per robot [m]", unknown=may_miss)
         v = numbers(velocities, "velocities", shape, "one row per robot [m/s]", unknown=may_miss)
         if times is None:
             return q, v, np.full(self.count, now)
         words = "time of each robot's measurement [s]"
-        return q, v, numbers(times, "times", (self.count,), words, unknown=may_miss)
+        stamps = numbers(times, "times", (self.count,), words, unknown=may_miss)
+        q[np.isnan(stamps)] = np.nan
+        return q, v, np.where(np.isnan(stamps), now, stamps)
 
     def _known(
         self, now: float, q: Array, v: Array, target: Any, obstacles: Any, points: Any, mass: Any, bias: Any
@@ -436,7 +438,7 @@ class Controller:
 
     @state.setter
     def state(self, saved: Mapping[str, Any]) -> None:
-        state = checked_state(saved, self._mark, left_out=("known",))
+        state = checked_state(saved, self._mark, left_out=("known", "heard_at"))
         self._backend.load(state if OBJECT not in state else {OBJECT: state[OBJECT]})
         first, evaluated, steps = (float(each) for each in state["clock"])
         self._first, self._evaluated, self._steps = first, evaluated, round(steps)

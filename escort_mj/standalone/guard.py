@@ -18,11 +18,17 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 CAUSES = ("age", "speed", "jump", "area", "frozen")
+AT_ONCE = ("age", "area", "frozen")  # robots that exceed these are out at once
 REST = 0.02  # speed below which a stopping robot is held where it is; at ten times this, no more [m/s]
 MOST_EVENTS = 10_000  # the last ones are kept
 SLACK = 1e-6  # by which times may differ that are the same on a clock of today [s]
+HOLD = (
+    0.1  # farthest from where it came to rest that a robot is drawn back; beyond, it is held where it is [m]
+)
+HARD = 0.5  # share of the force limit that moves a robot
 MILLI = 1e-3
 NARROW = 0.05  # extent of a team whose coordinates may be degrees
+LONG = 100.0  # coordinates that may be millimeters
 
 
 class Watch(NamedTuple):
@@ -33,7 +39,7 @@ class Watch(NamedTuple):
         v: Velocity measured with it, shape (n, p) [m/s].
         stamp: Time of that measurement, shape (n,) [s]; -inf for none.
         raw: Last measurement, usable or not: position and velocity, shape (n, 2 p).
-        changed: Time of the first measurement with these digits, shape (n,) [s].
+        changed: Time since which the digits have been the same although the robot must move, shape (n,) [s].
         since: Call since which measurements have been usable, shape (n,) [s]; inf for none.
         out: Whether the robot is out, shape (n,).
         back: When it came back, shape (n,) [s]; -inf for never out.
@@ -128,6 +134,7 @@ class Guard:
         self.events: deque[Event] = deque(maxlen=MOST_EVENTS)
         self.stopped = ""
         self._lock = Lock()
+        self.watch: Watch
         self.forget(np.zeros(self._shape))
 
     def forget(self, places: Array) -> None:
@@ -164,10 +171,12 @@ class Guard:
             UsageError: If a limit is exceeded whose action is `error`.
         """
         was, limits = self.watch, self.limits
-        usable = np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)
+        usable: Mask = np.asarray(np.isfinite(np.hstack([q, v])).all(axis=1))
         new = usable & (stamps >= was.stamp)
         raw = np.where(new[:, None], np.hstack([q, v]), was.raw)
-        changed = np.where(new & (raw != was.raw).any(axis=1), stamps, was.changed)
+        pushed = (np.abs(was.command) > HARD * self._most).any(axis=1)
+        moves = (raw == was.raw).all(axis=1) & ((v != 0.0).any(axis=1) | pushed)
+        changed = np.where(new & ~moves, stamps, was.changed)
         found = {cause: np.zeros(len(q), bool) for cause in CAUSES}
         if limits.age is not None:
             found["age"] = new & (stamps - now > limits.age + SLACK)
@@ -206,7 +215,7 @@ class Guard:
         """Say who is out, who is back, and whether all are to stop."""
         limits, was = self.limits, self.watch
         dropped = np.zeros(len(fresh), bool)
-        for cause in ("age", "frozen", "area"):
+        for cause in AT_ONCE:
             dropped |= found[cause] & (getattr(limits, f"on_{cause}") == "drop")
         if limits.age is not None and limits.on_age == "drop":
             dropped &= ~found["age"] | (ages > limits.age + SLACK)  # a stamp of the future is only ignored
@@ -215,14 +224,16 @@ class Guard:
         returned = was.out & ~dropped & (now - since >= limits.rejoin - SLACK)
         out = (was.out & ~returned) | dropped
         events, stop = [], ("", "")
+        if self.stopped:
+            return Judgement(watch._replace(since=since), [], stop, fresh, returned & False, ages)
         told = was.told & np.array([found[cause] for cause in CAUSES]).T
         for cause, robot, action, words in excesses:
             if action == "stop":
                 stop = stop if stop[1] else (cause, words)
                 continue
             column = CAUSES.index(cause)
-            goes = bool(out[robot] and not was.out[robot] and dropped[robot])
-            if not told[robot, column] or goes:
+            goes = bool(out[robot] and not was.out[robot] and cause in AT_ONCE)
+            if goes or not (told[robot, column] or (cause == "age" and was.out[robot])):
                 does = "it is out" if goes else "its measurement is not used"
                 kind = "out" if goes else "ignored"
                 events.append(Event(now, robot + 1, cause, kind, f"{words}; {does}"))
@@ -232,6 +243,8 @@ class Guard:
             events.append(Event(now, robot + 1, "age", "back", words))
         if out.all() and not stop[1]:
             stop = ("age", "no robot is left")
+        if stop[1]:
+            out, returned, events = was.out, returned & False, []
         watch = watch._replace(
             since=since, out=out, told=told, back=np.where(returned, now, was.back),
             held=np.where(returned[:, None], was.command, was.held),
@@ -333,7 +346,8 @@ class Guard:
         guess = np.where(fresh[:, None], was.v, was.guess + passed * was.command / self._mass)
         speed, stops = np.linalg.norm(guess, axis=1), was.out | bool(self.stopped)
         anchored = stops & (speed < np.where(was.anchored, 10.0 * REST, REST)) & (fresh | was.anchored)
-        anchor = np.where((anchored & ~was.anchored)[:, None], was.q, was.anchor)
+        strayed = np.linalg.norm(was.q - was.anchor, axis=1) > HOLD
+        anchor = np.where((anchored & (~was.anchored | strayed))[:, None], was.q, was.anchor)
         rate = min(1.0 / time, 0.5 / passed if passed else math.inf)
         pull = np.where((anchored & fresh)[:, None], rate**2 * (was.q - anchor), 0.0)
         self.watch = was._replace(guess=guess, anchor=anchor, anchored=anchored)
@@ -388,7 +402,7 @@ class Guard:
             return says.jump(i, float(self._reach(stamps)[i]))
 
         def frozen(i: int) -> str:
-            return f"robot {i + 1}: its sensor repeats its digits for over {limits.frozen:g} s (frozen)"
+            return f"robot {i + 1}: the same digits for over {limits.frozen:g} s though it must move (frozen)"
 
         words: dict[str, Callable[[int], str]] = {
             "age": age, "speed": speed, "jump": jump, "area": says.area, "frozen": frozen,
@@ -414,7 +428,7 @@ class Says:
         """Words for a robot that is too fast."""
         most = self.limits.speed
         assert most is not None
-        hint = "; are these millimeters per second?" if 100.0 * most < found <= most / MILLI else ""
+        hint = "; are these millimeters per second?" if 10.0 * most < found <= most / MILLI else ""
         return f"robot {i + 1} moves at {found:.4g} m/s; allowed are {most:g} m/s (speed){hint}"
 
     def jump(self, i: int, reach: float) -> str:
@@ -436,12 +450,12 @@ class Says:
         area, q, hint = self.limits.area, self.q, ""
         assert area is not None
         known = q[np.isfinite(q).all(axis=1)]
-        if area.beyond(MILLI * q[i : i + 1])[0] <= 0.0 and np.abs(q[i]).max() > 10.0:
+        if len(q) > 1 and np.ptp(known, axis=0)[:2].max() < NARROW and np.abs(known[:, :2]).max() <= 180.0:
+            hint = "; are these degrees of latitude and longitude?"
+        elif area.beyond(MILLI * q[i : i + 1])[0] <= 0.0 and np.abs(q[i]).max() > LONG:
             hint = "; are these millimeters?"
         elif q.shape[0] == q.shape[1] and area.beyond(q[:, i][None])[0] <= 0.0:
             hint = "; are rows and columns exchanged?"
-        elif len(q) > 1 and np.ptp(known, axis=0)[:2].max() < NARROW and np.abs(known[:, :2]).max() <= 180.0:
-            hint = "; are these degrees of latitude and longitude?"
         place = ", ".join(f"{x:.6g}" for x in q[i])
         beyond = area.beyond(q[i : i + 1])[0]
         return f"robot {i + 1} is at ({place}) m, {beyond:.4g} m outside of the area{hint}"

@@ -72,7 +72,7 @@ class Area:
         Raises:
             UsageError: If an argument is not valid.
         """
-        count = max(len(corners) if hasattr(corners, "__len__") else 0, 3)
+        count = max(np.shape(corners)[0] if np.ndim(corners) else 0, 3)
         points = numbers(corners, "corners", (count, 2), "at least three corners in the plane [m]")
         least = -np.inf if low is None else number(low, "low", "a height [m]")
         most = (
@@ -152,8 +152,9 @@ class Limits:
         speed: Largest speed of a robot [m/s].
         jump: Largest change of a position since the last measurement, beyond what `speed` allows [m].
         area: Where robots must stay.
-        frozen: Longest time for which a sensor may repeat a measurement in every digit [s]; for sensors with
-            noise.
+        frozen: Longest time for which a sensor may repeat a measurement in every digit although the robot
+            must
+            move: its measured velocity is not 0, or its force above half of the limit [s].
         silence: Longest time between two calls of the controller [s].
         on_age: Action where a measurement is too old or missing.
         on_speed: Action where a robot is too fast.
@@ -171,7 +172,7 @@ class Limits:
     speed: float | None = None
     jump: float | None = None
     area: Area | None = None
-    frozen: float | None = None
+    frozen: float | None = 0.5
     silence: float | None = 0.1
     on_age: Action = "drop"
     on_speed: Action = "stop"
@@ -188,7 +189,7 @@ class Limits:
             raise UsageError(
                 "jump: found a limit without speed; expected both: robots move between measurements"
             )
-        for name in ("speed", "jump", "area", "frozen"):
+        for name in ("speed", "jump"):
             if self.age is None and getattr(self, name) is not None and getattr(self, f"on_{name}") == "drop":
                 raise UsageError(
                     f'on_{name}: found "drop" without a limit on age; expected both, or another action'

@@ -291,7 +291,7 @@ def test_one_robot_gets_its_row(keys: Any) -> None:
     heard = robots[0](time + 0.002, q[0], v[0])  # of nobody: they are where they were
     robots[0].state = saved
     assert (robots[0](time + 0.002, q[0], v[0], q - team.timestep * v) == heard).all()
-    with pytest.raises(UsageError, match="teammates: found robot 0; allowed are 1 to"):
+    with pytest.raises(UsageError, match="teammates: found 0; expected numbers of robots, from 1 to"):
         robots[0](time, q[0], v[0], {0: q[0]})
     with pytest.raises(
         UsageError, match=r"position: found the shape \(3,\)" if team.axes == 2 else "position"
