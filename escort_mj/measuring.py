@@ -10,7 +10,7 @@ from escort_mj.metrics import METRICS
 from escort_mj.metrics.metric import Measure, Metric
 from escort_mj.record.recording import sealed
 from escort_mj.record.team import of_team, team_names
-from escort_mj.record.window import OVERS, Span, rate_of, window
+from escort_mj.record.window import OVERS, Span, rate_of
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
@@ -32,7 +32,18 @@ def measure(
         after: Start of the window [s].
         before: Its end [s]; None for the end of the run.
     """
-    part = window(trace, after, before)
+    return measure_over(metric, trace, Span(None, after, before))
+
+
+def measure_over(metric: str | Metric, trace: Recorded, span: Span) -> Measure:
+    """Return a metric's value over a part of a run.
+
+    Args:
+        metric: Itself, or the name of one that ships.
+        trace: The whole trace.
+        span: Which part.
+    """
+    part = span.of(trace)
     if not part.sizes["time"]:
         return Measure(None, reason=EMPTY)
     return (SHIPPED[metric] if isinstance(metric, str) else metric).of(part)

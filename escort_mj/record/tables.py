@@ -20,6 +20,7 @@ _LATEX = {letter: f"\\{letter}" for letter in "&%$#_{}"} | {
     "×": r"$\times$",
     "°": r"$^\circ$",
     "µ": r"$\mu$",
+    "∞": r"$\infty$",
     "\n": " ",
 }
 FORMULA = ("=", "+", "-", "@")  # how cells begin that spreadsheets run

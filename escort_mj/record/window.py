@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast, get_args
 
 import numpy as np
@@ -55,6 +57,22 @@ class Span(NamedTuple):
     def words(self) -> str:
         """What it is, as heads of tables say it."""
         return WORDS[self.over] if self.over else when(self.after, self.before).strip() or WORDS["whole"]
+
+    @property
+    def suffix(self) -> str:
+        """What it is, as part of a name: `over_tail`, `after_20_before_40`."""
+        if self.over or not (self.after or self.before):
+            return f"over_{self.over or 'whole'}"
+        return re.sub(r" s\b", "", when(self.after, self.before)).strip().replace(" ", "_")
+
+
+def span_faults(over: Over | None, after: float | None, before: float | None) -> Iterator[str]:
+    """Say what is wrong with a part of a run that is given by these keys; None for one that is not given."""
+    times = " and ".join(key for key, time in (("after", after), ("before", before)) if time is not None)
+    if over is not None and times:
+        yield f"found over and {times}; a window is given by over, or by after and before"
+    if before is not None and before <= (after or 0.0):
+        yield f"its window is empty: after {after or 0.0:g} s and before {before:g} s"
 
 
 def when(after: float, before: float | None) -> str:

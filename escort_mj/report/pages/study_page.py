@@ -16,13 +16,11 @@ from escort_mj.record.files import make_folder, write_text
 from escort_mj.report.figures.studies.figures import draw_study
 from escort_mj.report.pages.html import Table, Text, page
 from escort_mj.report.pages.study_tables import (
-    SHOWN,
     cell_rates,
     cell_values,
     comparisons,
     number_cell,
     run_cell,
-    shown_rate,
     write_cells,
     write_tables,
 )
@@ -81,7 +79,7 @@ def _parts(
     }
     if not results.rows:
         return parts
-    shown = results.known(dict.fromkeys([*SHOWN, *results.judged()]))
+    shown = results.shown()
     factor = results.compared(compare)
     runs = failed_runs(results)
     rates, values = cell_rates(results), cell_values(results, shown)
@@ -107,8 +105,9 @@ def _overview(results: Results) -> str:
     if not results.rows:
         return words
     shares = [
-        f"{shown_rate(proportion_of(results.values(name)))} {verb}"
+        f"{happened.times} of {happened.of} {verb}"
         for name, verb in ((PASSED, "passed"), (COMPLETED, "completed"), (COLLIDED, "had contacts"))
+        if (happened := proportion_of(results.values(name))).of
     ]
     return f"{words}: {', '.join(shares)}"
 
@@ -161,7 +160,7 @@ def _worst(results: Results, quantities: Sequence[str], folder: Path, path: Path
         unit = results.metrics[quantity].unit
         rows.append(
             [
-                Text(quantity),
+                Text(results.metrics[quantity].heading),
                 number_cell(value, "" if unit == "1" else unit),
                 *run_cell(results, run),
                 Text(_command(files[run.key]), kind="message"),

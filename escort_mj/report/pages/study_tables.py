@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from escort_mj.record.files import write_text
@@ -11,20 +11,10 @@ from escort_mj.record.tables import comma_separated, latex, markdown
 from escort_mj.report.figures.drawing.scales import readable
 from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned
-from escort_mj.study.sweeps.quantities import (
-    COLLIDED,
-    COMPLETED,
-    EFFORT,
-    PASSED,
-    PRECISION,
-    RATES,
-    SAFETY,
-    Quantity,
-)
+from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED, RATES
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import Interval, Proportion, Summary
+from escort_mj.study.sweeps.statistics import LEVEL, Interval, Paired, Proportion, Summary
 
-SHOWN = (PRECISION, "settling_time", SAFETY, EFFORT, "force_rms", "chattering")
 MOST_CELLS = 500  # rows of a table
 HEADS = {PASSED: "passed", COMPLETED: "completed", COLLIDED: "contacts"}
 STATISTICS = ("known", "never", "mean", "mean_low", "mean_high", "median", "median_low", "median_high")
@@ -41,11 +31,16 @@ def number_cell(value: float, unit: str = "") -> Text:
     return Text(readable(value, unit), value, kind="number")
 
 
-def with_interval(value: float, interval: Interval) -> Text:
+def signed(value: float) -> str:
+    """A difference for people: three digits, infinite where one side alone says never."""
+    return f"{'-' * (value < 0.0)}∞" if math.isinf(value) else readable(value)
+
+
+def with_interval(value: float, interval: Interval, shown: Callable[[float], str] = readable) -> Text:
     """A number and its interval."""
-    words = readable(value)
+    words = shown(value)
     if not math.isnan(interval.low):
-        words += f" [{readable(interval.low)}, {readable(interval.high)}]"
+        words += f" [{shown(interval.low)}, {shown(interval.high)}]"
     return Text(words, value, kind="number")
 
 
@@ -84,11 +79,8 @@ def cell_values(results: Results, quantities: Sequence[str]) -> Table:
     """Median and mean of quantities in each cell."""
     head = [("cell", ""), *((factor.title, "") for factor in results.factors.values())]
     for name in quantities:
-        unit = "" if results.metrics[name].unit == "1" else f" [{results.metrics[name].unit}]"
-        head += [
-            (f"{name}{unit}, median", results.metrics[name].meaning),
-            ("mean", results.metrics[name].meaning),
-        ]
+        quantity = results.metrics[name]
+        head += [(f"{quantity.head}: median", f"{name}: {quantity.about}"), ("mean", quantity.about)]
     rows = []
     for index in _cells(results):
         row = _named(results, index)
@@ -128,43 +120,56 @@ def comparisons(results: Results, factor: Factor | None, quantities: Sequence[st
     """Each level of a factor against its first."""
     if factor is None or len(factor.levels) < 2:
         return None
-    head = [
-        ("quantity", ""),
-        ("level", ""),
-        ("pairs", f"pairs, and independent {results.block}s that they come from"),
-        ("mean difference", "level minus first, with its 95 % interval"),
-        ("dominance", "share of pairs larger minus share smaller, with its 95 % interval"),
-        ("better", "where the interval of the dominance excludes nought"),
-        ("p", "Wilcoxon, adjusted (Holm)"),
-    ]
+    compared = list(results.comparisons(factor, [*results.known(RATES), *quantities]))
     rows = []
-    for quantity, first, level, found, p in results.comparisons(factor, [*results.known(RATES), *quantities]):
-        unit = results.quantities[quantity].unit
-        notes = [f"{found.unpaired} without a value"] if found.unpaired else []
-        notes += [f"{found.never} with never"] if found.never else []
-        pairs = f"{found.pairs} of {found.blocks} {results.block}s" + (
-            f" ({', '.join(notes)})" if notes else ""
-        )
+    for quantity, first, level, found, p, better in compared:
         rows.append(
             [
-                Text(quantity + ("" if unit == "1" else f" [{unit}]"), kind="word"),
+                Text(results.quantities[quantity].head, kind="word"),
                 Text(f"{level} - {first}", kind="word"),
-                Text(pairs, found.pairs),
-                with_interval(found.difference, found.interval),
+                Text(_pairs(found, results.block), found.pairs),
+                with_interval(found.difference, found.interval, signed),
+                with_interval(found.median, found.median_interval, signed),
                 with_interval(found.dominance, found.dominance_interval),
-                Text(_better(results.quantities[quantity], first, level, found.dominance_interval)),
+                Text(better or "-"),
                 Text("-" if math.isnan(p) else f"{p:.2g}", p, kind="number"),
             ]
         )
-    return Table(f"Levels of {factor.name} against {factor.levels[0]}", head, rows)
+    tests = sum(not math.isnan(one.p) and one.paired.alike < one.paired.pairs for one in compared)
+    head = [
+        ("quantity", ""),
+        ("level", ""),
+        ("pairs", f"and independent {results.block}s that they come from"),
+        ("mean difference", "level minus first, with its 95 % interval"),
+        ("median difference", f"median over {results.block}s, with its 95 % interval"),
+        ("dominance", "share of pairs larger minus share smaller, with its 95 % interval"),
+        ("better", f"where the test can tell: p below {1.0 - LEVEL:.2g}"),
+        ("p", f"Wilcoxon, adjusted for the {tests} tests of this table (Holm)"),
+    ]
+    caption = f"Levels of {factor.name} against {factor.levels[0]}; p for {tests} tests together (Holm)"
+    return Table(caption, head, rows)
 
 
-def _better(quantity: Quantity, first: str, level: str, dominance: Interval) -> str:
-    """Which level is better, where that can be told."""
-    if math.isnan(dominance.low) or dominance.low <= 0.0 <= dominance.high:
-        return "-"
-    larger = dominance.low > 0.0
-    return level if larger == quantity.more_is_better else first
+def _pairs(found: Paired, block: str) -> str:
+    """How many pairs there are, and what they come from."""
+    words = counted(found.blocks, block)
+    if found.pairs != found.blocks:
+        words = f"{counted(found.pairs, 'pair')} from {words}"
+    notes = [
+        f"{count} {what}"
+        for count, what in (
+            (found.alike, "alike"),
+            (found.never, "with never"),
+            (found.unpaired, "incomplete"),
+        )
+        if count
+    ]
+    return f"{words} ({', '.join(notes)})" if notes else words
+
+
+def counted(count: int, what: str) -> str:
+    """Return so many of something: `1 seed`, `4 seeds`."""
+    return f"{count} {what}{'s' * (count != 1)}"
 
 
 def _failed(results: Results, index: int) -> str:

@@ -11,10 +11,13 @@ from typing import Any, NamedTuple
 
 from escort_mj import stopping
 from escort_mj.errors import EscortError
+from escort_mj.measuring import measure_over
 from escort_mj.mission import Room, fly
 from escort_mj.record.folder import STUDY, RunFolder
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.window import Span
 from escort_mj.scenario import dump_scenario
+from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.reader.load import Template
 from escort_mj.study.engine.store import Row
 
@@ -32,6 +35,8 @@ class Job(NamedTuple):
         source: What to call it.
         folder: Where to keep the run; None for nowhere.
         only_failed: Keep it only where it fails.
+        measured: What is measured of it beside the metrics that it has anyway: a name, the metric's, and the
+            part of the run.
     """
 
     key: str
@@ -41,6 +46,7 @@ class Job(NamedTuple):
     source: str
     folder: Path | None
     only_failed: bool
+    measured: tuple[tuple[str, str, Span], ...] = ()
 
 
 _mine = threading.local()
@@ -72,6 +78,10 @@ def perform(job: Job) -> Row:
                 run = fly(scenario, kept)
             folder = f"{RUNS}/{job.key}"
         assert run is not None and run.recording is not None
+        known = {metric.name: metric for metric in catalog_of(scenario).metrics}
+        more = {key: measure_over(known[name], run.recording, span) for key, name, span in job.measured}
+        if broken := [found.reason for found in more.values() if found.broken]:
+            return row_of_nothing(job, Outcome.FAILED.value, broken[0], time.perf_counter() - began)
     except EscortError as error:
         return row_of_nothing(job, Outcome.FAILED.value, str(error), time.perf_counter() - began)
     except Exception as error:
@@ -95,7 +105,7 @@ def perform(job: Job) -> Row:
             for name, value in attributes.items()
             if str(name).startswith(prefix)
         },
-        {name: found.value for name, found in run.measures.items()} if run.outcome.good else {},
+        {name: found.value for name, found in (run.measures | more).items()} if run.outcome.good else {},
         folder,
     )
 

@@ -109,7 +109,8 @@ class Evaluator:
                     return None
                 template = self.design.template
                 key = self.design.key(cell, moved)
-                jobs.append(Job(key, moved, cell.settings, template.text, template.source, None, False))
+                given = key, moved, cell.settings, template.text, template.source, None, False
+                jobs.append(Job(*given, self.design.measured()))
         return jobs
 
 

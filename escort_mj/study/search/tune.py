@@ -146,7 +146,7 @@ def tune_design(
 
 def _aim(search: Tune) -> str:
     """What tuning is after, in words."""
-    aims = " and ".join(f"{objective.goal} {objective.metric}" for objective in search.objectives)
+    aims = " and ".join(f"{objective.goal} {objective.key}" for objective in search.objectives)
     return aims + "".join(f", {_bound(bound)}" for bound in search.bounds)
 
 
@@ -155,7 +155,7 @@ def _bound(bound: MetricBound) -> str:
              if (value := getattr(bound, key)) is not None]  # fmt: skip
     if bound.at_most_own is not None:
         words.append(f"at most {bound.at_most_own:g} times its own")
-    return f"{bound.metric} {' and '.join(words)}"
+    return f"{bound.key} {' and '.join(words)}"
 
 
 def _tried(
@@ -195,17 +195,17 @@ def _trial(
     if search.verdicts:
         duration = evaluator.scenario(point).duration
         violations["verdicts"] = -min(robustness(row, duration).value for row in rows)
-    bounded = {bound.metric: mean_of(rows, bound.metric) for bound in search.bounds}
+    bounded = {bound.key: mean_of(rows, bound.key) for bound in search.bounds}
     for bound in search.bounds:
-        value, name = bounded[bound.metric], _bound(bound)
+        value, name = bounded[bound.key], _bound(bound)
         most = [bound.at_most] if bound.at_most is not None else []
         if bound.at_most_own is not None:
-            most.append(bound.at_most_own * mean_of(own, bound.metric))
+            most.append(bound.at_most_own * mean_of(own, bound.key))
         excesses = [_excess(value, limit) for limit in most]
         if bound.at_least is not None:
             excesses.append(-_excess(value, bound.at_least))
         violations[name] = max(excesses)
-    values = tuple(mean_of(rows, objective.metric) for objective in search.objectives)
+    values = tuple(mean_of(rows, objective.key) for objective in search.objectives)
     numbers = all(map(math.isfinite, (*values, *violations.values())))
     return TunedPoint(dict(point), values if numbers else None, bounded, violations)
 
@@ -241,7 +241,7 @@ def _compared(
         return {}, (0, 0)
     own, tuned = evaluator([{}, best.point], seeds)
     assert own is not None and tuned is not None, "both were possible with other seeds"
-    metrics = dict.fromkeys([*(o.metric for o in search.objectives), *(b.metric for b in search.bounds)])
+    metrics = dict.fromkeys([*(o.key for o in search.objectives), *(b.key for b in search.bounds)])
     gains = {metric: gain for metric in metrics if (gain := _gain(own, tuned, metric)) is not None}
     return gains, (sum(not row.passed for row in own), sum(not row.passed for row in tuned))
 

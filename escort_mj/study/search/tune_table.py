@@ -17,8 +17,8 @@ UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric
 
 def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], front: Sequence[int]) -> str:
     """All trials as comma-separated values; number 0 is the scenario's own."""
-    objectives = [objective.metric for objective in search.objectives]
-    bounded = [m for m in dict.fromkeys(bound.metric for bound in search.bounds) if m not in objectives]
+    objectives = [objective.key for objective in search.objectives]
+    bounded = [m for m in dict.fromkeys(bound.key for bound in search.bounds) if m not in objectives]
     lines: list[list[object]] = [
         ["trial", *search.over, *objectives, *bounded, *own.violations, "feasible", "front"]
     ]
@@ -57,7 +57,7 @@ def tuning_lines(found: Tuned, search: Tune, base: Mapping[str, float | None]) -
     said = [f"{len(found.trials)} trials, {found.runs} runs; {feasible} trials keep every constraint"]
     if len(search.objectives) > 1:
         said.append(
-            f"{len(found.front)} of them are the front; below, the best in {search.objectives[0].metric}"
+            f"{len(found.front)} of them are the front; below, the best in {search.objectives[0].key}"
         )
     said += [
         f"  {key} = {value:.4g} (the scenario's own: {'none' if base[key] is None else f'{base[key]:.4g}'})"

@@ -29,6 +29,7 @@ from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.schema.fields import RUN_NAME
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.sweeps.parameters import NAME, names_in_braces
+from escort_mj.study.sweeps.quantities import ChosenMetric, MetricOver
 from escort_mj.study.sweeps.ranges import Draw, Levels, Range, Steps
 from escort_mj.study.sweeps.searches import Falsify, Tune
 
@@ -93,10 +94,21 @@ class Study(Parameters):
     """Whose run folders are kept: of no run, of those that fail a verdict or break, of all."""
     at_most: Limit = Limit()
     """Beyond this the study has to be confirmed."""
+    quantities: Annotated[tuple[ChosenMetric, ...], Field(max_length=40)] = ()
+    """What tables and figures of the study show: metrics by name, or tables that also say over which part of
+    each run; empty: the usual ones, and those that expectations bound."""
     tune: Tune | None = None
     """What `escort-mj tune` does with the study's cells and seeds."""
     falsify: Falsify | None = None
     """What `escort-mj falsify` does with the study's cells and seeds."""
+
+    def asked(self) -> Iterator[tuple[Path, MetricOver]]:
+        """Every metric that the study names, and where."""
+        tables: list[tuple[Path, tuple[MetricOver, ...]]] = [(("quantities",), self.quantities)]
+        if self.tune is not None:
+            tables += [(("tune", "objectives"), self.tune.objectives), (("tune", "bounds"), self.tune.bounds)]
+        for path, table in tables:
+            yield from (((*path, place), one) for place, one in enumerate(table))
 
 
 class StudyFile:
@@ -212,6 +224,11 @@ def _findings(study: Study) -> list[Finding]:
         for key, bounds in box.items():
             found += bounds.findings((*path, key)) if isinstance(bounds, Range) else ()
     found += list(study.tune.findings()) if study.tune is not None else []
+    keys = [one.key for one in study.quantities]
+    for place, one in enumerate(study.quantities):
+        found += one.findings(("quantities", place))
+        if one.key in keys[:place]:
+            found.append(Finding(("quantities", place), f"{one.key} is in the list already"))
     return found or list(_size_findings(study))
 
 

@@ -26,9 +26,10 @@ from escort_mj.scenario.findings import did_you_mean, listed, parse_key_path, sh
 from escort_mj.scenario.reader.catalog import catalog_of, resolve_plugins
 from escort_mj.scenario.reader.load import Template, read_text
 from escort_mj.scenario.reader.plugins import placed_in
-from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.scenario.schema.scenario import Physics, Recording, Scenario
 from escort_mj.study.sweeps.definition import Sample, Study, StudyFile, values_of
 from escort_mj.study.sweeps.parameters import filled
+from escort_mj.study.sweeps.quantities import Measured
 from escort_mj.study.sweeps.ranges import drawn
 from escort_mj.world.model.parts import models_folder
 
@@ -50,6 +51,18 @@ class Cell(NamedTuple):
 
     labels: dict[str, Any]
     settings: dict[str, Any]
+
+
+class Clock(NamedTuple):
+    """How often a run is looked at.
+
+    Attributes:
+        timestep: Time between physics steps [s].
+        interval: Time between samples [s].
+    """
+
+    timestep: float
+    interval: float
 
 
 class Planned(NamedTuple):
@@ -109,7 +122,7 @@ class Design:
 
     def runs(self) -> Iterator[Planned]:
         """Every run, seed by seed through all cells: a study that is cut short has all cells alike."""
-        digests = [_digest(self.template.overridden(cell.settings), self._folder) for cell in self.cells]
+        digests = [self._digest(cell) for cell in self.cells]
         for seed in self.seeds:
             for index, digest in enumerate(digests):
                 own = seed + self._apart(self.cells[index])
@@ -121,7 +134,20 @@ class Design:
 
     def key(self, cell: Cell, seed: int) -> str:
         """Digest of everything that a run of a cell depends on."""
-        return _with_seed(_digest(self.template.overridden(cell.settings), self._folder), seed)
+        return _with_seed(self._digest(cell), seed)
+
+    def _digest(self, cell: Cell) -> hashlib._Hash:
+        digest = _digest(self.template.overridden(cell.settings), self._folder)
+        if measured := self.measured():
+            digest.update(json.dumps(measured).encode())
+        return digest
+
+    def clock(self, cell: Cell) -> Clock:
+        """How often a cell's runs are looked at."""
+        data = self.template.overridden(cell.settings)
+        physics, recording = (data.get(name) or {} for name in ("physics", "recording"))
+        timestep = physics.get("timestep", Physics().timestep)
+        return Clock(timestep, 1.0 / recording.get("rate", Recording().rate))
 
     def _apart(self, cell: Cell) -> int:
         """How far its seeds are from the first ones: points that are not paired have seeds of their own."""
@@ -143,9 +169,11 @@ class Design:
             ScenarioError: With the faults of the cells; each fault once.
         """
         faults: dict[Fault, None] = {}
+        self._shortest = math.inf
         for cell in self.cells:
             try:
-                self.scenario(cell, self.seeds[0] + self._apart(cell))
+                tried = self.scenario(cell, self.seeds[0] + self._apart(cell))
+                self._shortest = min(self._shortest, tried.duration)
             except ScenarioError as error:
                 faults |= {self._placed(fault, cell): None for fault in error.faults}
             if len(faults) > MOST_FAULTS:
@@ -153,24 +181,37 @@ class Design:
         if faults:
             raise ScenarioError(list(faults)[:MOST_FAULTS])
 
+    def measured(self) -> tuple[Measured, ...]:
+        """What is measured of each run beside the metrics that it has anyway, each once."""
+        asked = [one for _, one in self.study.asked()]
+        found = [Measured(one.key, one.metric, one.span) for one in asked if one.span is not None]
+        return tuple(dict.fromkeys(found))
+
     def _check_metrics(self) -> None:
-        """Checks that the metrics of a search exist, in the package or in the scenario's plugins.
+        """Checks that the metrics that the study names exist, in the package or in the scenario's plugins.
 
         Raises:
             ScenarioError: With each that does not.
         """
-        if self.study.tune is None:
+        asked = list(self.study.asked())
+        if not asked:
             return
         scenario = self.scenario(self.cells[0], self.seeds[0])
         known = [metric.name for metric in catalog_of(type(scenario)).metrics]
         faults = [
             self.file.fault(
                 f"found {one.metric!r}; the metrics are {listed(known)}{did_you_mean(one.metric, known)}",
-                *("tune", part, place, "metric"),
+                *(*path, "metric"),
             )
-            for part in ("objectives", "bounds")
-            for place, one in enumerate(getattr(self.study.tune, part))
+            for path, one in asked
             if one.metric not in known
+        ]
+        faults += [
+            self.file.fault(f"found {start:g} s; the run ends at {self._shortest:g} s", *path)
+            for path, one in asked
+            if one.span is not None
+            for start in (max(one.span.after, one.span.before or 0.0),)
+            if one.span.after >= self._shortest or start > self._shortest
         ]
         if faults:
             raise ScenarioError(faults)

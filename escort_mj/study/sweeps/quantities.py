@@ -1,13 +1,76 @@
-"""What a study looks at in each of its runs: metrics, and whether something happened."""
+"""What a study looks at in each of its runs: metrics over some part of it, and whether something happened."""
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from escort_mj.metrics import METRICS
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
+
+from escort_mj.components.parameters import Parameters
+from escort_mj.metrics import METRIC_NAMES, METRICS
+from escort_mj.metrics.metric import Metric
 from escort_mj.record.outcome import Outcome
+from escort_mj.record.window import Over, Span, span_faults
+from escort_mj.scenario.findings import Finding, Path
 from escort_mj.study.engine.store import Row
+
+MetricName = Annotated[str, Field(json_schema_extra={"examples": [*METRIC_NAMES]})]
+"""A metric that ships, or one of the scenario's plugins: `design.Design` checks it."""
+
+
+class MetricOver(Parameters):
+    """A metric, and the part of each run that it looks at."""
+
+    metric: MetricName
+    """Name of the metric."""
+    over: Over | None = None
+    """Part of each run: the `whole` run, or its `tail`, which is its last fifth; null: what `after` and
+    `before` say, or without them the metric's own, see [metrics](metrics.md)."""
+    after: NonNegativeFloat | None = None
+    """Start of the window [s], at the next sample."""
+    before: PositiveFloat | None = None
+    """End of the window [s], at the sample before; null: the end of the run."""
+
+    def findings(self, path: Path) -> list[Finding]:
+        """What is wrong between its keys, which stand at a path."""
+        return [Finding(path, words) for words in span_faults(self.over, self.after, self.before)]
+
+    @property
+    def span(self) -> Span | None:
+        """The part of a run that it looks at; None for the metric's own."""
+        if self.over is None and self.after is None and self.before is None:
+            return None
+        return Span(self.over, self.after or 0.0, self.before)
+
+    @property
+    def key(self) -> str:
+        """What its values are called: the metric's name, and its window where it has one of its own."""
+        return self.metric if self.span is None else f"{self.metric}_{self.span.suffix}"
+
+
+class ChosenMetric(MetricOver):
+    """A metric of the tables and figures of a study: a name, or a table with a window."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _named(cls, given: Any) -> Any:
+        """A name alone is a table of it."""
+        return {"metric": given} if isinstance(given, str) else given
+
+
+class Measured(NamedTuple):
+    """A metric that is measured of a run beside those that it has anyway.
+
+    Attributes:
+        key: What its values are called.
+        metric: The metric's name.
+        span: The part of the run that it looks at.
+    """
+
+    key: str
+    metric: str
+    span: Span
 
 
 class Quantity(NamedTuple):
@@ -17,24 +80,63 @@ class Quantity(NamedTuple):
         unit: SI unit, `1` for none.
         meaning: One sentence.
         more_is_better: Whether larger values are the better ones.
+        title: A few words.
+        window: The part of a run that it looks at, in words; empty for the run's end.
+        read: When it looks: at every physics step, or at the samples.
+        moment: Whether it is a moment of the run.
     """
 
     unit: str
     meaning: str
     more_is_better: bool = False
+    title: str = ""
+    window: str = ""
+    read: str = ""
+    moment: bool = False
+
+    @property
+    def heading(self) -> str:
+        """Title and window: `radius error, mean, last fifth`."""
+        return self.title + (f", {self.window}" if self.window else "")
+
+    @property
+    def head(self) -> str:
+        """Title, unit and window, for heads of tables: `radius error, mean [m], last fifth`."""
+        return self._replace(title=self.title + (f" [{self.unit}]" if self.unit != "1" else "")).heading
+
+    @property
+    def about(self) -> str:
+        """What it means, and when it looks."""
+        return f"{self.meaning}; read at {'samples' if self.read == 'samples' else 'every physics step'}"
+
+
+def quantity_of_metric(metric: Metric, span: Span | None = None) -> Quantity:
+    """A metric over a part of each run; None for the metric's own."""
+    window = (metric.span if span is None else span).words
+    return Quantity(
+        metric.unit, metric.meaning, metric.more_is_better, metric.title, window, metric.read, metric.moment
+    )
 
 
 PASSED, COMPLETED, COLLIDED = "passed", "completed", "collided"
 RATES = {
-    PASSED: Quantity("1", "the run completed and every verdict holds", True),
-    COMPLETED: Quantity("1", "the run reached its end", True),
-    COLLIDED: Quantity("1", "something touched something (contacts > 0)"),
+    PASSED: Quantity("1", "the run completed and every verdict holds", True, "share of runs that pass"),
+    COMPLETED: Quantity("1", "the run reached its end", True, "share of runs that complete"),
+    COLLIDED: Quantity(
+        "1", "something touched something (contacts > 0)", False, "share of runs with contacts"
+    ),
 }
 SAFETY, PRECISION, EFFORT = "clearance_least", "radius_error_mean", "energy"
 CLEARANCES = tuple(metric.name for metric in METRICS if metric.name.endswith("clearance_min"))
 VALUES = {
-    SAFETY: Quantity("m", "least distance of a robot's surface to any other body's", True),
-    **{metric.name: Quantity(metric.unit, metric.meaning, metric.more_is_better) for metric in METRICS},
+    SAFETY: Quantity(
+        "m",
+        "least distance of a robot's surface to any other body's",
+        True,
+        "least clearance",
+        Span("whole").words,
+    ),
+    **{metric.name: quantity_of_metric(metric) for metric in METRICS},
 }
 QUANTITIES = RATES | VALUES
 

@@ -15,15 +15,27 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError
 
 from escort_mj.errors import RunFolderError, UsageError
+from escort_mj.metrics import METRICS
 from escort_mj.record.files import read_json, write_text
 from escort_mj.scenario.findings import key_path, parse_key_path
 from escort_mj.scenario.reader.dump import flow
 from escort_mj.scenario.reader.files.paths import locate
 from escort_mj.study.engine.store import Row, open_store
 from escort_mj.study.sweeps.definition import Range, Steps, draws_of
-from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Design, Planned
-from escort_mj.study.sweeps.quantities import EFFORT, PRECISION, RATES, SAFETY, VALUES, Quantity, quantity_of
+from escort_mj.study.sweeps.design import CASE, SAMPLE, Cell, Clock, Design, Planned
+from escort_mj.study.sweeps.quantities import (
+    EFFORT,
+    PASSED,
+    PRECISION,
+    RATES,
+    SAFETY,
+    VALUES,
+    Quantity,
+    quantity_of,
+    quantity_of_metric,
+)
 from escort_mj.study.sweeps.statistics import (
+    LEVEL,
     Paired,
     Proportion,
     Summary,
@@ -41,6 +53,8 @@ WIDE = (
     4.0  # numbers whose largest is so many times the least are shown on a logarithmic scale, if they fit one
 )
 LAWS = ("controller", "controller.law")
+SHOWN = (PRECISION, "settling_time", SAFETY, EFFORT, "force_rms", "chattering")
+DRAWN = (PRECISION, SAFETY, EFFORT)
 LARGEST = 1e150  # number of a study: squares of larger ones are infinite
 
 
@@ -77,7 +91,9 @@ class Comparison(NamedTuple):
         first: The level that the other is held against.
         level: The other level.
         paired: The comparison; differences are level minus first.
-        p: Its Wilcoxon p, adjusted for the number of levels that are compared (Holm).
+        p: Its Wilcoxon p, adjusted for all comparisons that are made together (Holm).
+        better: The level that is better, as far as the test can tell: p is below 1 - `LEVEL`, and the
+            dominance is on the same side; empty where it cannot.
     """
 
     quantity: str
@@ -85,6 +101,7 @@ class Comparison(NamedTuple):
     level: str
     paired: Paired
     p: float
+    better: str
 
 
 class Results:
@@ -102,7 +119,10 @@ class Results:
         levels: Each run's level of each factor, an index into the factor's levels, shape (runs,).
         level_of_cell: Each cell's level of each factor, shape (cells,).
         factors: What is varied.
-        metrics: What a run has a value of, by name: shipped metrics, and those of plugins.
+        metrics: What a run has a value of, by name: shipped metrics, those of plugins, and metrics over
+            windows that the study asks for.
+        chosen: What the study asks tables and figures to show; empty for the usual.
+        clocks: How often the runs of each cell are looked at.
         quantities: Metrics and rates, by name.
     """
 
@@ -119,8 +139,13 @@ class Results:
         self.runs = tuple(Planned(*run) for run in facts["runs"])
         self.rows = {run.key: rows[run.key] for run in self.runs if run.key in rows}
         self.cell = np.array([run.cell for run in self.runs], dtype=np.intp)
-        own = {name: Quantity(**one) for name, one in facts.get("metrics", {}).items()}
+        own = {
+            name: Quantity(**{"title": name.replace("_", " ")} | one)
+            for name, one in facts.get("metrics", {}).items()
+        }
         self.metrics: dict[str, Quantity] = VALUES | own
+        self.chosen = [str(name) for name in facts.get("chosen", ())]
+        self.clocks = [Clock(*one) for one in facts.get("clocks", ())]
         self.quantities = RATES | self.metrics
         self.levels: dict[str, NDArray[np.intp]] = {}
         self.level_of_cell: dict[str, NDArray[np.intp]] = {}
@@ -188,10 +213,15 @@ class Results:
         """Those quantities of which at least one run has a value."""
         return [name for name in quantities if not np.isnan(self.values(name)).all()]
 
-    def judged(self) -> list[str]:
-        """Metrics that the verdicts of these runs look at."""
-        names = {v["metric"]: None for row in self.rows.values() for v in row.verdicts}
-        return [name for name in names if name in self.metrics]
+    def shown(self) -> list[str]:
+        """Metrics of tables: those that the study chose, else the usual and what its verdicts look at."""
+        judged = [v["metric"] for row in self.rows.values() for v in row.verdicts]
+        usual = [name for name in dict.fromkeys([*SHOWN, *judged]) if name in self.metrics]
+        return self.known(self.chosen or usual)
+
+    def drawn(self) -> list[str]:
+        """Quantities of figures: the share that passes, and what the study chose, else the usual."""
+        return self.known([PASSED, *(self.chosen or DRAWN)])
 
     def medians(self, quantity: str) -> Array:
         """Median of each cell, shape (cells,); NaN where no run has a value."""
@@ -227,18 +257,35 @@ class Results:
     def comparisons(self, factor: Factor, quantities: Iterable[str]) -> Iterator[Comparison]:
         """Each level of a factor against its first, over the same seeds and the same levels of all else.
 
-        Seeds are the independent blocks; where the study draws points, these are.
+        Seeds are the independent blocks; where the study draws points, these are. What is compared in one
+        call is corrected together; a comparison in which all pairs are alike can find nothing by chance, and
+        does not count.
         """
-        pairs = self._pairs(factor)
+        pairs, found = self._pairs(factor), []
         for name in quantities:
-            values, found = self.values(name), []
+            values, fine = self.values(name), self.resolution(name)
             for level in range(1, len(factor.levels)):
                 some = [(at[0], at[level], block) for at, block in pairs if 0 in at and level in at]
-                a, b = values[[one[0] for one in some]], values[[one[1] for one in some]]
-                found.append(paired(a, b, [one[2] for one in some]))
-            adjusted = holm([one.p for one in found])
-            for level, one in enumerate(found, 1):
-                yield Comparison(name, factor.levels[0], factor.levels[level], one, adjusted[level - 1])
+                first, second = ([one[side] for one in some] for side in (0, 1))
+                resolution = np.maximum(fine[first], fine[second])
+                blocks = [one[2] for one in some]
+                found.append((name, level, paired(values[first], values[second], blocks, resolution)))
+        adjusted = holm([math.nan if one.alike == one.pairs else one.p for *_, one in found])
+        for (name, level, one), p in zip(found, adjusted, strict=True):
+            p = one.p if math.isnan(p) else p
+            sides = {-1: factor.levels[0], 1: factor.levels[level]}
+            sign = 1 if self.quantities[name].more_is_better else -1
+            told = p < 1.0 - LEVEL and one.side * one.dominance > 0.0
+            better = sides[sign * one.side] if told else ""
+            yield Comparison(name, factor.levels[0], factor.levels[level], one, p, better)
+
+    def resolution(self, quantity: str) -> Array:
+        """How exactly a quantity of each run is known, shape (runs,): moments to the sample or step [s]."""
+        of = self.quantities[quantity]
+        if not of.moment or not self.clocks:
+            return np.zeros(len(self.runs))
+        fine = [clock.interval if of.read == "samples" else clock.timestep for clock in self.clocks]
+        return np.array(fine)[self.cell]
 
     def _pairs(self, factor: Factor) -> list[tuple[dict[int, int], Any]]:
         """Runs that differ in the level of this factor alone: run by level, and the block they belong to."""
@@ -296,11 +343,18 @@ def facts_of(design: Design) -> dict[str, Any]:
         "factors": [{"name": n, "log": n in log, "drawn": n in drawn} for n in design.factors],
         "cells": [cell._asdict() for cell in design.cells],
         "runs": [list(run) for run in design.runs()],
-        "metrics": {
-            metric.name: Quantity(metric.unit, metric.meaning, metric.more_is_better)._asdict()
-            for metric in design.own_metrics()
-        },
+        "metrics": {name: quantity._asdict() for name, quantity in _own_quantities(design).items()},
+        "chosen": [one.key for one in study.quantities],
+        "clocks": [list(design.clock(cell)) for cell in design.cells],
     }
+
+
+def _own_quantities(design: Design) -> dict[str, Quantity]:
+    """Metrics of plugins, and metrics over windows that the study asks for."""
+    own = {metric.name: metric for metric in design.own_metrics()}
+    known = own | {metric.name: metric for metric in METRICS}
+    windows = {key: quantity_of_metric(known[name], span) for key, name, span in design.measured()}
+    return {name: quantity_of_metric(metric) for name, metric in own.items()} | windows
 
 
 def write_design(design: Design, folder: Path) -> None:
@@ -339,6 +393,10 @@ class _Metric(BaseModel, strict=True):
     unit: str
     meaning: str
     more_is_better: bool
+    title: str = ""
+    window: str = ""
+    read: str = ""
+    moment: bool = False
 
 
 class _Cell(BaseModel, strict=True):
@@ -357,6 +415,8 @@ class _Facts(BaseModel, strict=True):
     cells: Annotated[list[_Cell], Field(min_length=1)]
     runs: list[Annotated[list[Any], Field(min_length=3, max_length=3)]]
     metrics: dict[str, _Metric] = {}
+    chosen: list[str] = []
+    clocks: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = []
 
 
 def _checked(facts: Any, path: Path) -> dict[str, Any]:
@@ -376,6 +436,14 @@ def _checked(facts: Any, path: Path) -> dict[str, Any]:
         known = type(cell) is int and 0 <= cell < len(facts["cells"])
         if not known or type(seed) is not int or not isinstance(key, str):
             raise RunFolderError(f"{path}: is damaged: runs[{place}] is not a cell, a seed and a key")
+    known = VALUES.keys() | facts.get("metrics", {}).keys()
+    if unknown := [name for name in facts.get("chosen", []) if name not in known]:
+        raise RunFolderError(f"{path}: is damaged: chosen names {unknown[0]!r}, which is no metric of it")
+    clocks = facts.get("clocks", [])
+    if len(clocks) not in (0, len(facts["cells"])) or not all(
+        0.0 < one < LARGEST for c in clocks for one in c
+    ):
+        raise RunFolderError(f"{path}: is damaged: clocks are not two times for each cell")
     names = {factor["name"] for factor in facts["factors"]}
     for place, cell in enumerate(facts["cells"]):
         if missing := names - cell["labels"].keys():

@@ -8,12 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field, PositiveFloat, PositiveInt
 
 from escort_mj.components.parameters import Parameters
-from escort_mj.metrics import METRIC_NAMES
 from escort_mj.scenario.findings import Finding
+from escort_mj.study.sweeps.quantities import MetricOver
 from escort_mj.study.sweeps.ranges import Box
-
-MetricName = Annotated[str, Field(json_schema_extra={"examples": [*METRIC_NAMES]})]
-"""A metric that ships, or one of the scenario's plugins: `design.Design` checks it."""
 
 
 class Search(Parameters):
@@ -39,20 +36,16 @@ class Falsify(Search):
     """How many points that break a verdict end the search."""
 
 
-class Objective(Parameters):
-    """A metric that is to become small, or large."""
+class Objective(MetricOver):
+    """A metric that is to become small, or large: its mean over cells and seeds counts."""
 
-    metric: MetricName
-    """Which metric: its mean over cells and seeds counts."""
     goal: Literal["minimize", "maximize"] = "minimize"
     """Which way."""
 
 
-class MetricBound(Parameters):
+class MetricBound(MetricOver):
     """A bound on the mean of a metric over cells and seeds."""
 
-    metric: MetricName
-    """Name of the metric."""
     at_most: float | None = None
     """Upper bound, in the metric's unit."""
     at_least: float | None = None
@@ -85,11 +78,14 @@ class Tune(Search):
 
     def findings(self) -> Iterator[Finding]:
         """What is wrong between its keys."""
+        for part, measured in (("objectives", self.objectives), ("bounds", self.bounds)):
+            for place, one in enumerate(measured):
+                yield from one.findings(("tune", part, place))
         for place, bound in enumerate(self.bounds):
             if bound.at_most is None and bound.at_least is None and bound.at_most_own is None:
                 message = f"has no bound; give at_most, at_least or at_most_own to {bound.metric}"
                 yield Finding(("tune", "bounds", place), message)
-        metrics = [objective.metric for objective in self.objectives]
+        metrics = [objective.key for objective in self.objectives]
         for place, metric in enumerate(metrics):
             if metric in metrics[:place]:
                 yield Finding(("tune", "objectives", place, "metric"), f"{metric} is an objective already")

@@ -1,17 +1,17 @@
 """Statistics of runs: intervals, paired comparisons and Pareto fronts, of plain arrays.
 
 A value is a number, infinite for "never" (it never settled), or NaN for "missing" (the run broke off, or the
-metric says nothing of it). Missing values are left out and counted. Never is larger than any number: medians
-and shares keep it, means are of the finite values alone. Draws come from a generator of fixed seed,
-so that the same runs give the same numbers.
+metric says nothing of it). Missing values are left out and counted. Never is larger than any number: medians,
+shares, differences and tests keep it; means of one level are of its finite values alone, which say how many
+are left out. Draws come from a generator of fixed seed, so that the same runs give the same numbers.
 """
 
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Sequence
-from typing import Literal, NamedTuple
+from statistics import NormalDist
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,9 @@ Array = NDArray[np.float64]
 LEVEL = 0.95
 RESAMPLES = 4000
 SEED = 0
+NORMAL = NormalDist().inv_cdf((1.0 + LEVEL) / 2.0)
+ROUNDING = 1e-9  # of a resolution
+EXACT = 60  # differences up to which the signed-rank test adds up all signs; beyond, it is nearly normal
 
 
 class Interval(NamedTuple):
@@ -80,24 +83,35 @@ class Paired(NamedTuple):
         pairs: Pairs of which both have a value, never included.
         blocks: Independent blocks that they come from.
         unpaired: Pairs of which one has no value or both have none.
-        never: Pairs of which one says never, or both: in the dominance, but not in the mean.
-        difference: Mean over blocks of each block's mean difference, second minus first; NaN of none.
+        never: Pairs of which one says never, or both.
+        alike: Pairs that differ by no more than the resolution of their values.
+        difference: Mean over blocks of each block's mean difference, second minus first; NaN of none. Where
+            one alone says never, the difference is infinite; infinite ones of opposite signs cancel one for
+            one, and what is left of them outweighs all numbers.
         interval: Of the difference, blocks drawn again; NaN of fewer than two.
+        median: Median over blocks of each block's mean difference.
+        median_interval: Of the median, blocks drawn again.
         dominance: Share of pairs in which the second is larger, minus the share in which it is smaller
             (Cliff's delta of paired data), from -1 to 1.
         dominance_interval: Of the dominance, blocks drawn again.
-        p: Two-sided, of Wilcoxon's signed-rank test of the blocks' mean differences; NaN of none.
+        p: Two-sided, of Wilcoxon's signed-rank test of the blocks' mean differences, infinite ones included;
+            NaN of none.
+        side: 1 if by that test the second is larger, -1 if it is smaller, 0 if neither.
     """
 
     pairs: int
     blocks: int
     unpaired: int
     never: int
+    alike: int
     difference: float
     interval: Interval
+    median: float
+    median_interval: Interval
     dominance: float
     dominance_interval: Interval
     p: float
+    side: int
 
 
 NOTHING = Interval(math.nan, math.nan)
@@ -107,7 +121,8 @@ def proportion_of(happened: ArrayLike, method: Literal["exact", "wilson"] = "exa
     """How often something happened.
 
     Args:
-        happened: 1 or 0 per run, NaN where it is not known; shape (runs,).
+        happened: 1 or 0 per run, NaN where it is not known; shape (runs,). What robots of one run do is not
+            independent: of those, see `share_of_worlds`.
         method: Of the interval: of Clopper and Pearson (1934), or of Wilson (1927).
     """
     values = _known(happened)
@@ -118,6 +133,26 @@ def proportion_of(happened: ArrayLike, method: Literal["exact", "wilson"] = "exa
 
     found = binomtest(count, of).proportion_ci(LEVEL, method=method)
     return Proportion(count, of, count / of, Interval(float(found.low), float(found.high)))
+
+
+def share_of_worlds(times: Sequence[int], of: Sequence[int]) -> Proportion:
+    """How often something happened to robots that share worlds: a world is one observation.
+
+    The interval is Wilson's of as many observations as there are worlds. It is for things that happen or do
+    not; a world's share, which may lie between, varies less, so that it covers at least as often as it says.
+
+    Args:
+        times: To how many robots of each world it happened.
+        of: How many robots each world has.
+    """
+    count, total = sum(times), sum(of)
+    if not total:
+        return Proportion(0, 0, math.nan, NOTHING)
+    share, worlds = count / total, len(of)
+    square = NORMAL**2 / worlds
+    middle, half = share + 0.5 * square, NORMAL * math.sqrt((share * (1.0 - share) + 0.25 * square) / worlds)
+    low, high = ((middle + sign * half) / (1.0 + square) for sign in (-1.0, 1.0))
+    return Proportion(count, total, share, Interval(max(low, 0.0), min(high, 1.0)))
 
 
 def summary(values: ArrayLike) -> Summary:
@@ -163,7 +198,12 @@ def bootstrap(values: Array, statistic: Callable[[Array], Array]) -> Interval:
     return Interval(float(low), float(high))
 
 
-def paired(first: ArrayLike, second: ArrayLike, block: Sequence[object] | None = None) -> Paired:
+def paired(
+    first: ArrayLike,
+    second: ArrayLike,
+    block: Sequence[object] | None = None,
+    resolution: ArrayLike = 0.0,
+) -> Paired:
     """Compares two levels of a factor, pair by pair.
 
     Args:
@@ -171,34 +211,84 @@ def paired(first: ArrayLike, second: ArrayLike, block: Sequence[object] | None =
         second: Likewise, of the other level.
         block: What each pair belongs to, such as its seed: pairs of one block are not independent, so blocks
             are what is drawn again and tested. None: every pair by itself.
+        resolution: Up to this, a difference counts as none in dominance and test; shape (pairs,), or one for
+            all.
     """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    fine = np.broadcast_to(np.asarray(resolution, dtype=np.float64), a.shape)
     both = ~(np.isnan(a) | np.isnan(b))
     names = list(range(len(a))) if block is None else list(block)
     kept = [name for name, known in zip(names, both, strict=True) if known]
     order = {name: index for index, name in enumerate(dict.fromkeys(kept))}
     of = np.array([order[name] for name in kept], dtype=np.intp)
-    a, b, count = a[both], b[both], len(order)
+    a, b, fine, count = a[both], b[both], fine[both], len(order)
     if not count:
-        return Paired(0, 0, len(both), 0, math.nan, NOTHING, math.nan, NOTHING, math.nan)
-    finite = np.isfinite(a) & np.isfinite(b)
-    gaps = np.subtract(b, a, out=np.zeros_like(a), where=finite)
-    sizes = np.bincount(of[finite], minlength=count)
-    sums = np.bincount(of, weights=gaps, minlength=count)
-    blocks = sums[sizes > 0] / sizes[sizes > 0]
-    larger = np.bincount(of, weights=np.greater(b, a) * 1.0 - np.less(b, a), minlength=count)
-    dominance = np.stack([larger, np.bincount(of, minlength=count)], axis=1).astype(np.float64)
+        nothing = math.nan, NOTHING
+        return Paired(0, 0, len(both), 0, 0, *nothing, *nothing, *nothing, math.nan, 0)
+    gaps = np.subtract(b, a, out=np.zeros_like(a), where=a != b)
+    alike = np.abs(gaps) <= fine * (1.0 + ROUNDING)
+    told = np.where(alike, 0.0, gaps)
+    blocks = _block_means(gaps, of, count)
+    sign = np.bincount(of, weights=np.sign(told), minlength=count)
+    dominance = np.stack([sign, np.bincount(of, minlength=count)], axis=1).astype(np.float64)
+    p, side = signed_rank(_block_means(told, of, count))
     return Paired(
         len(a),
         count,
         len(both) - len(a),
-        int(np.count_nonzero(~finite)),
-        float(blocks.mean()) if len(blocks) else math.nan,
+        int(np.count_nonzero(np.isinf(a) | np.isinf(b))),
+        int(np.count_nonzero(alike)),
+        float(_means(blocks[None])[0]),
         bootstrap(blocks, _means),
+        float(_medians(blocks[None])[0]),
+        bootstrap(blocks, _medians),
         float(_shares(dominance[None])[0]),
         bootstrap(dominance, _shares),
-        _signed_rank(blocks),
+        p,
+        side,
     )
+
+
+def _block_means(gaps: Array, of: NDArray[np.intp], count: int) -> Array:
+    """Mean difference of each block, shape (count,); pairs belong to block `of`."""
+    finite = np.isfinite(gaps)
+    left = np.bincount(of, weights=np.where(finite, 0.0, np.sign(gaps)), minlength=count)
+    sums = np.bincount(of, weights=np.where(finite, gaps, 0.0), minlength=count)
+    return _outweighed(left, sums, np.bincount(of[finite], minlength=count))
+
+
+def signed_rank(differences: ArrayLike) -> tuple[float, int]:
+    """Wilcoxon's test that differences are symmetric about zero; infinite ones rank above all numbers.
+
+    Differences of zero take part in the ranks and in no sum (Pratt, 1959). Up to `EXACT` differences, the
+    probability is exact whatever their ties: all signs are equally likely, given the ranks.
+
+    Args:
+        differences: Shape (n,), without NaN.
+
+    Returns:
+        The two-sided probability, NaN of no differences; and the side on which the larger sum of ranks is,
+        0 if both are alike.
+    """
+    from scipy.stats import rankdata  # slow to import
+
+    values = np.asarray(differences, dtype=np.float64)
+    if not len(values):
+        return math.nan, 0
+    ranks = np.rint(2.0 * rankdata(np.abs(values))).astype(np.int64)[values != 0.0]  # whole: twice the ranks
+    upper, total = int(ranks[values[values != 0.0] > 0.0].sum()), int(ranks.sum())
+    side = int(np.sign(2 * upper - total))
+    if not side:
+        return 1.0, 0
+    if len(values) > EXACT:
+        return math.erfc(abs(2 * upper - total) / math.sqrt(2.0 * float((ranks**2).sum()))), side
+    chances = np.ones(1)
+    for rank in ranks:
+        more = np.zeros(len(chances) + rank)
+        more[: len(chances)] = chances
+        more[rank:] += chances
+        chances = 0.5 * more
+    return min(1.0, 2.0 * float(chances[max(upper, total - upper) :].sum())), side
 
 
 def holm(p: Sequence[float]) -> list[float]:
@@ -235,29 +325,33 @@ def _known(values: ArrayLike) -> Array:
 
 
 def _means(draws: Array) -> Array:
-    return np.asarray(draws.mean(axis=1))
+    """Means of shape (draws, n) over n."""
+    finite = np.isfinite(draws)
+    if finite.all():
+        return np.asarray(draws.mean(axis=1))
+    left = np.where(finite, 0.0, np.sign(draws)).sum(axis=1)
+    return _outweighed(left, np.where(finite, draws, 0.0).sum(axis=1), finite.sum(axis=1))
+
+
+def _outweighed(left: NDArray[Any], sums: NDArray[Any], counts: NDArray[np.intp]) -> Array:
+    """Means of numbers and infinities, which cancel one for one; those that are left outweigh all numbers.
+
+    Args:
+        left: How many infinities are above zero, less those below.
+        sums: Of the numbers.
+        counts: How many numbers there are.
+    """
+    return np.where(left, np.copysign(np.inf, left), sums / np.maximum(counts, 1))
 
 
 def _medians(draws: Array) -> Array:
-    return np.asarray(np.median(draws, axis=1))
+    """Medians of shape (draws, n) over n; half way between both infinities is 0."""
+    with np.errstate(invalid="ignore"):
+        found = np.median(draws, axis=1)
+    return np.where(np.isnan(found), 0.0, found)
 
 
 def _shares(draws: Array) -> Array:
     """Sum of the first column over the sum of the second, shape (resamples, n, 2)."""
     total = draws.sum(axis=1)
     return np.asarray(total[:, 0] / total[:, 1])
-
-
-def _signed_rank(differences: Array) -> float:
-    """Wilcoxon's test that differences are symmetric about zero; zeros halve to both sides (Pratt)."""
-    if not len(differences):
-        return math.nan
-    if not differences.any():
-        return 1.0
-    from scipy.stats import wilcoxon  # slow to import
-
-    with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # of a few pairs, whose exact distribution SciPy cannot have with ties
-        return float(wilcoxon(differences, zero_method="zsplit").pvalue)

@@ -222,6 +222,7 @@ def _job(design: Design, run: Planned, out: Path) -> Job:
         os.path.abspath(design.template.source),  # whatever folder a worker is in
         None if keep == "none" else out / RUNS / run.key,
         keep == "failed",
+        design.measured(),
     )
 
 

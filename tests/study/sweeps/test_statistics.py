@@ -1,10 +1,14 @@
 """Statistics against values worked out by hand, closed forms and known distributions."""
 
 import math
+from collections import Counter
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.special import stdtr
+from scipy.stats import wilcoxon
 
 from escort_mj.study.sweeps.statistics import (
     LEVEL,
@@ -14,6 +18,8 @@ from escort_mj.study.sweeps.statistics import (
     paired,
     pareto,
     proportion_of,
+    share_of_worlds,
+    signed_rank,
     summary,
 )
 
@@ -91,12 +97,98 @@ def test_wilcoxon_of_pairs_that_all_rise() -> None:
 def test_pairs_with_never_and_missing_values() -> None:
     found = paired([1.0, NEVER, NEVER, 5.0, NAN], [2.0, 3.0, NEVER, NEVER, 1.0])
     assert (found.pairs, found.unpaired, found.never) == (4, 1, 3)
-    assert found.difference == 1.0
+    assert found.difference == found.median == 0.5  # 1, less than all, none, more than all
     assert found.dominance == 0.25  # larger, smaller, alike, larger
     lost = paired([NAN, 1.0], [1.0, NAN])
     assert lost.pairs == 0 and lost.unpaired == 2 and math.isnan(lost.p)
     only_never = paired([1.0, 1.0], [NEVER, NEVER])
-    assert math.isnan(only_never.difference) and only_never.dominance == 1.0
+    assert only_never.difference == only_never.median == NEVER and only_never.dominance == 1.0
+
+
+def test_faster_sometimes_and_mostly_never_is_not_better() -> None:
+    first = np.full(20, 10.0)
+    found = paired(first, [9.8] * 6 + [NEVER] * 14)
+    assert (found.side, found.difference, found.median) == (1, NEVER, NEVER)
+    assert found.p == pytest.approx(brute_signed_rank([-0.2] * 6 + [NEVER] * 14)) and found.p < 0.01
+    assert found.dominance == pytest.approx(0.4) and found.interval == (NEVER, NEVER)
+
+
+def test_always_against_never_is_told_by_as_many_seeds_as_anything_else() -> None:
+    found = paired(np.arange(8.0), np.full(8, NEVER))
+    assert (found.p, found.side, found.never) == (pytest.approx(2.0 / 2**8), 1, 8)
+    back = paired(np.full(8, NEVER), np.arange(8.0))
+    assert (back.difference, back.median, back.side, back.p) == (-NEVER, -NEVER, -1, found.p)
+    assert back.interval == (-NEVER, -NEVER)
+
+
+def test_never_once_is_no_reason_to_call_the_rest_worse() -> None:
+    found = paired(np.full(20, 10.0), [9.0] * 19 + [NEVER])
+    assert found.median == -1.0 and found.side == -1 and found.difference == NEVER
+    assert found.interval.low == -1.0 and found.interval.high == NEVER  # a third of all draws leave it out
+
+
+def test_both_never_is_alike() -> None:
+    found = paired([NEVER] * 4, [NEVER] * 4)
+    assert (found.alike, found.never, found.difference, found.p, found.side) == (4, 4, 0.0, 1.0, 0)
+
+
+def brute_signed_rank(values: list[float]) -> float:
+    """Two-sided, by counting how many ways of signs come to each sum of ranks."""
+    size = np.abs(values)
+    ranks = [2 * int(np.sum(size < one)) + int(np.sum(size == one)) + 1 for one in size]
+    moving = [rank for rank, value in zip(ranks, values, strict=True) if value]
+    found = abs(sum(math.copysign(rank, value) for rank, value in zip(ranks, values, strict=True) if value))
+    counts = Counter({0: 1})
+    for rank in moving:
+        up, down = ({total + sign * rank: n for total, n in counts.items()} for sign in (1, -1))
+        counts = Counter(up) + Counter(down)
+    return sum(number for total, number in counts.items() if abs(total) >= found) / 2 ** len(moving)
+
+
+@given(st.lists(st.sampled_from([-NEVER, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 3.0, NEVER]), max_size=14))
+def test_the_signed_rank_test_counts_signs(values: list[float]) -> None:
+    p, side = signed_rank(values)
+    if not values:
+        assert math.isnan(p) and side == 0
+        return
+    assert p == pytest.approx(brute_signed_rank(values))
+    assert signed_rank([-value for value in values]) == (p, -side)
+
+
+@pytest.mark.parametrize("n", [3, 12, 40, 60, 200])
+def test_the_signed_rank_test_is_that_of_scipy_where_nothing_ties(n: int) -> None:
+    values = np.random.default_rng(n).normal(0.3, 1.0, n)
+    method = "exact" if n <= 60 else "asymptotic"
+    assert signed_rank(values)[0] == pytest.approx(wilcoxon(values, method=method).pvalue)
+
+
+def test_differences_within_the_resolution_are_none() -> None:
+    first, sample = 5.0 + 0.02 * np.arange(20), 0.02
+    faster = paired(first, first - 0.02 * (np.arange(20) % 5 > 0), resolution=sample)
+    assert faster.difference == pytest.approx(-0.016)  # 0.016 s of samples 0.02 s apart
+    assert (faster.alike, faster.p, faster.side, faster.dominance) == (20, 1.0, 0, 0.0)
+    assert paired(first, first - 0.02 * (np.arange(20) % 5 > 0)).p < 0.001
+    assert paired(first, first - 0.04, resolution=sample).p < 0.001
+    each = paired(first, first - 0.02, resolution=np.where(np.arange(20) < 10, 0.02, 0.001))
+    assert each.alike == 10 and each.side == -1
+
+
+def test_robots_of_one_world_are_one_observation() -> None:
+    found = share_of_worlds([8] * 64, [8] * 64)
+    assert (found.times, found.of, found.share) == (512, 512, 1.0)
+    assert found.interval == pytest.approx((0.9434, 1.0), abs=1e-4)  # Wilson, 64 of 64
+    alone = [1, 0, 1, 1, 0, 1, 1]
+    assert share_of_worlds(alone, [1] * 7).interval == pytest.approx(proportion_of(alone, "wilson").interval)
+    assert math.isnan(share_of_worlds([], []).share)
+
+
+def test_shares_of_worlds_are_covered_as_often_as_is_said() -> None:
+    rng, covered = np.random.default_rng(5), 0
+    for _ in range(400):  # of worlds that differ, robots in each much alike
+        chances = rng.beta(8.0, 2.0, 30)
+        low, high = share_of_worlds(rng.binomial(8, chances).tolist(), [8] * 30).interval
+        covered += low <= 0.8 <= high
+    assert covered >= 380
 
 
 def test_pairs_of_one_seed_are_one_piece_of_evidence() -> None:

@@ -12,27 +12,11 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from escort_mj import palette
-from escort_mj.study.sweeps.quantities import (
-    COLLIDED,
-    COMPLETED,
-    EFFORT,
-    PASSED,
-    PRECISION,
-    QUANTITIES,
-    RATES,
-    SAFETY,
-)
+from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor
 
 DECADES = 30.0  # times the least: positive values that reach so far are shown on a logarithmic scale
-HEADINGS = {
-    PASSED: "Share of runs that pass",
-    COMPLETED: "Share of runs that complete",
-    COLLIDED: "Share of runs with contacts",
-    PRECISION: "Tail error of the radius",
-    SAFETY: "Least clearance",
-    EFFORT: "Energy",
-}
+SHARES = frozenset(RATES.values())
 
 
 class Scale(NamedTuple):
@@ -55,16 +39,16 @@ class Scale(NamedTuple):
     high: float
 
 
-def heading(quantity: str) -> str:
-    """A quantity in words."""
-    return HEADINGS.get(quantity, quantity.replace("_", " ").capitalize())
+def heading(quantity: Quantity) -> str:
+    """A quantity in words, with the part of a run that it looks at."""
+    return quantity.heading[:1].upper() + quantity.heading[1:]
 
 
-def scale_of(quantity: str, values: NDArray[np.float64]) -> Scale:
+def scale_of(quantity: Quantity, values: NDArray[np.float64]) -> Scale:
     """A scale for these values; shares are in percent, lengths below 1 m in millimeters."""
-    if quantity in RATES:
+    if quantity in SHARES:
         return Scale(100.0, "%", f"{heading(quantity)} [%]", False, 0.0, 100.0)
-    unit = QUANTITIES[quantity].unit
+    unit = quantity.unit
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     factor, unit = (
@@ -74,7 +58,7 @@ def scale_of(quantity: str, values: NDArray[np.float64]) -> Scale:
     label = heading(quantity) + (f" [{unit}]" if unit else "")
     if low == high:
         low, high = low - 0.5 * abs(low) - 1e-9, high + 0.5 * abs(high) + 1e-9
-    log = low > 0.0 and high > DECADES * low and not QUANTITIES[quantity].more_is_better
+    log = low > 0.0 and high > DECADES * low and not quantity.more_is_better
     return Scale(factor, unit, label, log, factor * low, factor * high)
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from escort_mj import palette
 from escort_mj.report.figures.drawing.scales import Scale, colors_of, heading, logarithmic, scale_of, ticks_of
 from escort_mj.report.figures.drawing.style import FAILED, Key, figure, legend
-from escort_mj.study.sweeps.quantities import RATES
+from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import Interval, proportion_of, summary
 
@@ -54,7 +54,7 @@ def draw_study_curves(
         grid, never = canvas.subplots(down, 2, squeeze=False, sharex=True), False
         for axes, quantity in zip(grid.ravel(), quantities, strict=False):
             lines = [list(_points(results, quantity, factor, here)) for here in _parts(results, by)]
-            _curves(axes, quantity, lines)
+            _curves(axes, results.quantities[quantity], lines)
             never |= any(np.isposinf(point.value) for line in lines for point in line)
         for axes in grid.ravel()[len(quantities) :]:
             axes.set_visible(False)
@@ -100,7 +100,7 @@ def _point(x: float, quantity: str, values: Array) -> Point:
     return Point(x, found.median, found.median_interval)
 
 
-def _curves(axes: Axes, quantity: str, lines: Sequence[Sequence[Point]]) -> None:
+def _curves(axes: Axes, quantity: Quantity, lines: Sequence[Sequence[Point]]) -> None:
     """One panel: a line and a band per level."""
     ends = [end for line in lines for point in line for end in (point.value, *point.interval)]
     scale = scale_of(quantity, np.array(ends or [0.0]))
@@ -119,7 +119,7 @@ def _curves(axes: Axes, quantity: str, lines: Sequence[Sequence[Point]]) -> None
             axes.plot(never, top, "x", color=color, markersize=5, transform=where, clip_on=False)
 
 
-def _prepare(axes: Axes, quantity: str, scale: Scale, vertical: bool) -> None:
+def _prepare(axes: Axes, quantity: Quantity, scale: Scale, vertical: bool) -> None:
     """Heading, unit and limits of a panel; shares from nothing to all."""
     axes.set_title(heading(quantity))
     label = "[" + scale.unit + "]" if scale.unit else ""
@@ -166,12 +166,14 @@ def draw_intervals(path: Path, results: Results, by: Factor | None, quantities: 
         grid = canvas.subplots(1, len(quantities), squeeze=False, sharey=True)[0]
         for axes, quantity in zip(grid, quantities, strict=True):
             points = [_point(0.0, quantity, results.of_cell(quantity, index)) for index in cells]
-            _intervals(axes, quantity, points, colors)
+            _intervals(axes, results.quantities[quantity], points, colors)
         grid[0].set_yticks(cells, words, fontsize=7.5)
         grid[0].set_ylim(len(cells) - 0.4, -0.6)
 
 
-def _intervals(axes: Axes, quantity: str, points: Sequence[Point], colors: Sequence[palette.Color]) -> None:
+def _intervals(
+    axes: Axes, quantity: Quantity, points: Sequence[Point], colors: Sequence[palette.Color]
+) -> None:
     """One panel: a dot and a bar per cell, or why there is none."""
     scale = scale_of(quantity, np.array([end for point in points for end in (point.value, *point.interval)]))
     _prepare(axes, quantity, scale, vertical=False)

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 from escort_mj.record.folder import FIGURES
+from escort_mj.report.figures.drawing.scales import heading
 from escort_mj.report.figures.studies import curves, heat_maps, tradeoff
-from escort_mj.study.sweeps.quantities import EFFORT, PASSED, PRECISION, SAFETY
+from escort_mj.study.sweeps.quantities import PRECISION, SAFETY
 from escort_mj.study.sweeps.results import Factor, Results
 
-DRAWN = (PASSED, PRECISION, SAFETY, EFFORT)
 MOST_MAPS = 3  # pairs of factors
 NO_WORD = re.compile(r"[^A-Za-z0-9_-]+")  # what names of files leave out: LaTeX takes a dot for the suffix
 BANDS = "share of runs that pass with its exact 95 % interval, medians with that of the median."
@@ -55,7 +55,7 @@ def draw_study(
         WriteError: If a file cannot be written.
     """
     by, drawn = results.compared(compare), []
-    quantities = results.known(DRAWN)
+    quantities = results.drawn()
     for suffix in reversed(formats):
         drawn = list(_all(results, folder / FIGURES, suffix, by, quantities))
     return drawn
@@ -85,9 +85,9 @@ def _all(
         pairs = [(laid_out[0], by, None)]
     for x, y, panels in pairs[:MOST_MAPS]:
         for quantity in quantities:
-            words = (
-                f"{heat_maps.heading(quantity)} over {x.name} and {y.name}; the brighter the better."
-                + TOGETHER * (len(laid_out) > 2)
+            what = heading(results.quantities[quantity])
+            words = f"{what} over {x.name} and {y.name}; the brighter the better." + TOGETHER * (
+                len(laid_out) > 2
             )
             name = f"map_{quantity}_{x.name}_{y.name}"
             heat_maps.draw_map(add(name, words), results, quantity, x, y, panels)

@@ -11,13 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
-from escort_mj.report.figures.drawing.scales import Scale, heading, logarithmic, readable, scale_of, ticks_of
+from escort_mj.report.figures.drawing.scales import Scale, logarithmic, readable, scale_of, ticks_of
 from escort_mj.report.figures.drawing.style import figure
-from escort_mj.study.sweeps.quantities import QUANTITIES, RATES
+from escort_mj.study.sweeps.quantities import RATES, Quantity
 from escort_mj.study.sweeps.results import Factor, Results
 from escort_mj.study.sweeps.statistics import proportion_of, summary
-
-__all__ = ["draw_map", "heading"]
 
 Array = NDArray[np.float64]
 
@@ -35,22 +33,23 @@ def draw_map(
     Args:
         path: Where to save it.
         results: The study's.
-        quantity: Of `QUANTITIES`.
+        quantity: One of the results'.
         x: Factor from left to right.
         y: Factor from below upward.
         panels: A third, a panel per level; what else varies is taken together.
     """
     levels = [None] if panels is None else list(range(len(panels.levels)))
     tables = [_table(results, quantity, x, y, panels, level) for level in levels]
-    scale = scale_of(quantity, np.concatenate([table.ravel() for table in tables]))
+    about = results.quantities[quantity]
+    scale = scale_of(about, np.concatenate([table.ravel() for table in tables]))
     across = min(len(levels), ACROSS)
     down = -(-len(levels) // across)
     height = 0.7 + down * (0.75 + max(0.3 * len(y.levels), 0.9, LETTER * len(y.title)))
-    with figure(path, height, f"{results.name}: {heading(quantity).lower()}") as canvas:
+    with figure(path, height, f"{results.name}: {about.heading}") as canvas:
         grid = canvas.subplots(down, across, squeeze=False, sharex=True, sharey=True)
         image: Any = None
         for axes, level, table in zip(grid.ravel(), levels, tables, strict=False):
-            image = _panel(axes, scale.factor * table, scale, quantity, x, y)
+            image = _panel(axes, scale.factor * table, scale, about, x, y)
             if panels is not None and level is not None:
                 axes.set_title(f"{panels.name} = {panels.levels[level]}")
         for axes in grid.ravel()[len(levels) :]:
@@ -85,9 +84,9 @@ def _table(
     return found
 
 
-def _panel(axes: Axes, table: Array, scale: Scale, quantity: str, x: Factor, y: Factor) -> Any:
+def _panel(axes: Axes, table: Array, scale: Scale, quantity: Quantity, x: Factor, y: Factor) -> Any:
     """One heat map; its numbers stand in its cells where they have room."""
-    colors = matplotlib.colormaps["cividis" if QUANTITIES[quantity].more_is_better else "cividis_r"]
+    colors = matplotlib.colormaps["cividis" if quantity.more_is_better else "cividis_r"]
     norm = (LogNorm if scale.log else Normalize)(scale.low, scale.high)
     axes.set_facecolor(NOTHING)
     image = axes.pcolormesh(

@@ -32,7 +32,8 @@ def draw_tradeoff(path: Path, results: Results, by: Factor | None) -> None:
     safety, precision, effort = (results.medians(name) for name in (SAFETY, PRECISION, EFFORT))
     known = np.isfinite(safety) & np.isfinite(precision)
     x, y, colors = (
-        scale_of(*pair) for pair in ((SAFETY, safety[known]), (PRECISION, precision[known]), (EFFORT, effort))
+        scale_of(results.quantities[name], values)
+        for name, values in ((SAFETY, safety[known]), (PRECISION, precision[known]), (EFFORT, effort))
     )
     shape = np.zeros(len(results.cells), dtype=np.intp)
     if by is not None:
@@ -78,7 +79,7 @@ def draw_tradeoff(path: Path, results: Results, by: Factor | None) -> None:
             axes.set_yscale("log")
             logarithmic(axes.yaxis)
         bar = canvas.colorbar(ScalarMappable(norm, "viridis"), ax=axes, fraction=0.035, pad=0.015, aspect=30)
-        bar.set_label(f"{heading(EFFORT)}, median [{colors.unit}]")
+        bar.set_label(f"{heading(results.quantities[EFFORT])}, median [{colors.unit}]")
         bar.outline.set_visible(False)
         _name(canvas, by)
 
