@@ -90,7 +90,7 @@ def test_the_worst_runs_have_a_command_each(folder: Path, text: str) -> None:
     section = text.partition("<h2>Worst runs</h2>")[2]
     commands = re.findall(r"<code>escort-mj run (\S+) --out (\S+)</code>", section)
     assert len(commands) >= 15 and all(Path(scenario).is_file() for scenario, _ in commands)
-    never = section.index("settling_time")
+    never = section.index("settling time, whole run")
     assert ">never<" in section[never : never + 200]
 
 

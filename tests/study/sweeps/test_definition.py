@@ -1,5 +1,6 @@
 """Study files: what they say, and every fault with its place."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -166,3 +167,30 @@ def test_faults_of_overrides_name_the_override(
 def yaml_of(text: str, folder: Path) -> Path:
     (folder / "kept.yaml").write_text(text)
     return folder / "kept.yaml"
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ("[enrgy]", "quantities[0].metric: found 'enrgy'; the metrics are .*did you mean \"energy\""),
+        ("[{metric: energy, over: tial}]", "quantities[0].over: .*tail"),
+        (
+            "[{metric: energy, over: tail, after: 3}]",
+            "quantities[0]: found over and after; a window is given by over",
+        ),
+        (
+            "[{metric: energy, after: 5, before: 5}]",
+            "quantities[0]: its window is empty: after 5 s and before 5 s",
+        ),
+        ("[{metric: energy, after: 60}]", "quantities[0]: found 60 s; the run ends at 60 s"),
+        ("[{metric: energy, by: 5}]", "quantities[0].by: is not a key"),
+        ("[energy, energy]", "quantities[1]: energy is in the list already"),
+        ("[{over: tail}]", "quantities[0].metric: is missing"),
+    ],
+)
+def test_windows_that_are_none(tmp_path: Path, given: str, words: str) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text(f"study: few\nscenario: main\nset: {{expect: []}}\nquantities: {given}\n")
+    with pytest.raises(ScenarioError) as error:
+        Design(load_study(path), scenarios_folder())
+    assert re.search(re.escape(words).replace(r"\.\*", ".*"), str(error.value)), str(error.value)

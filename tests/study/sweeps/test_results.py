@@ -137,3 +137,65 @@ def test_laws_with_tables_of_their_own_stay_apart(tmp_path: Path) -> None:
     found = results(tmp_path, text)
     levels = found.factors["controller"].levels
     assert len(set(levels)) == 3 and levels[2] == "asmc" and "3" in levels[0]
+
+
+def compared(folder: Path, planter, quantities=("settling_time",), rate: int = 50) -> list:
+    """Levels of two laws over 20 seeds, of what a function plants."""
+    text = (
+        f"study: two\nscenario: main\nset: {{expect: [], recording.rate: {rate}}}\n"
+        "vary: {controller: [apd_smc, pd]}\nseeds: 20\n"
+    )
+    found = results(folder, text, planter)
+    return list(found.comparisons(found.factors["controller"], quantities))
+
+
+def test_what_is_compared_together_is_corrected_together(tmp_path: Path) -> None:
+    def planter(cell, seed):
+        second = cell.labels["controller"] == "pd"
+        return {"energy": seed + second, "force_rms": 1.0 + second * (-1) ** seed, "contacts": 2.0}
+
+    names = ["energy", "force_rms", "contacts"]
+    energy, force, contacts = compared(tmp_path, planter, names)
+    assert energy.p == pytest.approx(2 * energy.paired.p) and energy.better == "apd_smc"
+    assert force.p == 1.0 and force.better == ""
+    assert contacts.p == 1.0 and contacts.paired.alike == 20  # counts for no test: nothing differs
+    assert compared(tmp_path, planter, names[:1])[0].p == energy.paired.p
+
+
+def test_often_faster_and_mostly_never_is_worse(tmp_path: Path) -> None:
+    def planter(cell, seed):
+        late = math.inf if seed > 6 else 9.8
+        return {"settling_time": late if cell.labels["controller"] == "pd" else 10.0}
+
+    (one,) = compared(tmp_path, planter)
+    assert (one.better, one.paired.difference, one.paired.never) == ("apd_smc", math.inf, 14)
+    assert one.p < 0.01
+
+
+@pytest.mark.parametrize(("rate", "better"), [(50, ""), (250, "pd")])
+def test_a_moment_is_better_only_by_more_than_a_sample(tmp_path: Path, rate: int, better: str) -> None:
+    def planter(cell, seed):
+        sooner = 0.02 * (seed % 5 > 0) if cell.labels["controller"] == "pd" else 0.0
+        return {"settling_time": 10.0 + 0.02 * seed - sooner}
+
+    (one,) = compared(tmp_path, planter, rate=rate)
+    assert one.paired.difference == pytest.approx(-0.016) and one.better == better
+
+
+def test_a_study_chooses_what_it_shows_and_over_which_part_of_runs(tmp_path: Path) -> None:
+    text = (
+        "study: chosen\nscenario: main\nset: {expect: []}\nseeds: 2\n"
+        "quantities: [energy, {metric: chattering, over: tail},"
+        " {metric: chattering, after: 2.5, before: 40}]\n"
+    )
+    keys = ["energy", "chattering_over_tail", "chattering_after_2.5_before_40"]
+    found = results(tmp_path, text, lambda cell, seed: dict.fromkeys(keys, 1.0) | {"force_rms": 2.0})
+    assert found.shown() == keys and found.drawn() == [PASSED, *keys]
+    heads = [found.quantities[key].head for key in keys]
+    assert heads == [
+        "energy [J], whole run",
+        "chattering [N/s], last fifth",
+        "chattering [N/s], after 2.5 s before 40 s",
+    ]
+    plain = results(tmp_path, text.partition("quantities")[0])
+    assert plain.runs[0].key != found.runs[0].key  # runs without these values are no runs of it

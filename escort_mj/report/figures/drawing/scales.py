@@ -39,9 +39,10 @@ class Scale(NamedTuple):
     high: float
 
 
-def heading(quantity: Quantity) -> str:
-    """A quantity in words, with the part of a run that it looks at."""
-    return quantity.heading[:1].upper() + quantity.heading[1:]
+def heading(quantity: Quantity, between: str = ", ") -> str:
+    """A quantity in words, and the part of a run that it looks at, with this between the two."""
+    title = quantity.title[:1].upper() + quantity.title[1:]
+    return between.join(filter(None, (title, quantity.window)))
 
 
 def scale_of(quantity: Quantity, values: NDArray[np.float64]) -> Scale:

@@ -121,7 +121,7 @@ def _curves(axes: Axes, quantity: Quantity, lines: Sequence[Sequence[Point]]) ->
 
 def _prepare(axes: Axes, quantity: Quantity, scale: Scale, vertical: bool) -> None:
     """Heading, unit and limits of a panel; shares from nothing to all."""
-    axes.set_title(heading(quantity))
+    axes.set_title(heading(quantity, "\n"))
     label = "[" + scale.unit + "]" if scale.unit else ""
     margin = 0.06 * (scale.high - scale.low)
     limits = (scale.low - margin, scale.high + margin)

@@ -12,7 +12,7 @@ from PIL import Image
 
 from escort_mj.report.figures.drawing import scales
 from escort_mj.report.figures.studies.figures import draw_study
-from escort_mj.study.sweeps.quantities import EFFORT, PASSED, PRECISION, SAFETY
+from escort_mj.study.sweeps.quantities import EFFORT, PASSED, PRECISION, QUANTITIES, SAFETY
 from tests.study.planted import STUDY, plant, results
 
 HEAD = "study: drawn\nscenario: main\nset: {expect: []}\n"
@@ -136,11 +136,13 @@ def test_the_same_study_gives_the_same_files(tmp_path: Path) -> None:
 
 
 def test_scales() -> None:
-    small = scales.scale_of(PRECISION, np.array([0.001, 0.2, math.nan, math.inf]))
+    small = scales.scale_of(QUANTITIES[PRECISION], np.array([0.001, 0.2, math.nan, math.inf]))
     assert (small.factor, small.unit, small.log) == (1000.0, "mm", True)
-    assert scales.scale_of(SAFETY, np.array([0.001, 2.0])).log is False  # clearance may be negative
-    assert scales.scale_of(PASSED, np.array([0.5]))[:2] == (100.0, "%")
-    nothing = scales.scale_of(EFFORT, np.array([math.nan]))
+    assert (
+        scales.scale_of(QUANTITIES[SAFETY], np.array([0.001, 2.0])).log is False
+    )  # clearance may be negative
+    assert scales.scale_of(QUANTITIES[PASSED], np.array([0.5]))[:2] == (100.0, "%")
+    nothing = scales.scale_of(QUANTITIES[EFFORT], np.array([math.nan]))
     assert nothing.low < nothing.high
     assert [scales.readable(x) for x in (math.nan, math.inf, 1234.5, 0.01234)] == [
         "-",
