@@ -98,6 +98,18 @@ class RobotError(UsageError):
     """A robot's model that does not exist, cannot be read, or cannot be driven."""
 
 
+class OutsideError(RobotError):
+    """A file outside of the folder that all files of a robot must be inside of.
+
+    Attributes:
+        file: The file.
+    """
+
+    def __init__(self, name: str, file: os.PathLike[str]) -> None:
+        super().__init__(f"{name}: leads out of the robot's folder")
+        self.name, self.file = name, file
+
+
 class LogError(UsageError):
     """A log of real robots that cannot be judged, with all its faults.
 

@@ -201,6 +201,13 @@ def check_robot_command(
             help="Drive: force, thrust, steer, wheels, omni or velocity; default: found from the model.",
         ),
     ] = None,
+    root: Annotated[
+        Path | None,
+        typer.Option(
+            "--root",
+            help="Folder that all files of the robot lie in or below [default: that of the MJCF file].",
+        ),
+    ] = None,
     figure: Annotated[
         Path | None, typer.Option("--figure", help="File for the step response: .png, .pdf or .svg.")
     ] = None,
@@ -215,7 +222,7 @@ def check_robot_command(
     """
     from escort_mj.conformance.robot import answers, checked_model, model_page
 
-    kind, model = checked_model(robot, body, drive)
+    kind, model = checked_model(robot, body, drive, root)
     for line in () if as_json else model_page(kind, model):
         say(line)
     steps = []

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.errors import UsageError
+from escort_mj.errors import OutsideError, RobotError, UsageError
 from escort_mj.robots.drive import POSITION, RATE, THRUST
 from escort_mj.robots.mjcf import Mjcf
 from escort_mj.robots.modeled import RobotModel, known
@@ -98,13 +98,16 @@ class Answer(NamedTuple):
         return float(np.abs(self.velocity[-len(self.velocity) // 10 :] / self.step - 1.0).max())
 
 
-def checked_model(file: Path, body: str | None, drive: str | None) -> tuple[Mjcf, RobotModel]:
+def checked_model(
+    file: Path, body: str | None, drive: str | None, root: Path | None = None
+) -> tuple[Mjcf, RobotModel]:
     """Return a robot as a scenario beside its file would have it.
 
     Args:
         file: The MJCF.
         body: Name of the base; None to find it.
         drive: Kind of drive; None to find it.
+        root: What all files of it are in or below; None for the file's own folder.
 
     Raises:
         RobotError: If it cannot be read, or cannot be driven.
@@ -112,8 +115,12 @@ def checked_model(file: Path, body: str | None, drive: str | None) -> tuple[Mjcf
     keys: dict[str, Any] = {"file": file.name, "body": body} | ({"drive": drive} if drive else {})
     if drive is not None and drive not in DRIVES:
         raise UsageError(f"--drive: found {drive}; allowed are {listed(DRIVES)}")
-    source = Mjcf.model_validate(keys).asked_for(file.absolute(), file.absolute().parent)
-    model = known(source)
+    folder = file.parent if root is None else root
+    source = Mjcf.model_validate(keys).asked_for(file.absolute(), folder.absolute())
+    try:
+        model = known(source)
+    except OutsideError as error:
+        raise RobotError(f"{error}; --root names a folder that holds all of its files, such as ..") from None
     kind = Mjcf.model_validate(keys | {"file": str(file.absolute()), "sha256": model.digest})
     known(kind.source(1.0, 1.0), model)
     return kind, model

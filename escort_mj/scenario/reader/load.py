@@ -17,6 +17,7 @@ from escort_mj.scenario.reader.catalog import resolve_plugins
 from escort_mj.scenario.reader.document import Document, Place, line_and_column, read_document
 from escort_mj.scenario.reader.dump import differing
 from escort_mj.scenario.reader.files.robots import read_robots
+from escort_mj.scenario.reader.files.roots import take_root
 from escort_mj.scenario.reader.files.waypoints import read_tables
 from escort_mj.scenario.reader.gains import with_gains, without_gains
 from escort_mj.scenario.reader.late import judged_again, late, left_out
@@ -168,8 +169,8 @@ class Template:
         document = self._document.copy()
         if faults := apply(document, overrides):
             raise ScenarioError(faults)
-        data, _ = read_tables(document.data, FilePath(self.source).parent)
-        return data
+        data, roots, _ = take_root(document.data, FilePath(self.source).parent)
+        return read_tables(data, roots)[0]
 
     def scenario(self, overrides: Overrides = (), plugins: Sequence[str] = ()) -> Scenario:
         """The checked scenario with overrides and plugins, as `load_scenario`.
@@ -191,10 +192,11 @@ def _scenario(
 ) -> Scenario:
     """Check a document together with its overrides."""
     findings: list[Finding] = []
-    data, wrong = read_tables(data, FilePath(source).parent)
+    data, roots, rootless = take_root(data, FilePath(source).parent)
+    data, wrong = read_tables(data, roots)
     if kind is None:
         kind, findings = resolve_plugins(data, FilePath(source).parent)
-    data, unread = read_robots(data, FilePath(source).parent)
+    data, unread = (data, rootless) if rootless else read_robots(data, roots)
     data, auto, unknown = without_gains(data)
     findings += unread
     scenario = None

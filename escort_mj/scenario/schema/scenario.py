@@ -202,6 +202,10 @@ class Scenario(Parameters, metaclass=_Checked):
     plugins: Annotated[tuple[PluginSource, ...], Field(max_length=32)] = ()
     """Plugins (docs/plugins.md): Python files, relative to the scenario's folder, or names of installed
     plugins. Plugins execute code: use only plugins that you trust."""
+    root: Annotated[str, Field(min_length=1, max_length=500)] = "."
+    """Folder, relative to the scenario's, that contains all files that the scenario names (robots with their
+    meshes, waypoints, networks). Their paths stay relative to the scenario's folder: `..` allows
+    `file: ../robots/rover.xml`. A stored scenario needs no root."""
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0
     """Seed of all random numbers, such as those for initial positions and measurement errors."""
     duration: Annotated[float, Field(gt=0, le=1e6)] = 30.0

@@ -12,22 +12,23 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from escort_mj.errors import RobotError
+from escort_mj.errors import OutsideError, RobotError
 from escort_mj.robots.mjcf import FileKind, Menagerie, Mjcf
 from escort_mj.robots.modeled import RobotModel, known
 from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.reader.files.roots import Roots
 from escort_mj.scenario.reader.files.waypoints import with_value
 
 ASSETS, DIGITS = "assets", 12  # where a run folder has copies, and what of the digest is their name
 KINDS: dict[str, type[FileKind]] = {"mjcf": Mjcf, "menagerie": Menagerie}
 
 
-def read_robots(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any], list[Finding]]:
+def read_robots(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], list[Finding]]:
     """Return plain data with what robots from files are like.
 
     Args:
         data: What a scenario says; it is not changed.
-        folder: Where files are looked for.
+        roots: Where files are looked for.
 
     Returns:
         The data, and what is wrong with files; those are left as they were written.
@@ -47,7 +48,7 @@ def read_robots(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any],
         if kind is None:
             continue
         try:
-            table, model = _resolved(table, kind, folder)
+            table, model = _resolved(table, kind, roots)
         except RobotError as error:
             found.append(Finding((*path, "kind"), str(error)))
         else:
@@ -69,23 +70,27 @@ def _kind(written: Any) -> FileKind | None:
         return None  # said of the scenario as a whole
 
 
-def _resolved(table: dict[str, Any], kind: FileKind, folder: FilePath) -> tuple[dict[str, Any], RobotModel]:
+def _resolved(table: dict[str, Any], kind: FileKind, roots: Roots) -> tuple[dict[str, Any], RobotModel]:
     """A table with the numbers of its robot.
 
     Raises:
         RobotError: If it cannot be read.
     """
-    copy = folder / ASSETS / f"{(kind.sha256 or '')[:DIGITS]}.xml"
+    copy = roots.folder / ASSETS / f"{(kind.sha256 or '')[:DIGITS]}.xml"
     if kind.sha256 is not None and copy.is_file():  # of a run folder
         source = kind.asked_for(copy.absolute(), None)
     elif isinstance(kind, Mjcf):
         file = FilePath(kind.file)
-        if file.is_absolute() and kind.sha256 is None:
+        if file.is_absolute() and kind.sha256 is None and not roots.declared:
             raise RobotError(f"{file.name}: expected a path relative to the scenario's folder, or its sha256")
-        source = kind.asked_for((folder / file).absolute(), None if file.is_absolute() else folder.absolute())
+        vouched = file.is_absolute() and kind.sha256 is not None
+        source = kind.asked_for((roots.folder / file).absolute(), None if vouched else roots.root.absolute())
     else:
         source = kind.source(1.0, 1.0)
-    model = known(source)
+    try:
+        model = known(source)
+    except OutsideError as error:
+        raise RobotError(f"{error.name}: {roots.outside(FilePath(error.file))}") from None
     whole = {key: value for key, value in table["kind"].items() if key != "model"}
     whole |= {"kind": "mjcf", "file": source.file, "sha256": model.digest}
     known(Mjcf.model_validate(whole).source(1.0, 1.0), model)

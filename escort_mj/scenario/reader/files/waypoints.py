@@ -13,18 +13,19 @@ from typing import Any
 
 from escort_mj.scenario.findings import Finding, Path, shortened
 from escort_mj.scenario.reader.files.networks import read_network
+from escort_mj.scenario.reader.files.roots import Roots
 
 SUFFIX = ".csv"
 MOST = 10_000  # waypoints of a table
 TIMES = ("t", "time")
 
 
-def read_tables(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any], list[Finding]]:
+def read_tables(data: dict[str, Any], roots: Roots) -> tuple[dict[str, Any], list[Finding]]:
     """Return plain data with waypoints and networks in place of the names of their files.
 
     Args:
         data: What a scenario says; it is not changed.
-        folder: Where files are looked for.
+        roots: Where files are looked for.
 
     Returns:
         The data, and what is wrong with files: those are left as their names.
@@ -37,7 +38,7 @@ def read_tables(data: dict[str, Any], folder: FilePath) -> tuple[dict[str, Any],
         if not isinstance(name, str):
             continue
         try:
-            rows = read(_within(folder, name))
+            rows = read(_within(roots, name))
         except ValueError as error:
             found.append(Finding(path, f"{shortened(name)}{error}"))
         else:
@@ -78,15 +79,15 @@ def with_value(value: Any, path: Path, new: Any) -> Any:
     return changed
 
 
-def _within(folder: FilePath, name: str) -> FilePath:
-    """Return the file of a name in a folder or below it.
+def _within(roots: Roots, name: str) -> FilePath:
+    """Return the file of a name.
 
     Raises:
-        ValueError: If the name leads out of the folder.
+        ValueError: If the name leads out of the root.
     """
-    file = folder / name
-    if not file.resolve().is_relative_to(folder.resolve()):
-        raise ValueError(": leads out of the scenario's folder")
+    file = roots.folder / name
+    if words := roots.outside(file):
+        raise ValueError(f": {words}")
     return file
 
 

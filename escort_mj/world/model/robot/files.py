@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
-from escort_mj.errors import RobotError
+from escort_mj.errors import OutsideError, RobotError
 from escort_mj.robots.modeled import Source
 from escort_mj.scenario.findings import did_you_mean, shortened
 
@@ -64,7 +64,7 @@ def _content(file: Path, source: Source, most: int, written: str) -> bytes:
     if written != where:
         where += f": {shortened(written)}"
     if source.folder and not file.resolve().is_relative_to(Path(source.folder).resolve()):
-        raise RobotError(f"{where}: leads out of the scenario's folder")
+        raise OutsideError(where, file)
     try:
         if file.stat().st_size > most:
             size = f"{file.stat().st_size / 1e6:.0f} MB"
