@@ -10,8 +10,6 @@ from typing import Annotated
 import typer
 
 from escort_mj.cli.app import (
-    GOOD,
-    VERDICT_FAILED,
     FiguresOption,
     JsonOption,
     OverwriteOption,
@@ -26,7 +24,7 @@ from escort_mj.cli.app import (
     progress_bar,
     shown_path,
 )
-from escort_mj.cli.runs import draw
+from escort_mj.cli.runs import draw, exit_code
 from escort_mj.errors import UsageError
 
 
@@ -108,7 +106,7 @@ def judge_command(
         "judge",
         as_json,
         lines,
-        GOOD if held == len(judged) else VERDICT_FAILED,
+        exit_code(result),
         scenario=result.scenario.name,
         message=result.message,
         verdicts=[asdict(verdict) for verdict in result.verdicts],

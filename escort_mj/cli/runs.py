@@ -103,7 +103,7 @@ def run_command(
         "run",
         as_json,
         [f"wrote {shown_path(folder.path)}: {' '.join(written)}"],
-        _exit_code(result),
+        exit_code(result),
         scenario=result.scenario.name,
         outcome=result.outcome.value,
         message=result.message,
@@ -288,7 +288,7 @@ def _report_failures(result: Flight) -> None:
         say(line)
 
 
-def _exit_code(result: Flight) -> int:
+def exit_code(result: Flight) -> int:
     """What a run means to a shell or a CI job."""
     if not result.verdicts[0].passed:  # how it ended
         return BROKEN

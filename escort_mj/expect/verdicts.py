@@ -15,7 +15,7 @@ from escort_mj.metrics.metric import in_words
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import gaps_of
+from escort_mj.record.recording import ends_early, gaps_of
 from escort_mj.record.tables import aligned
 from escort_mj.record.window import window
 
@@ -175,11 +175,21 @@ def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tupl
     try:
         with calling(kind.judge_run if kind.judge is Expectation.judge else kind.judge):
             demanded = expectation.demanded + expectation.when
-            return demanded, checked(expectation.judge_run(trace, outcome)), False
+            found = checked(expectation.judge_run(trace, outcome))
+            return demanded, _as_logged(expectation, found, trace), False
     except NotLoggedError as error:
         return demanded, not_judged(str(error)), False
     except PluginCallError as error:
         return demanded, Judgment(False, str(error)), True
+
+
+def _as_logged(expectation: Expectation, found: Judgment, trace: Recorded) -> Judgment:
+    """The finding, unless a log ends before the window does: what fails in a part of it may fail for good."""
+    start, end = expectation.window
+    short = ends_early(trace, max(start, end or 0.0))
+    if not short or found.skip or (expectation.lasting and not found.held and not ends_early(trace, start)):
+        return found
+    return not_judged(f"{short}, {'before' if ends_early(trace, start) else 'inside'} the window")
 
 
 def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, outcome: Outcome) -> Judgment:

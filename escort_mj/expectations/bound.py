@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.expectations.expectation import Fault, Judgment
+from escort_mj.expectations.expectation import Fault, Judgment, not_judged
 from escort_mj.metrics.metric import Measure
 
 if TYPE_CHECKING:
@@ -48,6 +48,8 @@ class Limits:
 
 def held_against(found: Measure, unit: str, bounds: Sequence[Limits]) -> Judgment:
     """A value against its bounds, of which the one with the least margin counts."""
+    if found.unlogged:
+        return not_judged(found.reason)
     if found.value is None:
         return Judgment(False, found.reason, unit=unit)
     margin, bound = min(((one.margin(found.value), one) for one in bounds), key=lambda pair: pair[0])

@@ -8,7 +8,7 @@ from pydantic import NonNegativeFloat
 from escort_mj.expectations.bound import Limits, held_against
 from escort_mj.expectations.expectation import Judgment, Sides, Windowed
 from escort_mj.expectations.sides import sides
-from escort_mj.expectations.touches import least_clearance
+from escort_mj.expectations.touches import least_clearance, require_sides
 
 
 class ClearanceExpectation(Windowed):
@@ -26,7 +26,15 @@ class ClearanceExpectation(Windowed):
 
     def judge(self, trace: Any) -> Judgment:
         """Whether the least distance of the window is enough."""
-        return held_against(least_clearance(trace, self.clearance), "m", [self._bound])
+        found = held_against(least_clearance(trace, self.clearance), "m", [self._bound])
+        if found.held:
+            require_sides(trace, self.clearance)
+        return found
+
+    @property
+    def lasting(self) -> bool:
+        """Whether what does not hold of a part does not hold of all: it does not get farther by more."""
+        return True
 
     @property
     def subject(self) -> str:

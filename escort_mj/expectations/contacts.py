@@ -12,7 +12,7 @@ from pydantic import NonNegativeFloat, NonNegativeInt
 from escort_mj.expectations.bound import NEAR, Limits, circumstances, order_faults, text_of
 from escort_mj.expectations.expectation import Fault, Judgment, Sides, Windowed, not_judged
 from escort_mj.expectations.sides import sides
-from escort_mj.expectations.touches import least_clearance, touches, unseen_by_mujoco
+from escort_mj.expectations.touches import least_clearance, require_sides, touches, unseen_by_mujoco
 from escort_mj.metrics.contacts import FORCELESS, contacts_untold
 from escort_mj.metrics.metric import Measure
 from escort_mj.record.episodes import by_geometry, pair
@@ -58,6 +58,13 @@ class ContactExpectation(Windowed):
 
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the touches of the window are within all bounds; the one with the least room counts."""
+        found = self._of_known(trace)
+        if found.held or not self.lasting:
+            require_sides(trace, self.named_sides)
+        return found
+
+    def _of_known(self, trace: Recorded) -> Judgment:
+        """The same of the bodies whose places are known."""
         part, named = window(trace, *self.window), self.named_sides
         met = touches(trace, named, *self.window)
         each = [_touch(key, bound, met) for key, bound in self._bounds()]
@@ -75,6 +82,11 @@ class ContactExpectation(Windowed):
         near = _barely_missed(named, part)
         words = worst.words + (", by geometry" if unseen_by_mujoco(trace, named) else "") + near
         return worst._replace(words=words, near_miss=worst.near_miss or bool(near))
+
+    @property
+    def lasting(self) -> bool:
+        """Whether what does not hold of a part does not hold of all: more has no fewer touches."""
+        return self.at_least is None
 
     @property
     def demanded(self) -> str:

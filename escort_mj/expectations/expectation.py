@@ -161,6 +161,11 @@ class Expectation(Parameters):
         return self.watched
 
     @property
+    def lasting(self) -> bool:
+        """Whether what does not hold of a part of the window, or of some bodies, does not hold of all."""
+        return False
+
+    @property
     def of_one_team(self) -> bool:
         """Whether it is of robots around a target: of one team, where there are several."""
         return False

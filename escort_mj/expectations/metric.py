@@ -40,6 +40,11 @@ class MetricExpectation(OfTeam, Windowed):
         return held_against(found, self.in_unit, self._bounds())
 
     @property
+    def lasting(self) -> bool:
+        """Whether what does not hold of a part of a window does not hold of all of it."""
+        return self.definition.grows and self.at_least is None
+
+    @property
     def subject(self) -> str:
         """What is looked at, in words."""
         return self.named(self.metric)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from escort_mj.expectations.expectation import Expectation, Judgment, not_judged
-from escort_mj.record.recording import is_log
+from escort_mj.record.recording import LOG_OF, ends_early, is_log
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
@@ -25,6 +25,8 @@ class OutcomeExpectation(Expectation):
         """Whether the run ended so."""
         if is_log(trace) and self.outcome != "completed":
             return not_judged("only a simulation can end so")
+        if is_log(trace) and outcome.good and (short := ends_early(trace, trace.attrs[LOG_OF])):
+            return not_judged(f"{short} of {trace.attrs[LOG_OF]:g} s")
         words = outcome.value if outcome.good else f"{outcome.value}, {outcome.meaning}"
         time = float(trace["time"][-1]) if trace.sizes["time"] and not outcome.good else None
         return Judgment(outcome.value == self.outcome, words, time=time)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure
 from escort_mj.record.episodes import during, moving_as, without_forces
+from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -50,6 +51,19 @@ def touches(
     start, end, lasts = (found[f"episode_{name}"].values for name in ("start", "end", "touch_time"))
     inside = np.minimum(end, until) - np.maximum(start, after)
     return found.assign(episode_touch_time=("episode", np.minimum(lasts, inside)))
+
+
+def require_sides(trace: Recorded, sides: Sides | None) -> None:
+    """Raise an error if it is not known where all bodies of two sides were.
+
+    Args:
+        trace: A trace.
+        sides: Groups or bodies; None for any two bodies.
+
+    Raises:
+        NotLoggedError: If a log of real robots does not contain one of them, which moved by itself.
+    """
+    require_places(trace, None if sides is None else _members(trace, sides[0]) | _members(trace, sides[1]))
 
 
 def unseen_by_mujoco(trace: Recorded, sides: Sides | None) -> bool:

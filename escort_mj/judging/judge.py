@@ -23,13 +23,13 @@ from escort_mj.metrics.metric import in_words
 from escort_mj.mission import Flight, Progress, sum_up
 from escort_mj.numerics.steps import SLACK, last_step
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import GAPS, LOG, NOT_LOGGED, record
+from escort_mj.record.recording import GAPS, LOG, LOG_END, LOG_OF, NOT_LOGGED, NOT_SEEN, record
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.findings import did_you_mean, listed, shortened
-from escort_mj.scenario.geometry.bodies import obstacle_names
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import robot_count
-from escort_mj.signals import SIGNALS, axis_names, columns
+from escort_mj.scenario.geometry.trajectory import Piecewise, Trajectory
+from escort_mj.signals import KNOWLEDGE, LIDAR, RADIO, SIGNALS, axis_names, columns
 from escort_mj.world.labels import labels_of
 from escort_mj.world.model.build import Seen, World, build
 from escort_mj.world.playback import play
@@ -39,10 +39,27 @@ Array = NDArray[np.float64]
 UNKNOWN = (
     *("force", "disturbance", "outer_updates", "q_d", "e", "s", "tau", "rho_hat"),
     *("saturated_time", "effort", "work", "force_variation", "drive_force", "mover_work"),
+    *("q_measured", "v_measured", "target_position_measured", "target_velocity_measured"),
 )
 """Signals that are unknown unless the log contains them."""
 TOTALS = ("outer_updates", "saturated_time", "effort", "work", "force_variation")
 """Signals that a log may contain and that only grow."""
+SENSED = (KNOWLEDGE, RADIO, LIDAR)
+"""Channels of signals that no log contains: what robots see, hear and estimate."""
+DEMANDED = (
+    *("v_d", "e_dot", "avoidance_active", "phase", "ruling"),
+    *("task_error", "task_wish", "task_removed", "task_angle", "threat"),
+)
+"""Signals that are unknown likewise where the outer loop sees more than the log tells, or something else."""
+OF_TARGET = (
+    *("target_position", "target_velocity", "target_speed_max"),
+    *("target_clearance", "target_clearance_body", "kinetic_energy"),
+)
+OF_OBSTACLES = ("obstacle_position", "obstacle_distance", "obstacle_speed_max", "kinetic_energy")
+OF_OPPONENTS = ("opponent_status", "interceptor")
+OF_TEAMS = ("team_center", "team_velocity")
+"""Signals that are unknown where one of such bodies is not in the log."""
+AWAY = 1e4  # where bodies are that nobody logged: away from all others [m]
 NO_FORCES = "none: touches are found by geometry, and a log tells no force of theirs"
 MOST_GAPS = 5  # that are listed
 FAR_OFF = 30.0  # times what a quantity should be: its unit is wrong
@@ -81,8 +98,8 @@ def judge_log(
         *_scale_faults(log, scenario, start),
     ]:
         raise LogError(path, faults)
-    if length < scenario.duration:
-        scenario = scenario.replace(duration=length)
+    missing = [name for name in wanted.bodies if name in wanted.unforeseen and name not in log.tracks]
+    short = scenario.model_copy(update={"duration": length})  # whose expectations look beyond its end
     timestep = scenario.physics.timestep
     times = timestep * np.arange(last_step(length, timestep) + 1.0)
     motion = motion_of(log, wanted.robots, begun, times)
@@ -95,20 +112,31 @@ def judge_log(
     ends = np.flatnonzero(np.diff(hidden.astype(int)))  # the last step before a gap, the last step in it
     edges = tuple(int(step) + int(hidden[step]) for step in ends)
     seen = Seen(motion.position[0], motion.others.get("target"), edges)
-    world = build(scenario, seen=seen)
-    samples, episodes = play(world, motion.position, motion.velocity, motion.others, hidden, progress)
-    unknown = _fill(samples, world, log, wanted, begun)
+    world = build(short, seen=seen)
+    away = {name: _resting(AWAY * place, scenario.axes) for place, name in enumerate(missing, 1)}
+    samples, episodes = play(world, motion.position, motion.velocity, motion.others | away, hidden, progress)
+    unknown = _fill(samples, world, log, wanted, begun, [*_unknown_of(missing, scenario)])
     labels = labels_of(scenario, world)
     labels["attributes"] |= {
         "contact_forces": NO_FORCES,
         "contact_physics": "none: a log of real robots",
         LOG: path.name,
         "log_start": begun,
+        LOG_END: length,
+        LOG_OF: scenario.duration if _is_short(log, scenario, length) else length,
         NOT_LOGGED: " ".join(unknown),
         GAPS: [time for gap in gaps for time in gap[:2]] or None,
+        NOT_SEEN: " ".join(missing),
     }
+    for place, name in enumerate(missing, 1):
+        _put_back(samples, world, name, AWAY * place)
     recording = record(samples, world.sizes, labels, episodes)
-    words = f"log of real robots: {float(samples[-1, 0]):g} s of {path.name}{_without(gaps, len(log.tracks))}"
+    words = f"log of real robots: {float(samples[-1, 0]):g} s of {path.name}"
+    if _is_short(log, scenario, length):
+        words += f", {100.0 * length / scenario.duration:.3g} % of the scenario's {scenario.duration:g} s"
+    words += _without(gaps, len(log.tracks))
+    if missing:
+        words += f"; {listed(missing)} not in the log, and not judged"
     flight = sum_up(scenario, recording, Outcome.COMPLETED, words, time.perf_counter() - clock)
     flight.seen = seen
     return flight
@@ -121,13 +149,29 @@ def wanted_of(scenario: Scenario, names: Mapping[str, str]) -> Wanted:
         UsageError: If a name is given to a body that the scenario does not have.
     """
     robots = tuple(f"robot_{k + 1}" for k in range(robot_count(scenario)))
-    bodies = zip(obstacle_names(scenario), obstacles_of(scenario), strict=True)
-    moving = tuple(name for name, body in bodies if body.motion is not None and body.drive is not None)
-    wanted = Wanted(robots, tuple(axis_names(scenario.axes)), moving, names)
+    bodies = [body for body in obstacles_of(scenario) if body.motion is not None and body.drive is not None]
+    willed = {body.name for body in bodies if body.policy is not None or body.path[0] != "teams"}
+    if scenario.target is not None and scenario.target.policy is not None:
+        willed.add("target")
+    moving = tuple(body.name for body in bodies)
+    wanted = Wanted(robots, tuple(axis_names(scenario.axes)), moving, frozenset(willed), names)
+    if not isinstance(names, Mapping) or not all(
+        isinstance(one, str) for pair in names.items() for one in pair
+    ):
+        raise UsageError(f"names: found {shortened(names)}; expected names in the log by names of bodies")
     for name in names:
         if name not in wanted.bodies:
             hint = did_you_mean(name, wanted.bodies) or f"; allowed are {listed(wanted.bodies)}"
             raise UsageError(f"--map {shortened(name)}={names[name]}: the scenario has no such body{hint}")
+    called: dict[str, str] = {}
+    for body in wanted.bodies:
+        label = names.get(body, body)
+        if label in called:
+            raise UsageError(
+                f"--map: {called[label]} and {body} would both be {shortened(label)} in the log; "
+                f"--map {body}=NAME gives {body} another name"
+            )
+        called[label] = body
     return wanted
 
 
@@ -224,20 +268,64 @@ def _time_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator[
         )
         yield f"no time at which all bodies are logged: {words}"
         return
-    reached = length + SLACK * scenario.physics.timestep
-    for expectation in scenario.expect:
-        after, until = expectation.window
-        needed = max(after, until or 0.0)
-        if needed > reached and not expectation.skip:
-            what = f"{expectation.subject} {expectation.demanded}{expectation.when}"
-            yield f"too short: {what} needs {needed:g} s; all bodies are logged for {length:.6g} s"
+
+
+def _is_short(log: Log, scenario: Scenario, length: float) -> bool:
+    """Whether a log ends more than a usual step between two stamps before the scenario does."""
+    usual = max(float(np.median(np.diff(track.time))) for track in log.tracks.values())
+    return length < scenario.duration - usual - SLACK * scenario.physics.timestep
+
+
+def _resting(place: float, axes: int) -> Trajectory:
+    """The way of a body that rests at a place on the first axis, 0 on the others [m]."""
+    return Trajectory(
+        tuple(Piecewise(np.array([[0.0, place * (axis == 0), 0.0, 0.0, 0.0]])) for axis in range(axes))
+    )
+
+
+def _put_back(samples: Array, world: World, name: str, away: float) -> None:
+    """Put a body that nobody logged where it starts in the scenario, for pictures; nothing is judged of it.
+
+    Args:
+        samples: Shape (k, record_size).
+        world: Of the mission.
+        name: Of the body.
+        away: Where it was on the first axis meanwhile [m].
+    """
+    p, obstacle = world.setup.axes, world.bodies.names.index(name) - len(world.team.mass) - 1
+    start = next(mover.path.position(0.0) for mover in world.setup.movers if mover.obstacle == obstacle)
+    signal = "target_position" if obstacle < 0 else "obstacle_position"
+    first = columns(signal, world.sizes).start + p * max(obstacle, 0)
+    samples[:, first : first + p] = start
+    coordinates = columns("qpos", world.sizes)
+    first = coordinates.start + int(np.argmax(samples[0, coordinates] == away))
+    samples[:, first : first + p] = start
+    for name, nearest in (("clearance", "clearance_body"), ("target_clearance", "target_clearance_body")):
+        distance, body = samples[:, columns(name, world.sizes)], samples[:, columns(nearest, world.sizes)]
+        far = distance > 0.5 * AWAY
+        distance[far], body[far] = np.inf, -1.0
+
+
+def _unknown_of(missing: Sequence[str], scenario: Scenario) -> Iterator[str]:
+    """What is not known of a mission whose log does not contain some bodies, and no sensor's values."""
+    yield from UNKNOWN
+    sensed = {KNOWLEDGE: scenario.knowledge, RADIO: scenario.communication, LIDAR: scenario.sensing.lidar}
+    yield from (signal.name for signal in SIGNALS if sensed.get(signal.channel) is not None)
+    if missing or scenario.knowledge is not None or scenario.sensing != type(scenario.sensing)():
+        yield from DEMANDED
+    if "target" in missing:
+        yield from OF_TARGET
+    for body in obstacles_of(scenario):
+        if body.name in missing:
+            yield from OF_OBSTACLES
+            yield from {"opponents": OF_OPPONENTS, "teams": OF_TEAMS}.get(str(body.path[0]), ())
 
 
 def _scale_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator[str]:
     """Positions of another unit than meters: the team is far larger or smaller than its formation."""
     begun, length = _span(log, scenario, start)
     tracks = [track for track in log.tracks.values() if len(track.time) > 1]
-    if len(tracks) < 2 or length <= 0.0:
+    if len(tracks) < 2 or length <= 0.0 or not all(np.isfinite(one.values[POSITION]).all() for one in tracks):
         return
     times = np.linspace(begun, begun + length, MOMENTS)
     team = np.stack([at(times, track.time, track.values[POSITION]) for track in tracks])
@@ -250,8 +338,12 @@ def _scale_faults(log: Log, scenario: Scenario, start: float | None) -> Iterator
         yield f"{words}: positions must be in meters"
 
 
-def _fill(samples: Array, world: World, log: Log, wanted: Wanted, start: float) -> list[str]:
+def _fill(
+    samples: Array, world: World, log: Log, wanted: Wanted, start: float, unknown: Sequence[str]
+) -> list[str]:
     """Write what else the log tells into samples; what it does not becomes NaN, or 0 where that is none.
+
+    Of obstacles, only those become NaN that the log does not contain.
 
     Returns:
         Names of the signals that are unknown.
@@ -260,14 +352,24 @@ def _fill(samples: Array, world: World, log: Log, wanted: Wanted, start: float) 
     known = _logged(log, wanted, world, times, start)
     moving = len(wanted.robots) + len(world.setup.movers)
     more = world.model.nv > moving * world.setup.axes  # turning, rolling, swinging loads: nobody logged these
-    missing = [name for name in (*UNKNOWN, *("kinetic_energy",) * more) if name not in known]
+    missing = [name for name in dict.fromkeys((*unknown, *("kinetic_energy",) * more)) if name not in known]
+    hidden = wanted.unforeseen - log.tracks.keys()
+    lacks = np.array([name in hidden for name in world.bodies.names[len(wanted.robots) + 1 : -1]], dtype=bool)
     kinds = {signal.name: signal for signal in SIGNALS if signal.recorded(world.sizes)}
-    missing = [name for name in missing if name in kinds]
-    for name in (*known, *missing):
+    sensed = [signal.name for signal in SIGNALS if signal.channel in SENSED]
+    missing = [name for name in missing if name in kinds or name in sensed]
+    for name in (*known, *(name for name in missing if name in kinds)):
         signal = kinds[name]
         nothing = np.nan if np.dtype(signal.dtype).kind == "f" else 0.0
         place = columns(name, world.sizes)
-        samples[:, place] = known[name].reshape(len(samples), -1) if name in known else nothing
+        if name in known:
+            samples[:, place] = known[name].reshape(len(samples), -1)
+        elif "obstacle" in signal.dims:
+            shape = [world.sizes[dim] for dim in signal.dims]
+            where = lacks[:, None] if signal.dims[0] == "obstacle" and len(shape) > 1 else lacks
+            samples[:, place] = np.where(np.broadcast_to(where, shape).ravel(), nothing, samples[:, place])
+        else:
+            samples[:, place] = nothing
     return missing
 
 

@@ -133,12 +133,14 @@ class Wanted:
         robots: Names of the robots, all of which must be there.
         axes: Names of the mission's axes.
         moving: Names of the obstacles that move.
+        unforeseen: Names of the bodies of which nobody knows where they were, unless the log contains them.
         names: What bodies are called in the log, where that is told: columns' first part, or a topic.
     """
 
     robots: tuple[str, ...]
     axes: tuple[str, ...]
     moving: tuple[str, ...] = ()
+    unforeseen: frozenset[str] = frozenset()
     names: Mapping[str, str] = field(default_factory=dict)
 
     @property

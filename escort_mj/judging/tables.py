@@ -47,6 +47,8 @@ def read_table(path: Path, wanted: Wanted) -> Log:
     table = _read(path)
     columns = [str(column).strip() for column in table.columns]
     table.columns = columns
+    if twice := sorted({column for column in columns if column and columns.count(column) > 1}):
+        raise LogError(path, [f"found two columns {shortened(column)}; expected one" for column in twice])
     if TIME not in columns:
         hint = did_you_mean(TIME, columns) or f"; found {shortened(', '.join(columns))}"
         raise LogError(path, [f"there is no column time [s]{hint}"])
@@ -57,7 +59,12 @@ def _read(path: Path) -> pandas.DataFrame:
     import pandas
 
     try:
-        return pandas.read_parquet(path) if path.suffix == PARQUET else pandas.read_csv(path)
+        if path.suffix == PARQUET:
+            return pandas.read_parquet(path)
+        table, head = pandas.read_csv(path), pandas.read_csv(path, header=None, nrows=1, dtype=str)
+        if head.shape[1] == table.shape[1]:  # pandas gives the second of two equal columns another name
+            table.columns = head.iloc[0].fillna("")
+        return table
     except ImportError:
         raise UsageError(f'{path}: reading Parquet needs a package: pip install "escort-mj[logs]"') from None
     except Exception as error:  # whatever the libraries stumble over, it is the file's fault

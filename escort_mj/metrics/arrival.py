@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import largest_of, lost, robot, robots
+from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -20,7 +21,7 @@ STUCK_FOR = 5.0  # s
 
 def goal_distance(trace: Recorded) -> NDArray[np.float64]:
     """| q - goal |, shape (time, robot) [m]; NaN where a robot is lost, or has no goal."""
-    if "goal" not in trace:
+    if lacks(trace, "goal"):
         return np.full(trace["lost"].values.shape, np.nan)
     distance = np.linalg.norm(trace["q"].values - trace["goal"].values, axis=2)
     return np.where(lost(trace), np.nan, distance)
@@ -44,7 +45,7 @@ def goal_distance_max(trace: Recorded) -> Measure:
 @metric(unit="s", watched=False, rank=32, moment=True)
 def arrival_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within `reach` of its last goal (the makespan)."""
-    if "goal" not in trace:
+    if lacks(trace, "goal"):
         return Measure(None, reason=NO_GOALS)
     time, away = trace["time"].values, ~at_goal(trace, trace.attrs["goal_reach"])
     late = np.flatnonzero(away.any(axis=1))
@@ -60,7 +61,7 @@ def arrival_time(trace: Recorded) -> Measure:
 @metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=33)
 def arrived(trace: Recorded) -> Measure:
     """Share of the robots that are within `reach` of their last goals at the end."""
-    if "goal" not in trace:
+    if lacks(trace, "goal"):
         return Measure(None, reason=NO_GOALS)
     there = at_goal(trace, trace.attrs["goal_reach"])[-1] & ~lost(trace)[-1]
     return Measure(float(there.mean()), float(trace["time"][-1]), robots(np.flatnonzero(~there)))
@@ -75,7 +76,7 @@ def path_length(trace: Recorded) -> Measure:
 @metric(unit="1", watched=False, rank=35)
 def stuck(trace: Recorded) -> Measure:
     """Number of robots that end away from their goals and move by at most their radius in the last 5 s."""
-    if "goal" not in trace:
+    if lacks(trace, "goal"):
         return Measure(None, reason=NO_GOALS)
     time = trace["time"].values
     if time[-1] - time[0] < STUCK_FOR - 0.5 * trace.attrs["timestep"]:

@@ -12,6 +12,7 @@ from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import NO_TARGET, escorts
 from escort_mj.monitor.signals import ROBOTS, TARGET
 from escort_mj.record.episodes import BODIES, pair
+from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -22,6 +23,7 @@ def caught(trace: Recorded) -> Measure:
     """Time at which a robot first touches the target."""
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
+    require_places(trace, trace["body_group"].values == TARGET)
     found, time = touches_within(trace), trace["time"].values
     groups = np.sort([found["body_group"].values[found[name].values] for name in BODIES], axis=0)
     touches = np.flatnonzero((groups == np.array([[ROBOTS], [TARGET]])).all(axis=0))

@@ -27,6 +27,7 @@ from escort_mj.metrics.contacts import touches_within
 from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import escorts
 from escort_mj.record.episodes import pair
+from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -90,6 +91,7 @@ def causes_of(trace: Recorded) -> list[Touch]:
 
 
 def _causes(trace: Recorded) -> Iterator[Touch]:
+    require_places(trace)
     met = touches_within(trace)
     first, second = met["episode_first"].values, met["episode_second"].values
     start, end = met["episode_start"].values, met["episode_end"].values

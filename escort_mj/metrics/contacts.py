@@ -8,6 +8,7 @@ import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.record.episodes import apart_from, by_geometry, during, pair
+from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -26,6 +27,7 @@ def touches_within(trace: Recorded) -> Recorded:
 @metric(unit="1", grows=True, watched=False, rank=180, every_step=True)
 def contacts(trace: Recorded) -> Measure:
     """Number of touches between robots, target, obstacles and walls."""
+    require_places(trace)
     found = touches_within(trace)
     count = found.sizes["episode"]
     if not count:
@@ -38,6 +40,7 @@ def contacts(trace: Recorded) -> Measure:
 @metric(unit="N", grows=True, watched=False, rank=190, every_step=True)
 def contact_force_max(trace: Recorded) -> Measure:
     """Largest normal force between robots, target, obstacles and walls."""
+    require_places(trace)
     found = touches_within(trace)
     if by_geometry(found).any():
         return Measure(None, reason=FORCELESS)

@@ -10,6 +10,7 @@ import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import ALONE, least_of, robot
+from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -19,6 +20,7 @@ UNOBSTRUCTED = "there are no obstacles"
 
 def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
     """Least clearance of robots to some groups, watched at every physics step."""
+    require_places(trace, np.isin(trace["body_group"].values, groups))
     columns = np.isin(trace["group"].values, groups)
     values = trace["clearance"].values[:, :, columns]
     if not np.isfinite(values).any():
@@ -29,7 +31,7 @@ def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
     return Measure(float(values[row, which, column]), float(trace["time"][row]), who)
 
 
-@metric(unit="m", watched=False, more_is_better=True, rank=130)
+@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, rank=130)
 def obstacle_distance_min(trace: Recorded) -> Measure:
     """Minimum distance of a robot's center to an obstacle: a sphere's center, or another shape's surface."""
     if not trace.sizes["obstacle"]:

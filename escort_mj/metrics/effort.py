@@ -9,6 +9,7 @@ import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import NO_OPPONENTS, NO_TARGET, SHORT, escorts, gained, rate
+from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -45,7 +46,7 @@ def target_energy(trace: Recorded) -> Measure:
 @metric(unit="J", grows=True, watched=False, rank=124, every_step=True)
 def opponents_energy(trace: Recorded) -> Measure:
     """Integral of |driving force . velocity| of opponents on their way, sum over opponents."""
-    count = trace.sizes["opponent"] if "opponent_status" in trace else 0
+    count = trace["opponent_status"].values.shape[1] if not lacks(trace, "opponent_status") else 0
     return _driven(trace, trace["obstacle"].values[trace.sizes["obstacle"] - count :].tolist(), NO_OPPONENTS)
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, largest_of, lost, robot
+from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -62,7 +63,7 @@ def _takes_long(trace: Recorded) -> bool:
 
 def _nothing(trace: Recorded) -> Measure | None:
     """Why there are no estimates of a target; None where there are."""
-    if "target_estimate" not in trace:
+    if lacks(trace, "target_estimate"):
         return Measure(None, reason=ALL_KNOW)
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
@@ -121,7 +122,7 @@ def message_rate(trace: Recorded) -> Measure:
 @metric(unit="1", most=1.0, watched=False, rank=55, every_step=True)
 def messages_lost_share(trace: Recorded) -> Measure:
     """Share of messages that are lost on the way to robots in range."""
-    if "messages_lost" not in trace:
+    if lacks(trace, "messages_lost"):
         return Measure(None, reason=NO_RADIO)
     gone, heard = (
         np.ptp(trace[name].values[[0, -1]].sum(axis=1)) for name in ("messages_lost", "messages_heard")
@@ -132,7 +133,7 @@ def messages_lost_share(trace: Recorded) -> Measure:
 @metric(unit="1", watched=False, more_is_better=True, dear=_takes_long, rank=56, of_team=True)
 def connectivity_min(trace: Recorded) -> Measure:
     """Minimum second-smallest eigenvalue of the communication graph's Laplacian; 0 if ever disconnected."""
-    if "heard_from" not in trace:
+    if lacks(trace, "heard_from"):
         return Measure(None, reason=NO_RADIO)
     gone, lowest, when = lost(trace), np.inf, 0
     for row, (heard, absent) in enumerate(zip(trace["heard_from"].values, gone, strict=True)):
@@ -150,7 +151,7 @@ def connectivity_min(trace: Recorded) -> Measure:
 @metric(unit="s", watched=False, rank=57, of_team=True)
 def disconnected_time(trace: Recorded) -> Measure:
     """Time during which the communication graph is disconnected."""
-    if "heard_from" not in trace:
+    if lacks(trace, "heard_from"):
         return Measure(None, reason=NO_RADIO)
     time, apart = trace["time"].values, parts(trace) > 1
     return Measure(float(np.sum(np.diff(time) * apart[:-1])))
@@ -158,7 +159,7 @@ def disconnected_time(trace: Recorded) -> Measure:
 
 def _per_second(trace: Recorded, name: str) -> Measure:
     """What a running total of each robot adds per second, mean over robots."""
-    if name not in trace:
+    if lacks(trace, name):
         return Measure(None, reason=NO_RADIO)
     count, time = trace[name].values, trace["time"].values
     return Measure(float((count[-1] - count[0]).mean() / max(time[-1] - time[0], 1e-300)))

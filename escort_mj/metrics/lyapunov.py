@@ -9,6 +9,7 @@ import numpy as np
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import SHORT, UNTOLD, largest_of, lost, robot
 from escort_mj.monitor.signals import CAUSES
+from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -24,8 +25,8 @@ def _changed_by(trace: Recorded, cause: str) -> np.ndarray:
 @metric(unit="J", grows=True, watched=False, rank=270)
 def lyapunov_rise(trace: Recorded) -> Measure:
     """Largest rise of a robot's V1 above its minimum so far, excluding the effect of the reference."""
-    if "lyapunov" not in trace:
-        return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
+    if lacks(trace, "lyapunov"):
+        return Measure(None, reason=UNTOLD if lacks(trace, "mass_matrix") else NO_LYAPUNOV)
     value = trace["lyapunov"].values - _changed_by(trace, "reference")
     value = np.where(lost(trace), np.nan, value)
     return largest_of(trace, value - np.minimum.accumulate(value, axis=0), robot)
@@ -34,8 +35,8 @@ def lyapunov_rise(trace: Recorded) -> Measure:
 @metric(unit="J", grows=True, watched=False, rank=280)
 def lyapunov_unexplained(trace: Recorded) -> Measure:
     """Sum of |change of V1 without a known cause| over robots and samples."""
-    if "lyapunov" not in trace:
-        return Measure(None, reason=UNTOLD if "mass_matrix" not in trace else NO_LYAPUNOV)
+    if lacks(trace, "lyapunov"):
+        return Measure(None, reason=UNTOLD if lacks(trace, "mass_matrix") else NO_LYAPUNOV)
     total = np.where(lost(trace), np.nan, _changed_by(trace, "unexplained"))
     if len(total) < 2:
         return Measure(None, reason=SHORT)

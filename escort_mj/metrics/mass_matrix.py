@@ -8,6 +8,7 @@ import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import UNTOLD, largest_of, least_of, robot
+from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -26,7 +27,7 @@ def _residual(trace: Recorded, name: str) -> Measure:
 @metric(unit="kg", watched=False, rank=230)
 def mass_eigenvalue_min(trace: Recorded) -> Measure:
     """Smallest eigenvalue of a robot's mass matrix (property 1)."""
-    if "mass_matrix" not in trace:
+    if lacks(trace, "mass_matrix"):
         return Measure(None, reason=UNTOLD)
     return least_of(trace, _eigenvalues(trace)[..., 0], robot)
 
@@ -34,7 +35,7 @@ def mass_eigenvalue_min(trace: Recorded) -> Measure:
 @metric(unit="kg", grows=True, watched=False, rank=240)
 def mass_eigenvalue_max(trace: Recorded) -> Measure:
     """Largest eigenvalue of a robot's mass matrix (property 1)."""
-    if "mass_matrix" not in trace:
+    if lacks(trace, "mass_matrix"):
         return Measure(None, reason=UNTOLD)
     return largest_of(trace, _eigenvalues(trace)[..., -1], robot)
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
 from escort_mj.metrics.reading import NO_OPPONENTS
+from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -24,7 +25,7 @@ def _named(trace: Recorded, opponents: NDArray[np.int64]) -> tuple[str, ...]:
 
 def _ended(trace: Recorded, status: int) -> Measure:
     """How many opponents end with a status, when the first of them did, and which they are."""
-    if "opponent_status" not in trace:
+    if lacks(trace, "opponent_status"):
         return Measure(None, reason=NO_OPPONENTS)
     found = trace["opponent_status"].values == status
     which = np.flatnonzero(found[-1])
@@ -49,10 +50,11 @@ def opponents_breached(trace: Recorded) -> Measure:
 @metric(unit="s", watched=False, more_is_better=True, rank=43)
 def threat_time_min(trace: Recorded) -> Measure:
     """Shortest time to a target for an approaching opponent that heads straight for it at its speed."""
-    if "opponent_status" not in trace:
+    if lacks(trace, "opponent_status"):
         return Measure(None, reason=NO_OPPONENTS)
-    count = trace.sizes["opponent"]
-    place, time = trace["obstacle_position"].values[:, -count:], trace["time"].values
+    coming, time = trace["opponent_status"].values == COMES, trace["time"].values
+    count = coming.shape[1]
+    place = trace["obstacle_position"].values[:, -count:]
     if len(time) < 2:
         return Measure(None, reason="the window holds a single sample")
     targets, radius = trace["target_position"].values[:, None], np.array([trace.attrs["target_radius"]])
@@ -65,7 +67,7 @@ def threat_time_min(trace: Recorded) -> Measure:
     gap = gaps.min(axis=2) - trace["obstacle_radius"].values[-count:]
     speed = np.linalg.norm(np.gradient(place, time, axis=0), axis=2)
     left = np.maximum(gap, 0.0) / np.maximum(speed, 1e-9)
-    left[trace["opponent_status"].values != COMES] = np.inf
+    left[~coming] = np.inf
     row, which = np.unravel_index(int(left.argmin()), left.shape)
     if not np.isfinite(left[row, which]):
         return Measure(None, reason="no opponent comes")

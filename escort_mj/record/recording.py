@@ -31,6 +31,9 @@ Array = NDArray[np.float64]
 LOG, NOT_LOGGED, GAPS = "log", "not_logged", "log_gaps"
 """Attributes of a log of real robots: its file, the names of the signals that it does not contain, and start
 and end of each of its gaps [s], one after another: it lacks positions there, so there are no samples."""
+NOT_SEEN, LOG_END, LOG_OF = "bodies_not_logged", "log_end", "log_of"
+"""Further ones: names of the moving bodies that it does not contain, how far it goes, and how long the
+scenario lasts [s]."""
 CONVENTIONS = "CF-1.11"  # for names of attributes and units; names of signals are the project's own
 
 
@@ -87,8 +90,8 @@ class Recording:
     data_vars: Mapping[Hashable, Variable] = field(repr=False)
 
     def __getitem__(self, name: str) -> Variable:
-        if name not in self and name in not_logged(self):
-            raise NotLoggedError(name)
+        if lacks(self, name):
+            raise KeyError(name)
         return self.data_vars[name] if name in self.data_vars else self.coords[name]
 
     def __contains__(self, name: object) -> bool:
@@ -146,6 +149,12 @@ def is_log(trace: Recorded) -> bool:
     return LOG in trace.attrs
 
 
+def ends_early(trace: Recorded, needed: float) -> str:
+    """Return how far a log of real robots goes, in words, if not as far as needed [s]; empty of a run."""
+    end = float(trace.attrs.get(LOG_END, np.inf))
+    return f"the log ends at {end:g} s" if needed > end + 0.5 * float(trace.attrs["timestep"]) else ""
+
+
 def not_logged(trace: Recorded) -> frozenset[str]:
     """Names of the signals that a log of real robots does not contain; its trace has NaN or 0 there."""
     return frozenset(str(trace.attrs.get(NOT_LOGGED, "")).split())
@@ -161,6 +170,35 @@ def known_time(trace: Recorded) -> Array:
     time = trace["time"].values
     hidden = [np.clip(time - start, 0.0, end - start) for start, end in gaps_of(trace)]
     return np.asarray(time - np.sum(hidden, axis=0)) if hidden else time
+
+
+def lacks(trace: Recorded, name: str) -> bool:
+    """Return whether a mission has no such signal.
+
+    Raises:
+        NotLoggedError: If it has, but the log of real robots does not contain it.
+    """
+    if name not in trace and name in not_logged(trace):
+        raise NotLoggedError(name)
+    return name not in trace
+
+
+def require_places(trace: Recorded, bodies: NDArray[np.bool_] | None = None) -> None:
+    """Raise an error if it is not known where some bodies were.
+
+    Args:
+        trace: A trace.
+        bodies: Whether each body is one of them, shape (body,); None for all bodies.
+
+    Raises:
+        NotLoggedError: If a log of real robots does not contain one of them, which moved by itself.
+    """
+    missing = str(trace.attrs.get(NOT_SEEN, "")).split()
+    if not missing:
+        return
+    names = [str(name) for name in trace["body"].values[slice(None) if bodies is None else bodies]]
+    if found := [name for name in missing if name in names]:
+        raise NotLoggedError(f"the places of {', '.join(found)}")
 
 
 def sealed(trace: Recorded) -> Recording:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.recording import sealed
+from escort_mj.record.recording import NOT_LOGGED, not_logged, sealed
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded, Recording
@@ -52,10 +52,18 @@ def of_team(trace: Recorded, name: str) -> Recording:
     kept = steady & (member == member[:1]).all() & member[:1].all(axis=0)[pairs].all(axis=1)
     part = trace.isel(edge=kept).assign(
         lost=(("time", "robot"), np.maximum(trace["lost"].values, ~member)),
-        target_position=(("time", "axis"), trace["team_center"].values[:, place]),
-        target_velocity=(("time", "axis"), trace["team_velocity"].values[:, place]),
         team_radius=("time", radius),
     )
+    missing = not_logged(trace)
+    if "team_center" in missing:
+        missing |= {"target_position", "target_velocity"}
+        known = {name: one for name, one in part.data_vars.items() if name not in missing}
+        part = replace(part, data_vars=known)
+    else:
+        part = part.assign(
+            target_position=(("time", "axis"), trace["team_center"].values[:, place]),
+            target_velocity=(("time", "axis"), trace["team_velocity"].values[:, place]),
+        )
     sizes = {
         "mission_radius": float(radius.max(initial=0.0)),
         "target_radius": float(
@@ -64,4 +72,4 @@ def of_team(trace: Recorded, name: str) -> Recording:
             .max(initial=0.0)
         ),
     }
-    return replace(part, attrs={**trace.attrs, **sizes})
+    return replace(part, attrs={**trace.attrs, **sizes, NOT_LOGGED: " ".join(sorted(missing))})

@@ -198,7 +198,6 @@ FAULTS = {
     "millimeters": (lambda t: scaled(t, 1e3), "positions must be in meters"),
     "milliseconds": (lambda t: t.assign(time=1e3 * t.time), "time must be in seconds"),
     "km/h": (lambda t: t.assign(**{"robot_1.vx": 100.0, "robot_1.vy": 0.0}), "velocities in m/s"),
-    "too short": (lambda t: t[t.time < 1.5], "too short: settled within 0.9 m by 2 s needs 2 s; .* 1.48 s"),
     "no time": (lambda t: t.rename(columns={"time": "stamp"}), "there is no column time"),
     "nothing": (lambda t: t[:0], "robot_1: 0 complete rows"),
 }
@@ -306,7 +305,7 @@ def test_all_faults_at_once(run: Run, tmp_path: Path) -> None:
     table.to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(LogError) as error:
         escort_mj.judge(tmp_path / "log.csv", run.scenario)
-    assert len(error.value.faults) == 4, error.value.faults  # robot_9, robot_1 without x, robot_3, too short
+    assert len(error.value.faults) == 3, error.value.faults  # robot_9, robot_1 without x, robot_3
 
 
 def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
@@ -326,7 +325,7 @@ def test_no_log_at_all(run: Run, tmp_path: Path) -> None:
         escort_mj.judge(tmp_path / "log.csv", run.scenario, names={"robot1": "a"})
 
 
-def test_obstacles_that_move_may_be_logged(compiled: None, tmp_path: Path) -> None:
+def test_obstacles_that_move_are_judged_where_they_are_logged(compiled: None, tmp_path: Path) -> None:
     scenario = parse_scenario(
         "name: walker\nduration: 1\nrobots: {positions: [[3, 0], [-3, 0]]}\nmission: {radius: 3}\n"
         'obstacles: [{motion: {position: ["6 - t", 0]}, radius: 0.5, name: walker, body: {mass: 5}}]\n'
@@ -336,9 +335,7 @@ def test_obstacles_that_move_may_be_logged(compiled: None, tmp_path: Path) -> No
     here = escort_mj.judge(_written(table, tmp_path), scenario)
     table["walker.x"], table["walker.y"] = 9.0, 0.0
     there = escort_mj.judge(_written(table, tmp_path), scenario)
-    assert here.values["obstacle_clearance_min"] == pytest.approx(
-        run.values["obstacle_clearance_min"], abs=0.02
-    )
+    assert math.isnan(here.values["obstacle_clearance_min"]) and run.values["obstacle_clearance_min"] < 2.3
     assert there.values["obstacle_clearance_min"] > 5.0
 
 
@@ -359,3 +356,98 @@ def test_the_example(compiled: None) -> None:
     judged = escort_mj.judge(Path(__file__).parents[2] / "examples" / "logs" / "main.csv", "main")
     assert judged.passed and len(judged.verdicts) == 5 and not any(one.skip for one in judged.verdicts)
     assert isinstance(judged.scenario, Scenario)
+
+
+UNSEEN = {
+    "opponents": (
+        "opponents: [{count: 1, positions: [[6, 0]], policy: {policy: straight, speed: 2}}]",
+        ["opponents_breached, at_most: 0", "threat_time_min, at_least: 1"],
+        "opponent_1",
+    ),
+    "a target with a policy": (
+        "target: {position: [0, 0], policy: {policy: flee, speed: 2}}",
+        ["escaped, at_least: 3", "caught, at_least: 3", "radius_error_max, at_most: 1"],
+        "target",
+    ),
+    "an obstacle that moves": (
+        'obstacles: [{name: cart, radius: 0.3, motion: {position: ["8 - t", 0]}}]',
+        ["obstacle_clearance_min, at_least: 0.1", "touches_unexplained, at_most: 0", "tunneling, at_most: 1"],
+        "cart",
+    ),
+    "messages and estimates": (
+        "knowledge: {}\ncommunication: {range: 9}",
+        ["connectivity_min, at_least: 0", "message_rate, at_least: 0", "estimate_error_rms, at_most: 1"],
+        "",
+    ),
+}  # fmt: skip
+REST = [*[f"{0.1 * k:.2f},2,0,-2,0" for k in range(41)]]
+COLUMNS = "time,robot_1.x,robot_1.y,robot_2.x,robot_2.y"
+REST_MISSION = "name: rest\nduration: 4\nrobots: {positions: [[2, 0], [-2, 0]]}\nmission: {radius: 2}\n"
+
+
+def resting(folder: Path, rows: list[str] | None = None, columns: str = COLUMNS) -> Path:
+    """The log of two robots that rest."""
+    (folder / "log.csv").write_text("\n".join([columns, *(REST if rows is None else rows)]) + "\n")
+    return folder / "log.csv"
+
+
+@pytest.mark.parametrize("case", UNSEEN)
+@pytest.mark.filterwarnings("error")
+def test_what_nobody_logged_is_not_judged(compiled: None, tmp_path: Path, case: str) -> None:
+    keys, metrics, body = UNSEEN[case]
+    expected = [f"{{metric: {one}}}" for one in metrics] + ["{contacts: none}"] * bool(body)
+    target = "" if "target:" in keys else "target: {position: [0, 0]}\n"
+    text = f"{REST_MISSION}{target}{keys}\nexpect: [{', '.join(expected)}]\n"
+    judged = escort_mj.judge(resting(tmp_path), parse_scenario(text), tmp_path / "run")
+    assert [one.message for one in judged.verdicts[1:] if not one.skip] == []
+    assert all("the log does not contain" in one.skip for one in judged.verdicts[1:])
+    assert (f"{body} not in the log" in judged.message) == bool(body)
+    assert escort_mj.open_run(tmp_path / "run").verdicts == judged.verdicts
+
+
+def test_a_touch_of_bodies_that_are_logged_fails_whatever_is_not(compiled: None, tmp_path: Path) -> None:
+    keys, _, _ = UNSEEN["opponents"]
+    expected = (
+        "[{contacts: none}, {clearance: [robots, robots], at_least: 0.1}, {contacts: [robot_1, opponent_1]}]"
+    )
+    text = f"{REST_MISSION}target: {{position: [0, 9]}}\n{keys}\nexpect: {expected}\n"
+    rows = [f"{0.1 * k:.2f},{2 - 0.05 * k},0,{0.05 * k - 2},0" for k in range(41)]
+    _, none, clear, pair = escort_mj.judge(resting(tmp_path, rows), parse_scenario(text)).verdicts
+    assert not none.skip and not none.passed and "robots 1 and 2" in none.message
+    assert not clear.skip and not clear.passed
+    assert pair.skip
+
+
+class TestShortLogs:
+    TEXT = f"{REST_MISSION}target: {{position: [0, 0]}}\nexpect: " + (
+        "[{contacts: none}, {contacts: none, before: 3}, {settled: 0.1, by: 3}, "
+        "{metric: radius_error_max, at_most: 0.01, after: 0.5, before: 2}]"
+    )
+
+    def test_it_says_how_little_was_judged(self, compiled: None, tmp_path: Path) -> None:
+        judged = escort_mj.judge(resting(tmp_path, REST[:2]), parse_scenario(self.TEXT))
+        assert judged.message == "log of real robots: 0.1 s of log.csv, 2.5 % of the scenario's 4 s"
+        assert [one.skip for one in judged.verdicts] == [
+            "the log ends at 0.1 s of 4 s",
+            "",
+            "the log ends at 0.1 s, inside the window",
+            "the log ends at 0.1 s, before the window",
+            "the log ends at 0.1 s, before the window",
+        ]
+
+    def test_what_failed_before_the_end_failed(self, compiled: None, tmp_path: Path) -> None:
+        rows = [f"{0.1 * k:.2f},{2 - 0.2 * k},0,-2,0" for k in range(11)]
+        found = escort_mj.judge(resting(tmp_path, rows), parse_scenario(self.TEXT)).verdicts
+        held = [(bool(one.skip), one.passed) for one in found[1:]]
+        assert held == [(False, False), (False, False), (True, True), (False, False)]
+
+
+def test_names_and_columns_that_are_taken(compiled: None, tmp_path: Path) -> None:
+    scenario = parse_scenario(f"{REST_MISSION}target: {{position: [0, 0]}}\n")
+    with pytest.raises(UsageError, match="robot_1 and robot_2 would both be robot_2 in the log"):
+        escort_mj.judge(resting(tmp_path), scenario, names={"robot_1": "robot_2"})
+    with pytest.raises(UsageError, match="expected names in the log"):
+        escort_mj.judge(resting(tmp_path), scenario, names={1: 2})  # type: ignore[dict-item]
+    twice = resting(tmp_path, [f"{row},0" for row in REST], f"{COLUMNS},robot_1.x")
+    with pytest.raises(LogError, match=r"found two columns robot_1\.x; expected one"):
+        escort_mj.judge(twice, scenario)

@@ -66,6 +66,7 @@ class TestValues:
             (),
             "",
             False,
+            False,
         )
 
     def test_none_says_nothing(self, make_trace):

@@ -58,7 +58,7 @@ def bounds(trace: Recorded) -> tuple[Array, Array]:
             around = (center[:, None] + outlines(trace)[..., : center.shape[1]]).reshape(-1, center.shape[1])
             parts += [center - reach, center + reach, around]
     every = np.clip(np.concatenate(parts), -RANGE, RANGE)
-    return every.min(axis=0), every.max(axis=0)
+    return np.nanmin(every, axis=0), np.nanmax(every, axis=0)  # nobody knows where a body was that is NaN
 
 
 def plan_height(trace: Recorded, width: float = WIDTH) -> float:
