@@ -132,6 +132,10 @@ def _assets(root: Element, folder: Path, source: Source) -> dict[str, bytes]:
     found: dict[str, bytes] = {}
     for section in root.iter("asset"):
         for asset in section:
+            if asset.tag == "model":
+                name, child = source.name or source.file, shortened(asset.get("file", ""))
+                how = "MjSpec.from_file(FILE) of MuJoCo reads both, and its to_xml() writes them as one"
+                raise RobotError(f"{name}: attaches the model {child}; expected one model: {how}")
             for key in FILES:
                 if (written := asset.get(key)) is None:
                     continue

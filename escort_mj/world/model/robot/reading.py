@@ -14,10 +14,11 @@ from escort_mj.errors import RobotError
 from escort_mj.robots.drive import DriveModel
 from escort_mj.robots.modeled import DriveKeys, RobotModel, Source
 from escort_mj.scenario.findings import did_you_mean, listed
+from escort_mj.world.model.robot.coupled import Named, check_coupled, kind_of, references
 from escort_mj.world.model.robot.effects import SLIDE, Machine, geom_outline, solid_geoms
 from escort_mj.world.model.robot.files import PLACE, Files, read_files
 from escort_mj.world.model.robot.finding import find_drive
-from escort_mj.world.model.robot.flat import NAMED, make_solid, write_masses, written_out
+from escort_mj.world.model.robot.flat import make_solid, write_masses, written_out
 
 Array = NDArray[np.float64]
 
@@ -177,7 +178,8 @@ def _robot(machine: Machine, tree: Element, files: Files, drive: DriveModel) -> 
     world = tree.find("worldbody")
     assert world is not None
     root = next(body for body in world.findall("body") if body.get("name") == name)
-    own = {each.get("name") for each in root.iter() if each.get("name")}
+    own = {(kind_of(each.tag), each.get("name", "")) for each in root.iter() if each.get("name")}
+    check_coupled(tree, root, own, model, machine.name)
     apart = make_solid(root, model, machine.rises)
     sections, left = _sections(tree, root, own)
     sections["contact"] += [Element("exclude", {"body1": a, "body2": b}) for a, b in apart]
@@ -249,9 +251,7 @@ def _coordinates(model: mujoco.MjModel, freedoms: list[int]) -> int:
     return sum(sizes[int(model.jnt_type[joint])] for joint in {int(model.dof_jntid[dof]) for dof in freedoms})
 
 
-def _sections(
-    tree: Element, root: Element, own: set[str | None]
-) -> tuple[dict[str, list[Element]], list[str]]:
+def _sections(tree: Element, root: Element, own: set[Named]) -> tuple[dict[str, list[Element]], list[str]]:
     """What of the file's sections belongs to the robot, and what does not."""
     found: dict[str, list[Element]] = {tag: [] for tag in SECTIONS}
     left = []
@@ -265,7 +265,7 @@ def _sections(
                     continue
                 if _refers_inside(element, known):
                     found[tag].append(element)
-                    known.add(element.get("name"))
+                    known.add((kind_of(tag), element.get("name", "")))
                 else:
                     left.append(f"<{element.tag}> {element.get('name', '')}".strip())
     used = {value for each in root.iter() for key, value in each.items() if key in ("mesh", "material")}
@@ -278,13 +278,9 @@ def _sections(
     return found, left
 
 
-def _refers_inside(element: Element, known: set[str | None]) -> bool:
+def _refers_inside(element: Element, known: set[Named]) -> bool:
     """Whether all that an element of a section names belongs to the robot."""
-    for each in element.iter():
-        for key, value in each.items():
-            if key in NAMED and key != "name" and value not in known:
-                return False
-    return True
+    return set(references(element)) <= known
 
 
 def _left(tree: Element, world: Element, root: str, model: mujoco.MjModel) -> list[str]:

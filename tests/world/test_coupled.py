@@ -1,0 +1,110 @@
+"""Payloads and tethers: what couples a robot of a file to something else is refused by name."""
+
+from pathlib import Path
+
+import pytest
+
+from escort_mj.errors import ScenarioError
+from escort_mj.robots.mjcf import Mjcf
+from escort_mj.robots.modeled import known
+from escort_mj.scenario.reader.load import load_file
+
+ROBOT = """\
+<mujoco>{assets}
+  <worldbody>
+    <site name="hook" pos="0 0 2"/>
+    <body name="base" pos="0 0 0.1">
+      <joint type="slide" axis="1 0 0" name="x"/><joint type="slide" axis="0 1 0" name="y"/>
+      <geom type="box" size="0.1 0.1 0.1"/><site name="top"/>{inside}
+    </body>
+    <body name="parcel" pos="0 0 0.3"><freejoint/><geom size="0.05"/><site name="ring"/>
+      <body name="lid" pos="0 0 0.1"><joint name="hinge"/><geom size="0.01"/></body></body>
+    <body name="x" pos="0 0 1"><freejoint/><geom size="0.1"/></body>
+    <body name="hand" mocap="true"/>
+  </worldbody>
+  <actuator><motor joint="x" ctrlrange="-9 9"/><motor joint="y" ctrlrange="-9 9"/></actuator>
+  {rest}
+</mujoco>
+"""
+PARCEL, BALL = "parcel (0.5278 kg)", "x (4.189 kg)"
+COUPLED = {
+    "a weld": ('<weld name="grip" body1="base" body2="parcel"/>', f"the weld grip ties it to {PARCEL}"),
+    "a weld to a part of it": ('<weld body1="lid" body2="base"/>', f"the weld ties it to {PARCEL}"),
+    "a weld of sites": ('<weld site1="top" site2="ring"/>', f"the weld ties it to {PARCEL}"),
+    "a ball joint": (
+        '<connect body1="base" body2="parcel" anchor="0 0 0"/>',
+        f"the connect ties it to {PARCEL}",
+    ),
+    "a body called as a joint of it": ('<weld body1="base" body2="x"/>', f"the weld ties it to {BALL}"),
+    "a mocap body": ('<weld body1="hand" body2="base"/>', "the weld ties it to hand (0 kg)"),
+    "the world": ('<weld body1="base"/>', "the weld ties it to the world"),
+    "joints": ('<joint joint1="x" joint2="hinge"/>', f"the coupling of joints ties it to {PARCEL}"),
+    "two, one behind the other": (
+        '<weld body1="base" body2="parcel"/><connect body1="x" body2="parcel" anchor="0 0 0"/>',
+        f"the weld ties it to {PARCEL}; the connect ties it to {BALL}",
+    ),
+}
+TENDONS = {
+    "a spring": ('<site site="top"/><site site="ring"/>', f"the tendon ties it to {PARCEL}"),
+    "a tether": ('<site site="hook"/><site site="top"/>', "the tendon ties it to the world"),
+}
+APART = {
+    "nothing": "",
+    "a weld of others": '<equality><weld body1="x" body2="parcel"/></equality>',
+    "a weld that is off": '<equality><weld body1="base" body2="parcel" active="false"/></equality>',
+    "its own joints": '<equality><joint joint1="x" joint2="y"/></equality>',
+    "contacts": '<contact><exclude body1="base" body2="parcel"/></contact>',
+}
+
+
+def refusal(tmp_path: Path, **parts: str) -> str:
+    """What a scenario with a robot says of it; empty where it is taken."""
+    (tmp_path / "r.xml").write_text(ROBOT.format(**{"assets": "", "inside": "", "rest": ""} | parts))
+    (tmp_path / "m.yaml").write_text("robots: {count: 2, kind: {kind: mjcf, file: r.xml}}\nduration: 1\n")
+    try:
+        load_file(tmp_path / "m.yaml")
+    except ScenarioError as error:
+        (fault,) = error.faults
+        assert (fault.key, fault.line) == ("robots.kind", 1)
+        return fault.message
+    return ""
+
+
+@pytest.mark.parametrize("case", COUPLED)
+def test_what_a_robot_is_coupled_to_is_named(tmp_path: Path, case: str) -> None:
+    equality, words = COUPLED[case]
+    said = refusal(tmp_path, rest=f"<equality>{equality}</equality>")
+    assert said.startswith(f"r.xml: {words}. A mission takes the body base with all in it"), said
+
+
+@pytest.mark.parametrize("case", TENDONS)
+def test_so_is_what_a_tendon_leads_to(tmp_path: Path, case: str) -> None:
+    path, words = TENDONS[case]
+    rest = f'<tendon><spatial stiffness="5">{path}</spatial></tendon>'
+    assert refusal(tmp_path, rest=rest).startswith(f"r.xml: {words}. ")
+
+
+@pytest.mark.parametrize("case", APART)
+def test_what_lies_beside_it_is_left(tmp_path: Path, case: str) -> None:
+    assert refusal(tmp_path, rest=APART[case]) == ""
+
+
+def test_a_payload_in_the_base_is_taken(tmp_path: Path) -> None:
+    """A child without a joint, or with a joint and a weld, takes part with its mass."""
+    fixed = '<body name="box" pos="0 0 0.2"><geom size="0.05" mass="0.7"/></body>'
+    assert refusal(tmp_path, inside=fixed) == ""
+    kind = Mjcf(file=str(tmp_path / "r.xml"))
+    assert known(kind.source(1.0, 1.0)).mass == pytest.approx(8.7)
+    held = fixed.replace("<geom", '<joint type="ball"/><geom')
+    (tmp_path / "two").mkdir()
+    assert (
+        refusal(tmp_path / "two", inside=held, rest='<equality><weld body1="base" body2="box"/></equality>')
+        == ""
+    )
+    model = known(Mjcf(file=str(tmp_path / "two" / "r.xml")).source(1.0, 1.0))
+    assert model.mass == pytest.approx(8.7) and [each.tag for each in model.sections["equality"]] == ["weld"]
+
+
+def test_attached_models_are_refused(tmp_path: Path) -> None:
+    said = refusal(tmp_path, assets='<asset><model name="g" file="g.xml"/></asset>')
+    assert said.startswith("r.xml: attaches the model g.xml; expected one model: ")
