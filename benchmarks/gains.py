@@ -11,6 +11,8 @@ os.environ.setdefault("MUJOCO_GL", "disable")
 
 from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from escort_mj.api import load_scenario, run_many  # noqa: E402
+from escort_mj.measuring import measure_over
+from escort_mj.record.window import Span
 
 PAGE, SEEDS = "gains.md", 5
 ROBOTS = {
@@ -38,7 +40,11 @@ def main(arguments: Any = None) -> None:
             found = []
             for controller in ({"law": law}, {"law": law, "gains": "auto"}):
                 sets = [{**changes, "controller": controller, "expect": [], "seed": k} for k in range(SEEDS)]
-                values = [run.values for run in run_many(load_scenario(name, one) for one in sets)]
+                runs = run_many(load_scenario(name, one) for one in sets)
+                values = [
+                    run.values | {"chattering": measure_over("chattering", run.trace, Span("tail")).value or 0.0}
+                    for run in runs
+                ]
                 found.append({metric: np.mean([one[metric] for one in values]) for metric in METRICS})
             cells = [
                 " / ".join(f"{scale * one[key]:.3g}" for one in found) for key, (_, scale) in METRICS.items()

@@ -29,7 +29,7 @@ MISSIONS = (
 SEEDS = range(1, 21)
 FEWER = range(1, 11)
 ERRORS = ("radius_error_mean", "spacing_error_max")
-TAIL = 45.0  # s: when a mission of 60 s has settled
+SETTLED = 45.0  # s: when a mission of 60 s has settled
 TEAMS = {  # axes, range of the radio [m] and those that see the target, by the number of robots
     5: (2, 5.0, [1]),
     8: (2, 4.0, [1]),
@@ -74,7 +74,7 @@ def team(count: int, noise: float) -> Any:
             "axes": axes, "robots.count": count, "robots.placement.within": 6.0, "target.position": path,
             "knowledge.target.robots": seers, "knowledge.target.noise": noises,
             "communication.range": reach,
-            "expect": [{"metric": name, "at_most": 1e3, "after": TAIL} for name in ERRORS],
+            "expect": [{"metric": name, "at_most": 1e3, "after": SETTLED} for name in ERRORS],
         }
     )  # fmt: skip
 

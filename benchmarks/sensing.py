@@ -20,7 +20,7 @@ PAGE = "sensing.md"
 DELAYS = (0, 2, 4, 6, 8, 10, 14, 20, 30, 50, 100)  # [steps]
 DROPOUTS = (0.0, 0.05, 0.5, 0.9, 0.98)
 SEEDS = 3
-TAIL = 10.0  # [s]
+LAST = 10.0  # [s]
 STEP = 0.002
 CHANNELS = {"own": ("position", "velocity"), "own velocity": ("velocity",), "own position": ("position",)}
 SCENARIO = "paper/case1_2d"
@@ -40,8 +40,8 @@ class Result(NamedTuple):
     """What came of it."""
 
     completed: bool
-    radius_error: float  # mean over robots and the tail [m]
-    effort: float  # rms force of a robot over the tail [N]
+    radius_error: float  # mean over robots and the last 10 s [m]
+    effort: float  # rms force of a robot over the last 10 s [N]
 
 
 def attempt(trial: Trial) -> Result:
@@ -54,10 +54,10 @@ def attempt(trial: Trial) -> Result:
     if not run.outcome.good:
         return Result(False, np.inf, np.inf)
     trace: Any = run.trace
-    tail = trace["time"].values >= trace["time"].values[-1] - TAIL
-    offset = (trace["q"] - trace["target_position"]).values[tail]
+    last = trace["time"].values >= trace["time"].values[-1] - LAST
+    offset = (trace["q"] - trace["target_position"]).values[last]
     error = np.abs(np.linalg.norm(offset, axis=2) - trace.attrs["mission_radius"])
-    force = np.sqrt(np.mean(np.sum(trace["force"].values[tail] ** 2, axis=2)))
+    force = np.sqrt(np.mean(np.sum(trace["force"].values[last] ** 2, axis=2)))
     return Result(True, float(error.mean()), float(force))
 
 

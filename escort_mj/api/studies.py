@@ -20,6 +20,7 @@ from escort_mj.study.engine.parallel import cores
 if TYPE_CHECKING:
     import pandas
 
+    from escort_mj.record.window import Span
     from escort_mj.study.compare.runs import Findings
     from escort_mj.study.sweeps.design import Design
 
@@ -162,6 +163,9 @@ def compare(
     seeds: int = 1,
     out: str | os.PathLike[str] | None = None,
     *,
+    over: Literal["whole", "tail"] | None = None,
+    after: float | None = None,
+    before: float | None = None,
     workers: int | None = None,
     again: bool = False,
     progress: ShowProgress = None,
@@ -174,6 +178,11 @@ def compare(
         outer: Names of outer loops; empty for that of the scenario.
         seeds: Number of seeds, starting at the scenario's seed.
         out: Folder of results; None for `renders/compare/NAME`.
+        over: Part of each run that quantities look at: the `whole` run, or its `tail`, which is its last
+            fifth; None for what `after` and `before` say, or that of each quantity. A settling time is
+            always looked for in the whole run.
+        after: Start of the window [s].
+        before: End of the window [s]; None for the end of the run.
         workers: Number of processes; None for one per core.
         again: Whether to repeat existing runs.
         progress: As for `sweep`.
@@ -185,7 +194,27 @@ def compare(
         UsageError: If there is no such law or outer loop, or if a folder contains other files.
         KeyboardInterrupt: On an interrupt; completed runs are kept, and the same call continues.
     """
-    return compared(None, scenario, laws, outer, seeds, out, workers, again, progress)
+    span = span_given(over, after, before)
+    return compared(None, scenario, laws, outer, seeds, out, workers, again, progress, span)
+
+
+def span_given(over: str | None, after: float | None, before: float | None) -> Span | None:
+    """The part of a run that arguments ask for; None for none.
+
+    Raises:
+        UsageError: If there is no such part.
+    """
+    from escort_mj.errors import UsageError
+    from escort_mj.record.window import OVERS, Span
+
+    if over is None and after is None and before is None:
+        return None
+    for known in OVERS:
+        if over == known:
+            return Span(known, after or 0.0, before)
+    if over is not None:
+        raise UsageError(f"over: found {over!r}; allowed are {' and '.join(OVERS)}")
+    return Span(None, after or 0.0, before)
 
 
 def compared(
@@ -198,6 +227,7 @@ def compared(
     workers: int | None,
     again: bool,
     progress: ShowProgress,
+    over: Span | None = None,
 ) -> StudyResult:
     """`compare`, whose table also goes into a page of the docs, between its marks; None for no page."""
     from escort_mj.report.comparison import draw_comparison
@@ -210,7 +240,17 @@ def compared(
         shown_progress("comparing", " runs", progress) as update,
     ):
         found = compare_controllers(
-            mission, folder, draw_comparison, _names(laws), _names(outer), seeds, workers, docs, again, update
+            mission,
+            folder,
+            draw_comparison,
+            _names(laws),
+            _names(outer),
+            seeds,
+            workers,
+            docs,
+            again,
+            update,
+            over,
         )
     return _of_findings(mission.name, folder, found, _table_of(folder / "table.csv"))
 

@@ -110,6 +110,19 @@ def compare_command(
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Number of seeds, starting at the scenario's seed.")] = 1,
+    over: Annotated[
+        Literal["whole", "tail"] | None,
+        typer.Option(
+            help="Part of each run that quantities look at: the whole run, or its tail, the last fifth "
+            "[default: that of each quantity]."
+        ),
+    ] = None,
+    after: Annotated[
+        float | None, typer.Option(min=0.0, help="Start of a window instead of --over [s].")
+    ] = None,
+    before: Annotated[
+        float | None, typer.Option(min=0.0, help="End of the window [s] [default: the end of the run].")
+    ] = None,
     overrides: SetOption = None,
     plugins: PluginOption = None,
     out: Annotated[
@@ -129,10 +142,11 @@ def compare_command(
     """
     from escort_mj.api import load_scenario, studies
 
+    span = studies.span_given(over, after, before)
     mission = load_scenario(scenario, overrides or (), plugins or ())
     with progress_bar("comparing", " runs") as progress:
         result = studies.compared(
-            docs, mission, laws or (), outer or (), seeds, out, workers, again, progress or False
+            docs, mission, laws or (), outer or (), seeds, out, workers, again, progress or False, span
         )
     _finish("compare", as_json, result, "table.json", GOOD if result.passed else BROKEN)
 

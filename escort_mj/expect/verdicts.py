@@ -15,9 +15,9 @@ from escort_mj.metrics.metric import in_words
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling
 from escort_mj.record.outcome import Outcome
-from escort_mj.record.recording import ends_early, gaps_of
+from escort_mj.record.recording import LOG_OF, ends_early, gaps_of
 from escort_mj.record.tables import aligned
-from escort_mj.record.window import window
+from escort_mj.record.window import end_of, window
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -139,7 +139,7 @@ def judge_one(
 def _unlogged(expectation: Expectation, trace: Recorded) -> str:
     """Why nothing can be judged of a log: all of the window lies within its gaps; empty where some can."""
     missing = _gaps_within(expectation, trace)
-    if missing and not window(trace, *expectation.window).sizes["time"]:
+    if missing and not window(trace, *expectation.window_in(end_of(trace))).sizes["time"]:
         return f"the log has no positions {missing}"
     return ""
 
@@ -154,7 +154,7 @@ def _gaps_within(expectation: Expectation, trace: Recorded) -> str:
     """The gaps of a log within the window, in words."""
     if isinstance(expectation, OutcomeExpectation):
         return ""  # of the log as a whole, which says it
-    start, end = expectation.window
+    start, end = expectation.window_in(end_of(trace))
     inside = [gap for gap in gaps_of(trace) if gap[1] > start and (end is None or gap[0] < end)]
     words = [f"from {first:.6g} to {last:.6g} s" for first, last in inside[:MOST_GAPS]]
     more = [f"in {len(inside) - MOST_GAPS} more gaps"] * (len(inside) > MOST_GAPS)
@@ -185,7 +185,7 @@ def _judged(expectation: Expectation, trace: Recorded, outcome: Outcome) -> tupl
 
 def _as_logged(expectation: Expectation, found: Judgment, trace: Recorded) -> Judgment:
     """The finding, unless a log ends before the window does: what fails in a part of it may fail for good."""
-    start, end = expectation.window
+    start, end = expectation.window_in(float(trace.attrs.get(LOG_OF, end_of(trace))))
     short = ends_early(trace, max(start, end or 0.0))
     if not short or found.skip or (expectation.lasting and not found.held and not ends_early(trace, start)):
         return found
@@ -198,7 +198,7 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
     The run may have broken off in it. Or the window was not known when the run was recorded: then what is
     watched between samples is known from sample to sample only; of touches there is a log.
     """
-    (start, end), time = expectation.window, trace["time"].values
+    (start, end), time = expectation.window_in(end_of(trace)), trace["time"].values
     if not found.held or (not len(time) and (outcome.good or end is None)):
         return found
     if not len(time):
@@ -209,6 +209,8 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
     if not outcome.good and max(first, last) > reached + 0.5 * timestep:
         where = "inside" if first <= reached else "before"
         return _unseen(found, f"the run ended at {reached:g} s, {where} the window")
+    if not outcome.good and expectation.of_end:
+        return _unseen(found, f"the run broke off at {reached:g} s, and has no tail")
     if expectation.sampled_at_ends:
         alone = [first - timestep] if first == last > 0.0 else []  # or the only sample knows nothing
         gaps = gaps_of(trace)

@@ -12,7 +12,7 @@ from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import names, number, text
 from escort_mj.record.recording import sealed
 from escort_mj.record.team import of_team
-from escort_mj.record.window import when, window
+from escort_mj.record.window import end_of, when, window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
@@ -125,7 +125,7 @@ class Expectation(Parameters):
             trace: The whole trace.
             outcome: How the run ended.
         """
-        part = window(trace, *self.window)
+        part = window(trace, *self.window_in(end_of(trace)))
         return self.judge(sealed(part)) if part.sizes["time"] else Judgment(False, EMPTY, unit=self.in_unit)
 
     @property
@@ -145,6 +145,10 @@ class Expectation(Parameters):
         """Start and end of the time that it looks at [s], both included; None is the end of the run."""
         return 0.0, None
 
+    def window_in(self, end: float) -> tuple[float, float | None]:
+        """Return start and end of the time that it looks at in a run that ends at a time [s]."""
+        return self.window
+
     @property
     def when(self) -> str:
         """Its window in words."""
@@ -163,6 +167,11 @@ class Expectation(Parameters):
     @property
     def lasting(self) -> bool:
         """Whether what does not hold of a part of the window, or of some bodies, does not hold of all."""
+        return False
+
+    @property
+    def of_end(self) -> bool:
+        """Whether its window is a part of the run that only a whole run has."""
         return False
 
     @property

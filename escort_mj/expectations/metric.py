@@ -10,6 +10,7 @@ from escort_mj.expectations.expectation import Fault, Judgment, OfTeam, Windowed
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric
 from escort_mj.record.recording import is_log
+from escort_mj.record.window import Over, Span, span_faults
 
 OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")
 
@@ -29,6 +30,9 @@ class MetricExpectation(OfTeam, Windowed):
     """Upper bound, in the metric's unit."""
     at_least: float | None = None
     """Lower bound, in the metric's unit."""
+    over: Over | None = None
+    """Part of the run: the `whole` run, or its `tail`, which is its last fifth; null: what `after` and
+    `before` say, without them the whole run."""
 
     def judge(self, trace: Any) -> Judgment:
         """Whether the metric is within its bounds."""
@@ -81,8 +85,24 @@ class MetricExpectation(OfTeam, Windowed):
         if self.metric in OBSTACLE_DISTANCES:
             yield from (bound for bound in (self.at_least, self.at_most) if bound is not None)
 
+    def window_in(self, end: float) -> tuple[float, float | None]:
+        """Return start and end of the time that it looks at in a run that ends at a time [s]."""
+        return Span(self.over, self.after, self.before).bounds(end)
+
+    @property
+    def of_end(self) -> bool:
+        """Whether it is of the run's tail."""
+        return self.over == "tail"
+
+    @property
+    def when(self) -> str:
+        """Its window in words."""
+        return f" over the {Span(self.over).words}" if self.over else super().when
+
     def faults(self) -> Iterator[Fault]:
-        """There is a bound, and a value can meet it."""
+        """There is a bound, a value can meet it, and there is one window."""
+        times = self.after or None, self.before
+        yield from (((), words) for words in span_faults(self.over, *times) if self.over)
         low, high, metric = self.at_least, self.at_most, self.definition
         if low is None and high is None:
             yield (), "has no bound; give at_most or at_least"

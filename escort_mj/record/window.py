@@ -50,8 +50,7 @@ class Span(NamedTuple):
 
     def of(self, trace: Part) -> Part:
         """Return the samples of a run that it looks at."""
-        time = trace["time"].values
-        return window(trace, *self.bounds(float(time[-1]))) if len(time) else trace
+        return window(trace, *self.bounds(end_of(trace)))
 
     @property
     def words(self) -> str:
@@ -79,6 +78,12 @@ def when(after: float, before: float | None) -> str:
     """Return a window of time in words, after a space; nothing for the whole run."""
     start = f" after {after:g} s" if after > 0.0 else ""
     return start + ("" if before is None else f" before {before:g} s")
+
+
+def end_of(trace: Part) -> float:
+    """Return the time of a trace's last sample [s]; 0 of none."""
+    time = trace["time"].values
+    return float(time[-1]) if len(time) else 0.0
 
 
 def rate_of(trace: Recorded) -> float | None:

@@ -14,23 +14,34 @@ from matplotlib.ticker import MaxNLocator
 from escort_mj import palette
 from escort_mj.metrics.radius_error import radius_error
 from escort_mj.record.folder import read_run
+from escort_mj.record.window import Span
 from escort_mj.report.figures.drawing.curves import draw_curves, log_scale, running_rms, timeline
+from escort_mj.report.figures.drawing.scales import heading
 from escort_mj.report.figures.drawing.style import FAILED, figure
 from escort_mj.scenario import Scenario
-from escort_mj.study.compare.comparison import LAWS, OUTERS, QUANTITIES, Combination, Result, rows, title_of
+from escort_mj.study.compare.comparison import (
+    LAWS,
+    OUTERS,
+    QUANTITIES,
+    Combination,
+    Result,
+    quantities_over,
+    rows,
+    title_of,
+)
 from escort_mj.study.compare.comparison_table import subject
 
-DRAWN = {
-    "settling_time": "Settling time, 5 % of R",
-    "radius_error_mean": "Tail error of the radius",
-    "true_error_rms": "Tail rms |e|, without noise",
-    "true_error_max": "Largest |e|, without noise",
-    "velocity_error_rms": "Tail rms |ė|",
-    "force_rms": "rms force, whole run",
-    "chattering": "Chattering, whole run",
-    "obstacle_clearance_min": "Least clearance to an obstacle",
-    "robot_clearance_min": "Least clearance between robots",
-}
+DRAWN = (
+    "settling_time",
+    "radius_error_mean",
+    "true_error_rms",
+    "true_error_max",
+    "velocity_error_rms",
+    "force_rms",
+    "chattering",
+    "obstacle_clearance_min",
+    "robot_clearance_min",
+)
 DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)))
 BAR = 0.19  # inches of height
 MILLI = 1000.0
@@ -42,33 +53,38 @@ def _colors(laws: Iterable[str]) -> dict[str, palette.Color]:
     return dict(zip(names, palette.robot_colors(len(names)), strict=True))
 
 
-def draw_comparison(out: Path, scenario: Scenario, results: Sequence[Result]) -> list[Path]:
+def draw_comparison(
+    out: Path, scenario: Scenario, results: Sequence[Result], over: Span | None = None
+) -> list[Path]:
     """Draw the figures of a comparison into `figures/` of its folder and return their files.
 
     Args:
         out: The folder, with the run folders of what completed.
         scenario: What was run.
         results: What came of it.
+        over: The part of each run that quantities look at; None for that of each.
 
     Raises:
         RunFolderError: If a run that completed is missing.
     """
-    files = [draw_bars(out, scenario, results)]
+    files = [draw_bars(out, scenario, results, over)]
     if any(result.completed for result in results):
         files.append(draw_curves_of(out, scenario, results))
     return files
 
 
-def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result]) -> Path:
+def draw_bars(out: Path, scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> Path:
     """One panel per quantity, a bar per combination, a dot per seed."""
     table = rows(results)
+    quantities = quantities_over(over)
     names = [name for name in DRAWN if any(row.spreads[name].known for row in table)]
     path, lines = out / "figures" / "comparison.png", -(-max(len(names), 1) // 3)
-    height = lines * (0.62 + BAR * len(table)) + 0.4
+    height = lines * (0.76 + BAR * len(table)) + 0.4
     with figure(path, height, f"{scenario.name}: {subject(results)} compared", width=9.6) as canvas:
         grid = canvas.subplots(lines, 3, squeeze=False, sharey=True)
         for axes, name in zip(grid.ravel(), names, strict=False):
             _bars(axes, name, table)
+            axes.set_title(heading(quantities[name], "\n"))
         for axes in grid.ravel()[len(names) :]:
             axes.set_visible(False)
         for axes in grid[:, 0]:
@@ -88,7 +104,6 @@ def _bars(axes: Axes, name: str, table: Sequence[Combination]) -> None:
     means = [row.spreads[name].mean for row in table]
     small = unit in ("m", "m/s") and max((abs(mean) for mean in means if mean is not None), default=1.0) < 1.0
     scale = MILLI if small else 1.0
-    axes.set_title(DRAWN[name])
     axes.set_xlabel(("m" if small else "") + unit, labelpad=1.0)
     axes.grid(axis="y", visible=False)
     axes.axvline(0.0, color="#555555", linewidth=0.7)

@@ -62,7 +62,7 @@ def test_outer_loops_stand_beside_each_other(tmp_path, compiled):
     result = compare_controllers(
         scenario, tmp_path, undrawn, ["pd"], ["nsb", "barrier_filter,potential_field"], workers=1
     )
-    assert result.stated and len(result.lines) == 5
+    assert result.stated and len(result.lines) == 7
     table = (tmp_path / "table.md").read_text()
     assert table.startswith("# Outer loops compared: main") and "barrier filter" in table
     yaml = (tmp_path / "pd-potential_field-seed1" / "scenario.yaml").read_text()

@@ -13,7 +13,7 @@ from escort_mj.report.pages.html import Table, Text
 from escort_mj.study.sweeps.design import Planned
 from escort_mj.study.sweeps.quantities import COLLIDED, COMPLETED, PASSED, RATES
 from escort_mj.study.sweeps.results import Factor, Results
-from escort_mj.study.sweeps.statistics import LEVEL, Interval, Paired, Proportion, Summary
+from escort_mj.study.sweeps.statistics import LEVEL, Interval, Paired, Proportion, Summary, counted
 
 MOST_CELLS = 500  # rows of a table
 HEADS = {PASSED: "passed", COMPLETED: "completed", COLLIDED: "contacts"}
@@ -165,11 +165,6 @@ def _pairs(found: Paired, block: str) -> str:
         if count
     ]
     return f"{words} ({', '.join(notes)})" if notes else words
-
-
-def counted(count: int, what: str) -> str:
-    """Return so many of something: `1 seed`, `4 seeds`."""
-    return f"{count} {what}{'s' * (count != 1)}"
 
 
 def _failed(results: Results, index: int) -> str:

@@ -32,7 +32,7 @@ def check_windows(scenario: Scenario) -> Iterator[Finding]:
         if expectation.skip is not None:
             continue
         path: Path = ("expect", index)
-        start, stop = expectation.window
+        start, stop = expectation.window_in(scenario.duration)
         key = expectation.window_key
         end = scenario.duration if stop is None else stop
         if stop is not None and stop <= start:

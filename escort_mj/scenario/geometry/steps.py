@@ -66,7 +66,7 @@ def schedule_of(scenario: Scenario, more: Iterable[int] = ()) -> Schedule:
     last = last_step(scenario.duration, timestep)
     wanted = {last, *more}
     for expectation in scenario.expect:
-        start, end = expectation.window
+        start, end = expectation.window_in(scenario.duration)
         first = first_step(start, timestep)
         wanted.add(first)
         if expectation.watched:

@@ -22,7 +22,7 @@ from escort_mj.scenario.checks.mission import behaviors_of
 from escort_mj.scenario.findings import key_path
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.study.benchmark.worlds import BenchmarkEpisode, Worlds
-from escort_mj.study.sweeps.statistics import Proportion, proportion_of
+from escort_mj.study.sweeps.statistics import Proportion, proportion_of, share_of_worlds
 
 REACH = 2.0  # radii: within this distance of its goal an agent has reached it
 BASES = {
@@ -108,7 +108,8 @@ class Benchmark(NamedTuple):
     Attributes:
         worlds: What was flown.
         rows: One per episode.
-        safe: Share of agents that never touched anything, with its interval (Wilson).
+        safe: Share of agents that never touched anything, with its interval (Wilson), in which an episode
+            is one observation: agents of one world are not independent.
         reach: Share of agents that ever came to their goals.
         success: Share of agents that did both.
         episodes: Share of episodes in which all agents did both.
@@ -261,8 +262,7 @@ def run_benchmark(
     rows = list(_rows(worlds, base, threads, progress))
 
     def share(name: str) -> Proportion:
-        of, times = sum(row.robots for row in rows), sum(getattr(row, name) for row in rows)
-        return proportion_of(np.arange(of) < times, method="wilson")
+        return share_of_worlds([getattr(row, name) for row in rows], [row.robots for row in rows])
 
     whole = [row.success == row.robots for row in rows]
     return Benchmark(

@@ -13,20 +13,37 @@ from escort_mj.metrics import METRICS
 from escort_mj.record.outcome import FINAL, Outcome
 from escort_mj.record.window import Span
 from escort_mj.scenario.findings import did_you_mean
-from escort_mj.study.compare.measured import ComparedQuantity
+from escort_mj.study.sweeps.design import Clock
+from escort_mj.study.sweeps.quantities import VALUES, Quantity
+from escort_mj.study.sweeps.statistics import LEVEL, holm, paired
 
 LAWS = {str(law.model_fields["law"].default): law.title_of() for law in SHIPPED}
 """Titles of the laws that come with the package."""
 OUTERS = {str(loop.model_fields["loop"].default): loop.title for loop in OUTER_LOOPS}
 
 TRUE_ERROR, TRUE_PEAK = "true_error_rms", "true_error_max"
-_OF_METRICS = {metric.name: ComparedQuantity(metric.unit, metric.meaning) for metric in METRICS}
 _OWN = {
-    TRUE_ERROR: ComparedQuantity("m", "root mean square of |q_d - q|, without the measurement noise"),
-    TRUE_PEAK: ComparedQuantity("m", "largest |q_d - q|"),
+    TRUE_ERROR: Quantity(
+        "m",
+        "root mean square of |q_d - q|, without the measurement noise",
+        title="error without noise, rms",
+        window=Span("tail").words,
+        read="samples",
+    ),
+    TRUE_PEAK: Quantity(
+        "m",
+        "largest |q_d - q|",
+        title="error without noise, max",
+        window=Span("whole").words,
+        read="samples",
+    ),
+}
+_SPANS = {metric.name: metric.span for metric in METRICS} | {
+    TRUE_ERROR: Span("tail"),
+    TRUE_PEAK: Span("whole"),
 }
 QUANTITIES = {
-    name: (_OWN | _OF_METRICS)[name]
+    name: (VALUES | _OWN)[name]
     for name in (
         "settling_time",
         "radius_error_mean",
@@ -44,12 +61,21 @@ QUANTITIES = {
         "saturated_share",
     )
 }
-SPANS = {metric.name: metric.span for metric in METRICS if metric.name in QUANTITIES} | {
-    TRUE_ERROR: Span("tail"),
-    TRUE_PEAK: Span("whole"),
-}
-"""What each quantity looks at."""
-MORE_IS_BETTER = {metric.name for metric in METRICS if metric.more_is_better}
+
+
+def span_of(name: str, over: Span | None = None) -> Span:
+    """The part of a run that a quantity looks at.
+
+    Args:
+        name: Of the quantity.
+        over: What is asked for; None for its own. A moment is looked for in the whole run.
+    """
+    return _SPANS[name] if over is None or QUANTITIES[name].moment else over
+
+
+def quantities_over(over: Span | None = None) -> dict[str, Quantity]:
+    """The quantities of a comparison, each with its window in words; see `span_of`."""
+    return {name: one._replace(window=span_of(name, over).words) for name, one in QUANTITIES.items()}
 
 
 class Trial(NamedTuple):
@@ -173,6 +199,17 @@ class Combination(NamedTuple):
         return sum(result.completed for result in self.results)
 
     @property
+    def whole(self) -> bool:
+        """Whether every seed reached its end."""
+        return self.completed == len(self.results)
+
+    def values(self, name: str) -> list[float]:
+        """A quantity of each seed; NaN for none, infinite for never."""
+        return [
+            math.nan if one.values[name] is None else float(one.values[name] or 0.0) for one in self.results
+        ]
+
+    @property
     def title(self) -> str:
         """Law and outer loop in words."""
         return f"{title_of(self.law)} / {OUTERS[self.outer]}"
@@ -194,14 +231,48 @@ def rows(results: Iterable[Result]) -> list[Combination]:
     ]
 
 
-def best(table: Sequence[Combination], name: str) -> float | None:
-    """The best mean of a quantity; only combinations count that reached every end and never say never."""
-    means = [
-        row.spreads[name].mean
-        for row in table
-        if row.completed == len(row.results) and not row.spreads[name].never
+def best(table: Sequence[Combination], name: str) -> Combination | None:
+    """The combination with the best mean of a quantity; None without any.
+
+    Only those count that reached every end, and the best never says never.
+    """
+    sign = -1.0 if QUANTITIES[name].more_is_better else 1.0
+    able = [
+        (sign * mean, place, row)
+        for place, row in enumerate(table)
+        if row.whole and (mean := row.spreads[name].mean) is not None and not row.spreads[name].never
     ]
-    known = [mean for mean in means if mean is not None]
-    if not known:
-        return None
-    return max(known) if name in MORE_IS_BETTER else min(known)
+    return min(able)[2] if able else None
+
+
+def told_best(table: Sequence[Combination], clock: Clock) -> dict[str, tuple[Combination, float]]:
+    """Combinations that are better than each other one in a quantity, as far as tests can tell.
+
+    The one with the best mean is held against each other that reached every end, seed by seed, by Wilcoxon's
+    signed-rank test. The largest p, times the number of others (Bonferroni), is that of being the best; those
+    of all quantities are corrected together (Holm).
+
+    Args:
+        table: The combinations.
+        clock: How often runs are looked at: moments that differ by no more are alike.
+
+    Returns:
+        By quantity, the combination and its corrected p, where that is below 1 - `LEVEL`.
+    """
+    firsts = {name: row for name in QUANTITIES if (row := best(table, name)) is not None}
+    chances = {name: _chance(table, name, row, clock) for name, row in firsts.items()}
+    corrected = dict(zip(chances, holm(list(chances.values())), strict=True))
+    return {name: (firsts[name], p) for name, p in corrected.items() if p < 1.0 - LEVEL}
+
+
+def _chance(table: Sequence[Combination], name: str, first: Combination, clock: Clock) -> float:
+    """Probability of a combination to look better than each other one by chance; NaN without others."""
+    quantity = QUANTITIES[name]
+    fine = (clock.interval if quantity.read == "samples" else clock.timestep) if quantity.moment else 0.0
+    others = [row for row in table if row is not first and row.whole and row.spreads[name].known]
+    found = [paired(first.values(name), row.values(name), resolution=fine) for row in others]
+    if all(one.alike == one.pairs for one in found):
+        return math.nan
+    sign = -1 if quantity.more_is_better else 1
+    worst = max(one.p if sign * one.side > 0 and sign * one.dominance > 0.0 else 1.0 for one in found)
+    return min(1.0, worst * len(found))

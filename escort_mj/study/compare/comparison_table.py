@@ -9,36 +9,23 @@ from typing import Any
 from escort_mj.errors import UsageError
 from escort_mj.record.tables import aligned, comma_separated, latex
 from escort_mj.record.tables import markdown as markdown_rows
+from escort_mj.record.window import Span
 from escort_mj.scenario import Scenario
 from escort_mj.study.compare.claims import value_text
 from escort_mj.study.compare.comparison import (
     OUTERS,
     QUANTITIES,
-    SPANS,
     Combination,
     Result,
     Spread,
-    best,
+    quantities_over,
     rows,
     title_of,
+    told_best,
 )
+from escort_mj.study.sweeps.design import Clock
+from escort_mj.study.sweeps.statistics import LEVEL, counted
 
-HEADS = {
-    "settling_time": "settles",
-    "radius_error_mean": "radius",
-    "spacing_error_mean": "spacing",
-    "tracking_error_rms": "rms e",
-    "true_error_rms": "rms e, no noise",
-    "true_error_max": "peak of e, no noise",
-    "velocity_error_rms": "rms e_dot",
-    "chattering": "chattering",
-    "force_rms": "force",
-    "energy": "energy",
-    "obstacle_clearance_min": "to obstacles",
-    "robot_clearance_min": "between robots",
-    "contacts": "touches",
-    "saturated_share": "saturated",
-}
 BRIEF = (
     "settling_time",
     "radius_error_mean",
@@ -76,33 +63,47 @@ def cell(name: str, spread: Spread) -> str:
     return f"{text}, {never}" if never else text
 
 
-def cells(table: Sequence[Combination], name: str, mark: str = "**") -> list[str]:
-    """A column of the table; the best is marked, unless all are as good."""
-    shown = [cell(name, row.spreads[name]) for row in table]
-    first = best(table, name)
-    means = [row.spreads[name].mean for row in table]
-    if first is None or len(set(shown)) == 1:
-        return shown
-    winner = {text for text, mean in zip(shown, means, strict=True) if mean == first}
-    return [
-        f"{mark}{text}{mark}" if text in winner and row.completed == len(row.results) else text
-        for text, row in zip(shown, table, strict=True)
-    ]
+def cells(table: Sequence[Combination], name: str, winner: Combination | None, mark: str = "**") -> list[str]:
+    """A column of the table; the combination that is better than each other is marked."""
+    shown = [(row, cell(name, row.spreads[name])) for row in table]
+    return [f"{mark}{text}{mark}" if row is winner else text for row, text in shown]
 
 
-def comparison_markdown(scenario: Scenario, results: Sequence[Result]) -> list[str]:
+def columns_of(table: Sequence[Combination], scenario: Scenario, mark: str = "**") -> dict[str, list[str]]:
+    """All columns of the table, by quantity."""
+    told = told_best(table, clock_of(scenario))
+    return {name: cells(table, name, told[name][0] if name in told else None, mark) for name in QUANTITIES}
+
+
+def clock_of(scenario: Scenario) -> Clock:
+    """How often runs of a scenario are looked at."""
+    return Clock(scenario.physics.timestep, 1.0 / scenario.recording.rate)
+
+
+def marked(table: Sequence[Combination]) -> str:
+    """What is bold, and why nothing is where no test can tell."""
+    rivals, seeds = len(table) - 1, len(table[0].results) if table else 0
+    if rivals < 1 or 2.0 ** (1 - seeds) * rivals >= 1.0 - LEVEL:
+        return f"Nothing is bold: no test can tell the best of {len(table)} with {counted(seeds, 'seed')}."
+    return (
+        "**Bold**: better than each other controller that completed every run, by Wilcoxon's signed-rank "
+        f"test over {counted(seeds, 'seed')}: p below {1.0 - LEVEL:.2g}, corrected for "
+        f"{counted(rivals, 'other')} (Bonferroni) and all quantities of the table (Holm)."
+    )
+
+
+def comparison_markdown(scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> list[str]:
     """The table for people, with what its columns mean."""
     table = rows(results)
     columns = [[title_of(row.law) for row in table], [OUTERS[row.outer] for row in table]]
-    columns += [[outcomes(row) for row in table], *(cells(table, name) for name in QUANTITIES)]
+    columns += [[outcomes(row) for row in table], *columns_of(table, scenario).values()]
+    heads = [quantity.heading for quantity in quantities_over(over).values()]
     return [
         *markdown_rows(
-            ["law", "outer loop", "outcome", *(HEADS[name] for name in QUANTITIES)],
-            [list(row) for row in zip(*columns, strict=True)],
+            ["law", "outer loop", "outcome", *heads], [list(row) for row in zip(*columns, strict=True)]
         ),
         "",
-        f"`{scenario.name}`, {scenario.duration:g} s, {_seeds(results)}. "
-        "**Bold**: the best value among the controllers that completed every run.",
+        f"`{scenario.name}`, {scenario.duration:g} s, {_seeds(results)}. {marked(table)}",
         "",
         *(f"- {result.trial.name}: {result.outcome}: {result.message}" for result in _lost(results)),
     ]
@@ -115,43 +116,42 @@ def subject(results: Sequence[Result]) -> str:
     return " and ".join(name for name, many in several.items() if many) or "laws"
 
 
-def meanings() -> list[str]:
+def meanings(over: Span | None = None) -> list[str]:
     """What the columns mean, one line each."""
-    return [
-        f"- {HEADS[name]}{f' [{q.unit}]' if q.unit != '1' else ''}, {SPANS[name].words}: {q.meaning}"
-        for name, q in QUANTITIES.items()
-    ]
+    return [f"- {one.head}: {one.about}" for one in quantities_over(over).values()]
 
 
-def comparison_page(scenario: Scenario, results: Sequence[Result]) -> str:
+def comparison_page(scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> str:
     """The table as a page of its own."""
     head = [f"# {subject(results)[0].upper()}{subject(results)[1:]} compared: {scenario.name}", ""]
-    return "\n".join([*head, *comparison_markdown(scenario, results), "", *meanings()]) + "\n"
+    return "\n".join([*head, *comparison_markdown(scenario, results, over), "", *meanings(over)]) + "\n"
 
 
-def comparison_latex(scenario: Scenario, results: Sequence[Result]) -> str:
+def comparison_latex(scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> str:
     """Return the table for LaTeX, one quantity per row."""
     table = rows(results)
     lone = len({row.outer for row in table}) == 1
     head = ["", *(title_of(row.law) if lone else row.title for row in table)]
     lines = [["outcome", *map(outcomes, table)]]
-    lines += [[HEADS[name], *cells(table, name)] for name in QUANTITIES]
-    words = f"{scenario.name}, {scenario.duration:g} s, {_seeds(results)}. Bold: the best value of a row."
+    columns, quantities = columns_of(table, scenario), quantities_over(over)
+    lines += [[quantities[name].heading, *columns[name]] for name in QUANTITIES]
+    words = f"{scenario.name}, {scenario.duration:g} s, {_seeds(results)}. {marked(table).replace('**', '')}"
     return latex(head, lines, words)
 
 
-def comparison_summary(results: Sequence[Result]) -> list[str]:
+def comparison_summary(scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> list[str]:
     """The table for a terminal: the quantities that tell most, one line per combination."""
     table = rows(results)
-    columns = [["", *(row.title for row in table)]]
-    columns += [[HEADS[name], *cells(table, name, "*")] for name in BRIEF]
-    columns += [["outcome", *(outcomes(row) for row in table)]]
-    return aligned(zip(*columns, strict=True))
+    quantities, shown = quantities_over(over), columns_of(table, scenario, "*")
+    columns = [["", "", *(row.title for row in table)]]
+    columns += [[quantities[name].title, quantities[name].window, *shown[name]] for name in BRIEF]
+    columns += [["outcome", "", *(outcomes(row) for row in table)]]
+    return [*aligned(zip(*columns, strict=True)), marked(table).replace("**", "").replace("Bold:", "*:")]
 
 
-def runs_table(results: Sequence[Result]) -> str:
+def runs_table(results: Sequence[Result], over: Span | None = None) -> str:
     """One line per run, numbers in SI units, for other programs."""
-    units = [f"{name} [{quantity.unit}]" for name, quantity in QUANTITIES.items()]
+    units = [f"{name} [{one.unit}], {one.window}" for name, one in quantities_over(over).items()]
     lines: list[list[object]] = [["law", "outer", "seed", "outcome", *units]]
     for result in results:
         values = ["" if value is None else value for value in result.values.values()]
@@ -159,12 +159,16 @@ def runs_table(results: Sequence[Result]) -> str:
     return comma_separated(lines)
 
 
-def comparison_document(scenario: Scenario, results: Sequence[Result]) -> dict[str, Any]:
+def comparison_document(
+    scenario: Scenario, results: Sequence[Result], over: Span | None = None
+) -> dict[str, Any]:
     """Everything that was measured, as JSON can hold it."""
+    told = told_best(rows(results), clock_of(scenario))
     return {
         "scenario": scenario.name,
         "duration": scenario.duration,
-        "quantities": {name: quantity._asdict() for name, quantity in QUANTITIES.items()},
+        "quantities": {name: quantity._asdict() for name, quantity in quantities_over(over).items()},
+        "best": {name: {"law": row.law, "outer": row.outer, "p": p} for name, (row, p) in told.items()},
         "combinations": [
             {
                 "law": row.law,
@@ -183,14 +187,14 @@ def comparison_document(scenario: Scenario, results: Sequence[Result]) -> dict[s
     }
 
 
-def into_page(path: Path, scenario: Scenario, results: Sequence[Result]) -> str:
+def into_page(path: Path, scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> str:
     """The text of a page of the docs with this table between the marks that are there for it.
 
     Raises:
         UsageError: If there is no such page, or no such marks in it.
     """
     before, after = around_marks(path, scenario)
-    return "\n".join([before, "", *comparison_markdown(scenario, results), "", after])
+    return "\n".join([before, "", *comparison_markdown(scenario, results, over), "", after])
 
 
 def around_marks(path: Path, scenario: Scenario) -> tuple[str, str]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from escort_mj.record.tables import markdown as markdown_rows
-from escort_mj.record.window import TAIL
+from escort_mj.record.window import WORDS
 from escort_mj.study.compare.claims import CLAIMS, PRECISION, SPEED, Runs, better, value_text, verdict
 from escort_mj.study.compare.measured import NEAR, QUANTITIES, Measured
 from escort_mj.study.compare.reproduction import CASES, LAWS, READINGS
@@ -106,7 +106,7 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         f"force limit can be read in three ways: {'; '.join(f'*{one}*' for one in words)}.",
         "In cases with obstacles, the times, the tail and the peak refer to the part of a run before",
         f"an obstacle first comes within {NEAR:g} safe distances of a robot; in the other cases, they",
-        f"refer to the whole run. The tail is the last {100 * TAIL:.0f} % of this part or run. Where the",
+        f"refer to the whole run. The tail is the {WORDS['tail']} of this part or run. Where the",
         "printed paper lost a sign, the files in `scenarios/paper/` state which sign they use.",
         "",
         "## Claims of the paper",

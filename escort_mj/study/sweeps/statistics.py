@@ -304,6 +304,11 @@ def holm(p: Sequence[float]) -> list[float]:
     return adjusted
 
 
+def counted(count: int, what: str) -> str:
+    """Return so many of something: `1 seed`, `4 seeds`."""
+    return f"{count} {what}{'s' * (count != 1)}"
+
+
 def pareto(points: ArrayLike) -> NDArray[np.bool_]:
     """Which points no other point beats: as small in every coordinate, and smaller in one.
 

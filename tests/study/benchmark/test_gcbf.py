@@ -110,10 +110,10 @@ def test_a_file_of_worlds_is_flown(tmp_path: Path, compiled: None) -> None:
     assert found.safe.times == 3 and found.episodes.times == 0
     low, high = (
         found.success.interval
-    )  # Wilson, by hand: (p + z^2/2n -+ z sqrt(p q/n + z^2/4n^2)) / (1 + z^2/n)
+    )  # Wilson, by hand: (p + z^2/2n -+ z sqrt(p q/n + z^2/4n^2)) / (1 + z^2/n), of n = 1 episode
     z2 = 1.959963984540054**2
-    middle, half = 2 / 3 + z2 / 6, np.sqrt(z2 * (2 / 9 / 3 + z2 / 36))
-    np.testing.assert_allclose([low, high], [(middle - half) / (1 + z2 / 3), (middle + half) / (1 + z2 / 3)])
+    middle, half = 2 / 3 + z2 / 2, np.sqrt(z2 * (2 / 9 + z2 / 4))
+    np.testing.assert_allclose([low, high], [(middle - half) / (1 + z2), (middle + half) / (1 + z2)])
     document = found.document()
     assert json.loads(json.dumps(document))["rows"][0]["robots"] == 3
     assert document["peers"] == [] and found.rows[0].speed_per_axis < 0.5

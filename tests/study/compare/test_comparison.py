@@ -1,6 +1,7 @@
 import csv
 import json
 import math
+import re
 
 import pytest
 
@@ -9,8 +10,9 @@ from escort_mj.control.outer_loops import OUTER_LOOPS, BarrierFilter, Nsb, Poten
 from escort_mj.errors import ScenarioError, UsageError
 from escort_mj.laws import LAWS as MODELS
 from escort_mj.laws import ApdSmc, Asmc, ComputedTorque, Pd, PdSmc, SuperTwisting
+from escort_mj.record.window import Span
 from escort_mj.scenario import Scenario, parse_scenario
-from escort_mj.study.compare.compare import fly_trial, trial_scenario
+from escort_mj.study.compare.compare import check_span, fly_trial, trial_scenario
 from escort_mj.study.compare.comparison import (
     LAWS,
     OUTERS,
@@ -21,13 +23,14 @@ from escort_mj.study.compare.comparison import (
     chosen_names,
     mean_and_deviation,
     rows,
+    told_best,
     trials,
 )
 from escort_mj.study.compare.comparison_table import (
-    HEADS,
     cell,
     cells,
     comparison_document,
+    comparison_latex,
     comparison_markdown,
     comparison_page,
     comparison_summary,
@@ -36,11 +39,11 @@ from escort_mj.study.compare.comparison_table import (
 )
 from escort_mj.study.compare.laws import controller_of, outer_of
 from escort_mj.study.compare.runs import RunJob
+from escort_mj.study.sweeps.design import Clock
 
 
 def test_every_law_has_a_name_for_people():
     assert len(set(LAWS.values())) == len(MODELS)
-    assert set(HEADS) == set(QUANTITIES)
 
 
 def test_all_teams_have_the_law_that_is_compared():
@@ -123,14 +126,85 @@ def test_cells_are_written_for_people():
     assert cell("contacts", mean_and_deviation([2.0])) == "2"
 
 
-def test_the_best_is_marked_but_not_where_all_are_as_good():
+CLOCK = Clock(0.002, 0.02)
+
+
+def of_seeds(law, seeds=12, outcome="completed", **values):
+    """Results of a law; values are functions of the seed, or numbers."""
+    return [
+        result(law, seed=k, outcome=outcome, **{n: v(k) if callable(v) else v for n, v in values.items()})
+        for k in range(seeds)
+    ]
+
+
+def test_bold_is_what_tests_tell_apart():
     table = rows(
-        [result("pd", energy=2.0), result("asmc", energy=1.0), result("apd_smc", outcome="diverged")]
+        of_seeds("pd", energy=lambda k: 2.0 + 0.1 * k, force_rms=lambda k: 1.0 + (-1) ** k)
+        + of_seeds("asmc", energy=lambda k: 1.0 + 0.1 * k, force_rms=lambda k: 0.99 + 0.5 * (-1) ** k)
+        + of_seeds("apd_smc", outcome="diverged")
     )
-    assert cells(table, "energy") == ["2 J", "**1 J**", "-"]
-    assert cells(table[:2], "chattering") == ["1 N/s", "1 N/s"]
-    table = rows([result("pd", obstacle_clearance_min=2.0), result("asmc", obstacle_clearance_min=1.0)])
-    assert cells(table, "obstacle_clearance_min") == ["**2 m**", "1 m"]
+    told = told_best(table, CLOCK)
+    assert {name: row.law for name, (row, _) in told.items()} == {"energy": "asmc"}
+    least = 2.0 / 2**12  # of twelve seeds that all agree; two quantities differ at all
+    assert told["energy"][1] == pytest.approx(2 * least)
+    assert cells(table, "energy", told["energy"][0])[:2] == ["2.55 ± 0.36 J", "**1.55 ± 0.36 J**"]
+    assert told_best(rows(of_seeds("pd", 3, energy=1.0) + of_seeds("asmc", 3, energy=2.0)), CLOCK) == {}
+    assert told_best(rows(of_seeds("pd", 1)), CLOCK) == {}
+
+
+def test_bold_beats_every_other_one_not_the_worst_alone():
+    table = rows(of_seeds("pd", energy=1.0) + of_seeds("asmc", energy=1.0) + of_seeds("apd_smc", energy=9.0))
+    assert "energy" not in told_best(table, CLOCK)
+    table = rows(of_seeds("pd", energy=0.9) + of_seeds("asmc", energy=1.0) + of_seeds("apd_smc", energy=9.0))
+    assert told_best(table, CLOCK)["energy"] == (table[0], pytest.approx(2 * 2.0 / 2**12))
+
+
+def test_more_clearance_is_better_and_a_sample_is_no_time():
+    nearer = of_seeds("pd", obstacle_clearance_min=1.0, settling_time=10.0)
+    farther = of_seeds("asmc", obstacle_clearance_min=2.0, settling_time=10.02)
+    assert {name: row.law for name, (row, _) in told_best(rows(nearer + farther), CLOCK).items()} == {
+        "obstacle_clearance_min": "asmc"
+    }
+    assert "settling_time" in told_best(rows(nearer + farther), Clock(0.002, 0.01))
+
+
+def test_never_loses_in_the_table_too():
+    mostly = of_seeds("pd", settling_time=lambda k: math.inf if k > 3 else 9.0)
+    always = of_seeds("asmc", settling_time=10.0)
+    told = told_best(rows(mostly + always), CLOCK)
+    assert "settling_time" not in told or told["settling_time"][0].law == "asmc"
+    assert (
+        told_best(rows(of_seeds("pd", settling_time=math.inf) + always), CLOCK)["settling_time"][0].law
+        == "asmc"
+    )
+
+
+def test_windows_are_in_every_head():
+    scenario, results = parse_scenario("name: demo"), of_seeds("pd") + of_seeds("asmc")
+    for over, words in ((Span("whole"), "whole run"), (Span(None, 5.0, 9.0), "after 5 s before 9 s")):
+        text = comparison_page(scenario, results, over)
+        assert f"chattering, {words}" in text and f"radius error, mean, {words}" in text
+        assert "settling time, whole run" in text and "last fifth" not in text
+        assert f"chattering [N/s], {words}" in runs_table(results, over)
+        assert f"chattering, {words}" in comparison_latex(scenario, results, over)
+    text = comparison_page(scenario, results)
+    assert "chattering, whole run" in text and "radius error, mean, last fifth" in text
+
+
+@pytest.mark.parametrize(
+    ("span", "words"),
+    [
+        (Span("tail", 3.0), "found over and after; a window is given by over"),
+        (Span(None, 5.0, 4.0), "its window is empty: after 5 s and before 4 s"),
+        (Span(None, 60.0), "--after 60: the run ends at 60 s"),
+        (Span(None, 0.0, 61.0), "--before 61: the run ends at 60 s"),
+    ],
+)
+def test_parts_that_runs_do_not_have(span, words):
+    with pytest.raises(UsageError, match=re.escape(words)):
+        check_span(span, 60.0)
+    for fine in (None, Span("whole"), Span("tail"), Span(None, 0.0, 60.0)):
+        check_span(fine, 60.0)
 
 
 def test_who_diverges_or_never_settles_is_never_best():
@@ -144,8 +218,8 @@ def test_who_diverges_or_never_settles_is_never_best():
             result("apd_smc", seed=1, energy=4.0, settling_time=9.0),
         ]
     )
-    assert best(table, "energy") == 3.0
-    assert best(table, "settling_time") == 9.0
+    first, settled = best(table, "energy"), best(table, "settling_time")
+    assert first is not None and settled is not None and (first.law, settled.law) == ("asmc", "apd_smc")
     assert best(rows([result(outcome="diverged")]), "energy") is None
 
 
@@ -158,9 +232,13 @@ def test_the_table_is_complete_in_every_form(tmp_path):
     assert len(lines) == 4 and {line.count("|") for line in lines} == {4 + len(QUANTITIES)}
     assert "diverged 1 of 2" in text and "asmc-nsb-seed0: diverged: at 5 s" in text
     assert comparison_page(scenario, results).startswith("# Laws compared: demo\n")
-    assert len(comparison_summary(results)) == 3
+    assert len(comparison_summary(scenario, results)) == 5
     table = list(csv.DictReader(runs_table(results).splitlines()))
-    assert len(table) == 4 and table[3]["settling_time [s]"] == "inf" and table[2]["energy [J]"] == ""
+    assert (
+        len(table) == 4
+        and table[3]["settling_time [s], whole run"] == "inf"
+        and table[2]["energy [J], whole run"] == ""
+    )
     assert len(json.loads(json.dumps(comparison_document(scenario, results)))["runs"]) == 4
 
     docs = tmp_path / "page.md"
@@ -191,6 +269,9 @@ def test_a_trial_is_measured_and_not_run_again(tmp_path, compiled):
     second = fly_trial(assignment)
     assert not second.ran and second.values == first.values
     assert fly_trial(assignment._replace(again=True)).ran
+    whole = fly_trial(assignment, Span("whole")).values
+    assert whole["radius_error_mean"] > first.values["radius_error_mean"]
+    assert whole["chattering"] == first.values["chattering"]
 
 
 def test_every_outer_loop_has_a_name_for_people():
