@@ -42,7 +42,8 @@ def main(arguments: Any = None) -> None:
                 sets = [{**changes, "controller": controller, "expect": [], "seed": k} for k in range(SEEDS)]
                 runs = run_many(load_scenario(name, one) for one in sets)
                 values = [
-                    run.values | {"chattering": measure_over("chattering", run.trace, Span("tail")).value or 0.0}
+                    run.values
+                    | {"chattering": measure_over("chattering", run.trace, Span("tail")).value or 0.0}
                     for run in runs
                 ]
                 found.append({metric: np.mean([one[metric] for one in values]) for metric in METRICS})
