@@ -37,7 +37,8 @@ def main(arguments: Any = None) -> None:
     ]
     pairs = max(gain.pairs for gain in found.gains.values())
     gains = table(
-        ["metric", "paper's gains", "tuned", "change", "95 % interval", "smaller in"], rows_of_gains(found)
+        ["metric", "paper's gains", "tuned", "change", "95 % interval", "smaller in"],
+        rows_of_gains(found, section),
     )
     feasible = sum(trial.feasible for trial in found.trials)
     effort = (

@@ -103,6 +103,8 @@ class MetricExpectation(OfTeam, Windowed):
         """There is a bound, a value can meet it, and there is one window."""
         times = self.after or None, self.before
         yield from (((), words) for words in span_faults(self.over, *times) if self.over)
+        if self.over == "tail" and self.definition.moment:
+            yield ("over",), f"found tail; {self.metric} is a moment of the run, looked for in all of it"
         low, high, metric = self.at_least, self.at_most, self.definition
         if low is None and high is None:
             yield (), "has no bound; give at_most or at_least"

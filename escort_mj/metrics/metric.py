@@ -148,8 +148,7 @@ class Metric(NamedTuple):
     @property
     def title(self) -> str:
         """Its name in words, as heads of tables have it: `radius error, mean`."""
-        words, _, kind = self.name.replace("_", " ").rpartition(" ")
-        return f"{words}, {kind}" if words and kind in KINDS else self.name.replace("_", " ")
+        return title_of(self.name)
 
     @property
     def span(self) -> Span:
@@ -202,6 +201,12 @@ class Metric(NamedTuple):
         """Whether a value is within the bounds, but for rounding."""
         low, high = (ROUNDING * abs(one) if math.isfinite(one) else 0.0 for one in (self.least, self.most))
         return self.least - max(low, ROUNDING) <= value <= self.most + max(high, ROUNDING)
+
+
+def title_of(name: str) -> str:
+    """Return a metric's name in words: `radius error, mean`."""
+    words, _, kind = name.replace("_", " ").rpartition(" ")
+    return f"{words}, {kind}" if words and kind in KINDS else name.replace("_", " ")
 
 
 def metric(

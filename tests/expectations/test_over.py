@@ -55,6 +55,11 @@ def test_windows_that_are_none(keys, words):
     assert words in str(error.value)
 
 
+def test_a_moment_has_no_tail():
+    with pytest.raises(ScenarioError, match="found tail; settling_time is a moment of the run"):
+        parse_scenario("duration: 10\nexpect: [{metric: settling_time, at_most: 9, over: tail}]")
+
+
 def test_the_tail_begins_at_a_sample():
     bounded = "{metric: robot_clearance_min, at_least: 0, over: tail}"
     scenario = parse_scenario(f"duration: 10.01\nrecording: {{rate: 1}}\nexpect: [{bounded}]")

@@ -11,7 +11,6 @@ from typing import Any
 from markupsafe import Markup
 
 from escort_mj.expect.verdicts import Verdict, mark
-from escort_mj.metrics import METRICS
 from escort_mj.record.episodes import pair
 from escort_mj.record.files import make_folder, write_text
 from escort_mj.record.folder import FIGURES, REPORT, SCENARIO, VIDEO, StoredRun, read_run
@@ -147,19 +146,20 @@ def _contacts(run: StoredRun, shown: Sequence[tuple[int, str, str]]) -> Table:
 def _metrics(run: StoredRun) -> Table:
     """All numbers that sum the run up."""
     rows = []
-    for metric in METRICS:
-        found = run.metrics.get(metric.name)
-        if found is None:
+    for name, found in run.metrics.items():
+        if name == "run":
             continue
-        value, unit = found["value"], "" if metric.unit == "1" else metric.unit
+        value, unit = found["value"], "" if found["unit"] == "1" else found["unit"]
         start, end = found["window"]
+        about, rate = found.get("meaning", ""), found.get("rate")
         rows.append(
             [
-                Text(metric.name),
+                Text(name),
                 Text("-" if value is None else readable(value), value, kind="number"),
                 Text(unit, kind="word"),
-                Text(metric.meaning if value is not None else str(found.get("reason", "")), kind="message"),
+                Text(about if value is not None else str(found.get("reason", "")), kind="message"),
                 Text(f"{start:.4g} to {end:.4g} s", kind="word"),
+                Text("-" if rate is None else f"{rate:.4g}", rate, kind="number"),
                 _moment(found["time"]),
                 Text(found["who"]),
             ]
@@ -169,7 +169,8 @@ def _metrics(run: StoredRun) -> Table:
         ("value", ""),
         ("unit", ""),
         ("meaning", ""),
-        ("window", "what it looks at"),
+        ("window", "the part of the run that it looks at"),
+        ("rate [1/s]", "how often it looks: at the samples, or at every physics step"),
         ("when", "the worst moment; click to see it"),
         ("who", ""),
     ]

@@ -80,16 +80,18 @@ def clock_of(scenario: Scenario) -> Clock:
     return Clock(scenario.physics.timestep, 1.0 / scenario.recording.rate)
 
 
-def marked(table: Sequence[Combination]) -> str:
+def marked(table: Sequence[Combination], scenario: Scenario) -> str:
     """What is bold, and why nothing is where no test can tell."""
     rivals, seeds = len(table) - 1, len(table[0].results) if table else 0
     if rivals < 1 or 2.0 ** (1 - seeds) * rivals >= 1.0 - LEVEL:
         return f"Nothing is bold: no test can tell the best of {len(table)} with {counted(seeds, 'seed')}."
-    return (
-        "**Bold**: better than each other controller that completed every run, by Wilcoxon's signed-rank "
-        f"test over {counted(seeds, 'seed')}: p below {1.0 - LEVEL:.2g}, corrected for "
-        f"{counted(rivals, 'other')} (Bonferroni) and all quantities of the table (Holm)."
+    test = (
+        f"better than each other controller that completed every run, by Wilcoxon's signed-rank test over "
+        f"{counted(seeds, 'seed')}: p below {1.0 - LEVEL:.2g}, corrected for {counted(rivals, 'other')} "
+        "(Bonferroni) and all quantities of the table (Holm)."
     )
+    told = told_best(table, clock_of(scenario))
+    return f"**Bold**: {test}" if told else f"Nothing is bold: none is {test}"
 
 
 def comparison_markdown(scenario: Scenario, results: Sequence[Result], over: Span | None = None) -> list[str]:
@@ -103,7 +105,7 @@ def comparison_markdown(scenario: Scenario, results: Sequence[Result], over: Spa
             ["law", "outer loop", "outcome", *heads], [list(row) for row in zip(*columns, strict=True)]
         ),
         "",
-        f"`{scenario.name}`, {scenario.duration:g} s, {_seeds(results)}. {marked(table)}",
+        f"`{scenario.name}`, {scenario.duration:g} s, {_seeds(results)}. {marked(table, scenario)}",
         "",
         *(f"- {result.trial.name}: {result.outcome}: {result.message}" for result in _lost(results)),
     ]
@@ -135,7 +137,8 @@ def comparison_latex(scenario: Scenario, results: Sequence[Result], over: Span |
     lines = [["outcome", *map(outcomes, table)]]
     columns, quantities = columns_of(table, scenario), quantities_over(over)
     lines += [[quantities[name].heading, *columns[name]] for name in QUANTITIES]
-    words = f"{scenario.name}, {scenario.duration:g} s, {_seeds(results)}. {marked(table).replace('**', '')}"
+    bold = marked(table, scenario).replace("**", "")
+    words = f"{scenario.name}, {scenario.duration:g} s, {_seeds(results)}. {bold}"
     return latex(head, lines, words)
 
 
@@ -146,7 +149,10 @@ def comparison_summary(scenario: Scenario, results: Sequence[Result], over: Span
     columns = [["", "", *(row.title for row in table)]]
     columns += [[quantities[name].title, quantities[name].window, *shown[name]] for name in BRIEF]
     columns += [["outcome", "", *(outcomes(row) for row in table)]]
-    return [*aligned(zip(*columns, strict=True)), marked(table).replace("**", "").replace("Bold:", "*:")]
+    return [
+        *aligned(zip(*columns, strict=True)),
+        marked(table, scenario).replace("**", "").replace("Bold:", "*:"),
+    ]
 
 
 def runs_table(results: Sequence[Result], over: Span | None = None) -> str:

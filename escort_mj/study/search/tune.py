@@ -56,13 +56,14 @@ class Gain(NamedTuple):
     """One metric with the best values against the scenario's own, on the seeds held out.
 
     Attributes:
-        own: Its mean with the scenario's own values.
-        best: Its mean with the best ones.
+        own: Its mean with the scenario's own values, of pairs of which neither says never.
+        best: Its mean with the best ones, of the same pairs.
         change: Relative change of the mean.
         low: Lower bound of a bootstrap interval of the change, pairs of runs drawn again.
         high: Upper bound.
-        better: In how many pairs it is smaller.
-        pairs: How many there are.
+        better: In how many pairs it is smaller; never is larger than any number.
+        pairs: How many there are, those with never included.
+        never: In how many of them it says never: with the scenario's own values, and with the best ones.
     """
 
     own: float
@@ -72,6 +73,7 @@ class Gain(NamedTuple):
     high: float
     better: int
     pairs: int
+    never: tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -249,15 +251,15 @@ def _compared(
 def _gain(own: Sequence[Row], tuned: Sequence[Row], metric: str) -> Gain | None:
     """One metric of runs in pairs; None where no pair has two finite values."""
     values = [(a.metrics.get(metric), b.metrics.get(metric)) for a, b in zip(own, tuned, strict=True)]
-    pairs = np.array([(a, b) for a, b in values if a is not None and b is not None], float).reshape(-1, 2)
-    pairs = pairs[np.isfinite(pairs).all(axis=1)]
+    known = np.array([(a, b) for a, b in values if a is not None and b is not None], float).reshape(-1, 2)
+    pairs = known[np.isfinite(known).all(axis=1)]
     if not len(pairs) or not pairs[:, 0].mean():
         return None
     low, high = bootstrap(pairs, _changes)
     before, after = (float(mean_) for mean_ in pairs.mean(axis=0))
-    return Gain(
-        before, after, after / before - 1.0, low, high, int((pairs[:, 1] < pairs[:, 0]).sum()), len(pairs)
-    )
+    smaller, (own_never, best_never) = known[:, 1] < known[:, 0], np.isinf(known).sum(axis=0)
+    never = int(own_never), int(best_never)
+    return Gain(before, after, after / before - 1.0, low, high, int(smaller.sum()), len(known), never)
 
 
 def _changes(draws: Array) -> Array:

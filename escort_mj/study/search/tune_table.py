@@ -10,7 +10,7 @@ from escort_mj.record.tables import comma_separated
 from escort_mj.study.sweeps.searches import Tune
 
 if TYPE_CHECKING:
-    from escort_mj.study.search.tune import Tuned, TunedPoint
+    from escort_mj.study.search.tune import Gain, Tuned, TunedPoint
 
 UNITS = {metric.name: "" if metric.unit == "1" else f" {metric.unit}" for metric in METRICS}
 
@@ -37,18 +37,30 @@ def trials_csv(search: Tune, own: TunedPoint, trials: Sequence[TunedPoint], fron
     return comma_separated(lines)
 
 
-def rows_of_gains(found: Tuned) -> Iterator[list[str]]:
+def units_of(search: Tune) -> dict[str, str]:
+    """Units of what a search looks at, by key; of a plugin's metric none is known."""
+    measured = [*search.objectives, *search.bounds]
+    return {one.key: UNITS[one.metric] for one in measured if one.metric in UNITS}
+
+
+def rows_of_gains(found: Tuned, search: Tune) -> Iterator[list[str]]:
     """The comparison on seeds held out by metric: own, tuned, change, its interval, in how many smaller."""
+    units = units_of(search)
     for metric, gain in found.gains.items():
-        unit = UNITS.get(metric, "")
+        unit = units.get(metric, "")
         yield [
             metric,
             f"{gain.own:.3g}{unit}",
             f"{gain.best:.3g}{unit}",
             f"{100 * gain.change:+.1f} %",
             f"{100 * gain.low:+.1f} to {100 * gain.high:+.1f} %",
-            f"{gain.better} of {gain.pairs}",
+            f"{gain.better} of {gain.pairs}" + _never(gain),
         ]
+
+
+def _never(gain: Gain) -> str:
+    """How often runs say never, with the scenario's own values and with the best."""
+    return f", never {gain.never[0]} -> {gain.never[1]}" if any(gain.never) else ""
 
 
 def tuning_lines(found: Tuned, search: Tune, base: Mapping[str, float | None]) -> list[str]:
@@ -66,7 +78,7 @@ def tuning_lines(found: Tuned, search: Tune, base: Mapping[str, float | None]) -
     if found.gains:
         pairs = max(gain.pairs for gain in found.gains.values())
         said.append(f"on {pairs} pairs of runs with seeds held out, own and tuned (95 % interval):")
-        for metric, own, best, change, interval, better in rows_of_gains(found):
+        for metric, own, best, change, interval, better in rows_of_gains(found, search):
             said.append(f"  {metric}: {own} -> {best}, {change} ({interval}), smaller in {better}")
         said.append(f"  runs that failed a verdict: {found.failed[0]} -> {found.failed[1]}")
     return said

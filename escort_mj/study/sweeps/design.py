@@ -197,7 +197,8 @@ class Design:
         if not asked:
             return
         scenario = self.scenario(self.cells[0], self.seeds[0])
-        known = [metric.name for metric in catalog_of(type(scenario)).metrics]
+        metrics = catalog_of(type(scenario)).metrics
+        known, moments = [one.name for one in metrics], {one.name for one in metrics if one.moment}
         faults = [
             self.file.fault(
                 f"found {one.metric!r}; the metrics are {listed(known)}{did_you_mean(one.metric, known)}",
@@ -212,6 +213,13 @@ class Design:
             if one.span is not None
             for start in (max(one.span.after, one.span.before or 0.0),)
             if one.span.after >= self._shortest or start > self._shortest
+        ]
+        faults += [
+            self.file.fault(
+                f"found tail; {one.metric} is a moment of the run, looked for in all of it", *path, "over"
+            )
+            for path, one in asked
+            if one.over == "tail" and one.metric in moments
         ]
         if faults:
             raise ScenarioError(faults)

@@ -9,7 +9,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from escort_mj.components.parameters import Parameters
 from escort_mj.metrics import METRIC_NAMES, METRICS
-from escort_mj.metrics.metric import Metric
+from escort_mj.metrics.metric import Metric, title_of
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.window import Over, Span, span_faults
 from escort_mj.scenario.findings import Finding, Path
@@ -47,6 +47,13 @@ class MetricOver(Parameters):
     def key(self) -> str:
         """What its values are called: the metric's name, and its window where it has one of its own."""
         return self.metric if self.span is None else f"{self.metric}_{self.span.suffix}"
+
+    @property
+    def words(self) -> str:
+        """Title and window: `radius error, mean, last fifth`."""
+        metric = next((one for one in METRICS if one.name == self.metric), None)
+        span = self.span or (metric.span if metric else None)
+        return ", ".join([title_of(self.metric), *([span.words] if span else [])])
 
 
 class ChosenMetric(MetricOver):

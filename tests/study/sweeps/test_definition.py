@@ -185,6 +185,10 @@ def yaml_of(text: str, folder: Path) -> Path:
         ("[{metric: energy, after: 60}]", "quantities[0]: found 60 s; the run ends at 60 s"),
         ("[{metric: energy, by: 5}]", "quantities[0].by: is not a key"),
         ("[energy, energy]", "quantities[1]: energy is in the list already"),
+        (
+            "[{metric: settling_time, over: tail}]",
+            "quantities[0].over: found tail; settling_time is a moment",
+        ),
         ("[{over: tail}]", "quantities[0].metric: is missing"),
     ],
 )

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from escort_mj.metrics import METRICS
 from escort_mj.report.figures.drawing.style import figure
-from escort_mj.study.sweeps.searches import Tune
+from escort_mj.study.sweeps.searches import Objective, Tune
 
 if TYPE_CHECKING:
     from escort_mj.study.search.tune import Tuned, TunedPoint
@@ -64,8 +64,8 @@ def _history(path: Path, search: Tune, found: Tuned) -> Path:
             reached = np.isfinite(best)
             numbers = np.arange(1, len(best) + 1)
             axes.step(numbers[reached], sign * best[reached], where="post", color=KEPT, label="best so far")
-            axes.set_title(f"{objective.metric}, to {objective.goal}")
-            axes.set_ylabel(_labelled(objective.metric))
+            axes.set_title(f"{objective.words}, to {objective.goal}")
+            axes.set_ylabel(_labelled(objective))
             _scale(axes, [t.values[place] for t in found.trials if t.values is not None], "y")
         rows[-1].set_xlabel("trial")
         handles, words = rows[0].get_legend_handles_labels()
@@ -76,7 +76,7 @@ def _history(path: Path, search: Tune, found: Tuned) -> Path:
 def _front(path: Path, search: Tune, found: Tuned) -> Path:
     """The first two objectives against each other."""
     first, second = search.objectives[:2]
-    with figure(path, 4.2, f"{second.metric} against {first.metric}, {len(found.trials)} trials") as canvas:
+    with figure(path, 4.2, f"{second.words} against {first.words}, {len(found.trials)} trials") as canvas:
         axes = canvas.subplots()
         on_front = set(found.front)
         groups: list[tuple[str, str, list[TunedPoint]]] = [
@@ -92,7 +92,7 @@ def _front(path: Path, search: Tune, found: Tuned) -> Path:
                 size = 3.0 if color in (KEPT, BROKEN) else 5.0
                 axes.plot(*zip(*points, strict=True), line, color=color, markersize=size, label=words)
         for name, objective, place in (("x", first, 0), ("y", second, 1)):
-            getattr(axes, f"set_{name}label")(f"{_labelled(objective.metric)}, {objective.goal}")
+            getattr(axes, f"set_{name}label")(f"{_labelled(objective)}, {objective.goal}")
             _scale(axes, [t.values[place] for t in found.trials if t.values is not None], name)
         canvas.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return path
@@ -104,6 +104,7 @@ def _scale(axes: Axes, values: Sequence[float], name: str) -> None:
         getattr(axes, f"set_{name}scale")("log")
 
 
-def _labelled(metric: str) -> str:
-    """A metric with its unit, where that is known: it is not of a plugin's."""
-    return f"{metric} [{UNITS[metric]}]" if metric in UNITS else metric
+def _labelled(objective: Objective) -> str:
+    """An objective with its unit, where that is known: it is not of a plugin's metric."""
+    known = objective.metric in UNITS
+    return f"{objective.words} [{UNITS[objective.metric]}]" if known else objective.words
