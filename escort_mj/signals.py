@@ -45,7 +45,7 @@ from escort_mj.sensing.sensors import SensorSignals
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
-MOVERS = "movers"
+MOVERS, SEVERAL = "movers", "several"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -64,6 +64,7 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("escorted",): ("obstacle",),
     ("teams",): ("team",),
     ("movers",): ("mover",),
+    ("several",): ("robot",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -87,6 +88,7 @@ CHANNELS: dict[Extent, str] = {
     ("escorted",): TEAMS,
     ("teams",): TEAMS,
     ("movers",): MOVERS,
+    ("several",): SEVERAL,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 

@@ -54,7 +54,8 @@ def held_against(found: Measure, unit: str, bounds: Sequence[Limits]) -> Judgmen
         return Judgment(False, found.reason, unit=unit)
     margin, bound = min(((one.margin(found.value), one) for one in bounds), key=lambda pair: pair[0])
     near = bound.is_near(margin)
-    words = f"{text_of(found.value, unit)}{circumstances(found)}{', a near miss' if near else ''}"
+    words = f"{text_of(found.value, unit)}{circumstances(found)}"
+    words += f"{found.manner and ', ' + found.manner}{', a near miss' if near else ''}"
     return Judgment(margin >= 0.0, words, found.value, unit, found.time, found.bodies, margin, near)
 
 

@@ -193,6 +193,10 @@ class Expectation(Parameters):
         """Distances to obstacles that have to be told apart exactly [m]."""
         yield from ()
 
+    def robot_distances(self) -> Iterator[float]:
+        """Clearances of robots that have to be told apart exactly [m]."""
+        yield from self.exact_distances()
+
     def faults(self) -> Iterator[Fault]:
         """What is wrong with its bounds, and at which key."""
         yield from ()

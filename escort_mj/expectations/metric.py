@@ -13,6 +13,7 @@ from escort_mj.record.recording import is_log
 from escort_mj.record.window import Over, Span, span_faults
 
 OBSTACLE_DISTANCES = ("obstacle_clearance_min", "obstacle_distance_min")
+CLEARANCES = ("obstacle_clearance_min", "robot_clearance_min")
 
 
 class MetricExpectation(OfTeam, Windowed):
@@ -83,7 +84,15 @@ class MetricExpectation(OfTeam, Windowed):
     def exact_distances(self) -> Iterator[float]:
         """Its bounds, if it is a metric of distances to obstacles [m]."""
         if self.metric in OBSTACLE_DISTANCES:
-            yield from (bound for bound in (self.at_least, self.at_most) if bound is not None)
+            yield from self._given()
+
+    def robot_distances(self) -> Iterator[float]:
+        """Its bounds, if it is a metric of clearances [m]."""
+        if self.metric in CLEARANCES:
+            yield from self._given()
+
+    def _given(self) -> Iterator[float]:
+        yield from (bound for bound in (self.at_least, self.at_most) if bound is not None)
 
     def window_in(self, end: float) -> tuple[float, float | None]:
         """Return start and end of the time that it looks at in a run that ends at a time [s]."""

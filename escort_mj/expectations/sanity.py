@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 from escort_mj.expectations.expectation import Judgment, Windowed, not_judged
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import Bodies
-from escort_mj.metrics.simulation import tunneling
+from escort_mj.metrics.simulation import fastest_points, tunneling
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import is_log
 from escort_mj.record.window import window
@@ -133,8 +133,9 @@ def _energy(trace: Recorded) -> Report:
     """Robots move with no more energy than motors, disturbance, gravity, wind and touches gave them.
 
     Each is bounded from above: gravity and disturbance as if they pulled along the motion, wind as if it gave
-    robots its own speed, and a touch as if its impulse came from a body as fast as the fastest robot and the
-    closing speed together. Twice that is allowed, and what one step adds from rest.
+    robots its own speed, and a touch as if its impulse came from a body as fast as the fastest point of a robot
+    and the closing speed together, or that alone where bodies come apart. Twice that is allowed, and what one
+    step adds from rest.
     """
     about = {name: float(trace.attrs[name]) for name in ("gravity", "wind", "robots_mass", "timestep")}
     mass, speed, time = (trace[name].values for name in ("robot_mass", "speed_max", "time"))
@@ -147,7 +148,8 @@ def _energy(trace: Recorded) -> Report:
     first = (mass * start[0] ** 2 + (force.max(axis=0) * about["timestep"]) ** 2 / mass).sum()
     first += about["robots_mass"] * ((about["gravity"] * about["timestep"]) ** 2 + about["wind"] ** 2)
     work = (trace["work"].values - trace["work"].values[0]).sum(axis=1)
-    pushed = trace["episode_impulse"].values * (trace["episode_closing_speed"].values + speed.max())
+    closing = np.maximum(trace["episode_closing_speed"].values, 0.0)
+    pushed = trace["episode_impulse"].values * (closing + fastest_points(trace).max())
     touched = (time[:, None] >= trace["episode_start"].values) @ pushed
     given = 2.0 * (0.5 * first + work + np.cumsum(pulled) + touched)
     total = 0.5 * (mass * speed**2).sum(axis=1)

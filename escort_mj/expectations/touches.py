@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure
+from escort_mj.metrics.reading import manner_of
 from escort_mj.record.episodes import during, moving_as, without_forces
 from escort_mj.record.recording import require_places
 
@@ -123,7 +124,8 @@ def _nearest(trace: Recorded, side: str, other: str, column: int) -> Measure | N
         return Measure(math.inf)
     names = trace["body"].values
     bodies = str(names[rows[place]]), str(names[int(nearest[row, place])])
-    return Measure(float(values[row, place]), float(trace["time"][row]), bodies)
+    least = float(values[row, place])
+    return Measure(least, float(trace["time"][row]), bodies, manner=manner_of(trace, least, bodies))
 
 
 def _members(trace: Recorded, side: str) -> Flags:

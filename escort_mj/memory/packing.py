@@ -39,6 +39,8 @@ def pack(
     columns: Sequence[tuple[int, int]] = (),
     samples: tuple[int, int] = (0, 0),
     extra: Sequence[int] = (),
+    watched_radius: Array | None = None,
+    exact_within: float = 0.0,
 ) -> Array:
     """Pack a setup into the flat vector that `unpack_plan` reads.
 
@@ -52,6 +54,8 @@ def pack(
             (bodies, 2); empty where nothing is watched.
         samples: How many samples the callbacks keep until they are taken off, and the size of each.
         extra: Physics steps of further samples, ascending.
+        watched_radius: Where some robots are more than their hulls: radii of the others, shape (n,) [m].
+        exact_within: Clearance below which those of such robots are exact [m].
     """
     n, p, lyapunov = setup.count, setup.axes, truth and setup.has_lyapunov
     values = _components(setup) | _functions(setup)
@@ -61,6 +65,8 @@ def pack(
     values |= {
         "watched_group": [group for group, _ in columns],
         "watched_alone": [alone for _, alone in columns],
+        "watched_radius": setup.robot_radius if watched_radius is None else watched_radius,
+        "exact_within": exact_within,
         "stride": stride,
         "extra": np.asarray(extra, dtype=float),
         "truth": truth,
@@ -94,6 +100,7 @@ def pack(
         "seen": (n + 1) * setup.shaped,
         "differentiating": n * any(law.differentiates for law in setup.all_laws),
         "watched": watched,
+        "several": n * (watched_radius is not None),
         "pairs": PAIRS_PER_BODY * len(columns),
         "cells": CELLS_PER_PAIR * PAIRS_PER_BODY * len(columns),
         "crowd": crowd,

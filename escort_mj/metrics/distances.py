@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALONE, least_of, robot
+from escort_mj.metrics.reading import ALONE, least_of, manner_of, robot
 from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
     nearest = trace["clearance_body"].values[:, :, columns]
     row, which, column = np.unravel_index(np.argmin(values), values.shape)
     who = (*robot(int(which)), str(trace["body"].values[nearest[row, which, column]]))
-    return Measure(float(values[row, which, column]), float(trace["time"][row]), who)
+    least = float(values[row, which, column])
+    return Measure(least, float(trace["time"][row]), who, manner=manner_of(trace, least, who))
 
 
 @metric(unit="m", least=-math.inf, watched=False, more_is_better=True, rank=130)

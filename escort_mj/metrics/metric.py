@@ -39,6 +39,7 @@ class Measure(NamedTuple):
         reason: Why there is no value.
         broken: Whether that is an error of the metric's function.
         unlogged: Whether that is because a log of real robots does not contain what it needs.
+        manner: How the value was found, in a few words; empty where there is but one way.
     """
 
     value: float | None
@@ -47,6 +48,7 @@ class Measure(NamedTuple):
     reason: str = ""
     broken: bool = False
     unlogged: bool = False
+    manner: str = ""
 
     @property
     def who(self) -> str:

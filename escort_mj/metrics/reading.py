@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Bodies, Measure
+from escort_mj.monitor.signals import GEOMS
 from escort_mj.record.recording import known_time
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SHORT = "the window holds a single sample"
+BY_GEOMS, BY_SPHERES = "by geoms", "at least, by the spheres around robots"
 ALONE = "there is one robot"
 ALL_LOST = "no robot is left"
 NO_TARGET = "there is no target"
@@ -113,3 +115,13 @@ def rate(trace: Recorded, name: str) -> Measure:
 def _last(trace: Recorded) -> NDArray[np.intp]:
     """The last sample in which each robot was not lost, the first if it always was, shape (robot,)."""
     return np.maximum((~lost(trace)).sum(axis=0) - 1, 0)
+
+
+def manner_of(trace: Recorded, clearance: float, bodies: Bodies) -> str:
+    """Return how the clearance of some bodies was found: of hulls, which are spheres, there is but one way."""
+    if "body_shape" not in trace:
+        return ""
+    named = dict(zip(trace["body"].values.tolist(), trace["body_shape"].values.tolist(), strict=True))
+    if all(named[body] != GEOMS for body in bodies):
+        return ""
+    return BY_GEOMS if clearance < float(trace.attrs["exact_within"]) else BY_SPHERES

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from escort_mj.memory.layout import Plan, State
 
 NOBODY = -1.0
+FAR_AWAY = 1e9  # m, how much farther than they are robots seem here that `world/loop/parts.py` watches
 MANY = len(GROUPS)  # what is watched beyond these are single bodies
 
 
@@ -49,6 +50,12 @@ class ClearanceParameters(Fields):
 
     watched_group: Annotated[Array, "bodies", Value("1", "column of clearances that a body counts to")]
     watched_alone: Annotated[Array, "bodies", Value("1", "the body's own column; -1 for none")]
+    watched_radius: Annotated[
+        Array, "n", Value("m", "of each robot; -FAR_AWAY of those that are more than their hulls")
+    ]
+    exact_within: Annotated[
+        float, Value("m", "clearance below which the sphere around such a robot does not do for it")
+    ]
 
 
 class ClearanceState(Fields):
@@ -56,6 +63,9 @@ class ClearanceState(Fields):
 
     watched_step: Annotated[Array, 1, Value("1", "steps watched so far")]
     watched_sample: Annotated[Array, 1, Value("1", "whether a sample was taken in the last of them")]
+    stretch: Annotated[
+        Array, "several", Value("m", "present reach of each robot, where some are more than their hulls")
+    ]
 
 
 @inlined
@@ -107,6 +117,8 @@ def _forget(state: State) -> None:
             state.clearance[i, g], state.clearance_body[i, g] = math.inf, NOBODY
     for i in range(state.q.shape[0]):
         state.speed_max[i] = 0.0
+    for i in range(state.point_speed_max.shape[0]):
+        state.point_speed_max[i] = 0.0
     state.target_speed_max[0] = 0.0
     for j in range(state.obstacle_speed_max.shape[0]):
         state.obstacle_speed_max[j] = 0.0
@@ -141,6 +153,33 @@ def _note_clearance(least: Array, nearest: Array, g: int, clearance: float, body
 
 
 @inlined
+def note_pair(i: int, body: int, clearance: float, plan: Plan, state: State) -> None:
+    """Note the clearance of a robot and another body, for both, wherever it is the least so far.
+
+    Args:
+        i: The robot.
+        body: Another robot, the target (behind the robots) or an obstacle (behind the target).
+        clearance: Surface to surface [m].
+        plan: Gives the columns of bodies.
+        state: The record's clearances are written.
+    """
+    n = state.q.shape[0]
+    group, alone = int(plan.watched_group[body]), int(plan.watched_alone[body])
+    _note_clearance(state.clearance[i], state.clearance_body[i], group, clearance, body)
+    if alone >= 0:
+        _note_clearance(state.clearance[i], state.clearance_body[i], alone, clearance, body)
+    group, alone = int(plan.watched_group[i]), int(plan.watched_alone[i])
+    if body < n:
+        _note_clearance(state.clearance[body], state.clearance_body[body], group, clearance, i)
+        if alone >= 0:
+            _note_clearance(state.clearance[body], state.clearance_body[body], alone, clearance, i)
+    elif body == n:
+        _note_clearance(state.target_clearance, state.target_clearance_body, group, clearance, i)
+        if alone >= 0:
+            _note_clearance(state.target_clearance, state.target_clearance_body, alone, clearance, i)
+
+
+@inlined
 def _note_robots(i: int, g: int, square: Lanes, bodies: Lanes, body: float, state: State) -> None:
     """As `_note`, for robots i to i + 7 and one body."""
     groups, left = state.clearance.shape[1], state.q.shape[0] - i
@@ -169,7 +208,7 @@ def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bo
     Returns:
         Whether the target overlaps an obstacle.
     """
-    q, radius = state.q, plan.robot_radius
+    q, radius = state.q, plan.watched_radius
     n, p = q.shape
     m = plan.obstacle_radius.shape[0]
     robots, target = int(plan.watched_group[0]), int(plan.watched_group[n])
@@ -242,7 +281,7 @@ def _note_robots_of_target(i: int, g: int, target_radius: float, plan: Plan, sta
         for k in range(p):
             x = state.q[robot, k] - state.target_position[k]
             square += x * x
-        bodies = plan.robot_radius[robot] + target_radius
+        bodies = plan.watched_radius[robot] + target_radius
         _note(state.target_clearance, state.target_clearance_body, g, square, bodies, robot)
 
 
@@ -257,7 +296,7 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
         for i in range(n + 1):  # the target last, if there is one
             if i == body or (i == n and target_radius == 0.0):
                 continue
-            square, bodies = 0.0, plan.robot_radius[i] if i < n else target_radius
+            square, bodies = 0.0, plan.watched_radius[i] if i < n else target_radius
             if body > n and plan.shaped:
                 m = plan.obstacle_radius.shape[0]
                 clearance = state.obstacle_gap[i * m + body - n - 1] - bodies
@@ -269,7 +308,7 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
             if body > n:
                 bodies += plan.obstacle_radius[body - n - 1]
             else:
-                bodies += plan.robot_radius[body] if body < n else target_radius
+                bodies += plan.watched_radius[body] if body < n else target_radius
             for k in range(p):
                 x = state.q[i, k] if i < n else state.target_position[k]
                 if body > n:
@@ -286,7 +325,7 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
 @merged
 def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
     """Clearances between robots; in a step that is sampled also distances center to center."""
-    q, radius = state.q, plan.robot_radius
+    q, radius = state.q, plan.watched_radius
     n, p = q.shape
     g, groups = int(plan.watched_group[0]), state.clearance.shape[1]
     here = stack_rows(p)
@@ -331,7 +370,7 @@ def _watch_crowd(plan: Plan, state: State, sampled: bool) -> None:
 @inlined
 def _watch_several(i: int, most: int, g: int, plan: Plan, state: State, sampled: bool) -> None:
     """Clearances of robots i to i + 7 to their candidates, of which none has more than so many."""
-    q, lists, radius = state.q, state.neighbors, plan.robot_radius
+    q, lists, radius = state.q, state.neighbors, plan.watched_radius
     n, p = q.shape
     groups, width, here = state.clearance.shape[1], lists.shape[1], stack_rows(p)
     own, nearest = load(radius, i), everywhere(math.inf)
@@ -374,7 +413,7 @@ def _watch_one(i: int, g: int, plan: Plan, state: State, sampled: bool) -> None:
             x = q[i, k] - q[j, k]
             square += x * x
         nearest = min(nearest, square)
-        bodies = plan.robot_radius[i] + plan.robot_radius[j]
+        bodies = plan.watched_radius[i] + plan.watched_radius[j]
         _note(state.clearance[i], state.clearance_body[i], g, square, bodies, j)
     if sampled:
         state.robot_distance_min[i] = root(nearest)

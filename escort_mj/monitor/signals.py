@@ -10,6 +10,9 @@ ROBOTS, TARGET, OBSTACLES, WALLS, FLOOR = "robots", "target", "obstacles", "wall
 GROUPS = (ROBOTS, TARGET, OBSTACLES, WALLS)
 """Groups of bodies whose clearances are watched; `floor` is one for contacts only."""
 
+GEOMS = "geoms"
+"""Shape of a robot that is more than its hull: several geoms of its own."""
+
 CAUSES = (
     "dissipation",  # -kd |e_dot|^2 - slope kp |e|^2 - k s.sw(s): what the proof counts on
     "reference",  # the reference torque rho moves; without adaptation, all of s.rho
@@ -68,6 +71,15 @@ class MotionSignals(Fields):
     """Largest speeds since the previous sample, and what the motors did so far."""
 
     speed_max: Annotated[Array, "n", Recorded("m/s", "largest speed since the previous sample")]
+    point_speed_max: Annotated[
+        Array,
+        "several",
+        Recorded(
+            "m/s",
+            "largest possible speed of any point of the robot's colliding geoms since the previous sample, "
+            "turning included; 0 for a robot that is its hull",
+        ),
+    ]
     target_speed_max: Annotated[
         Array,
         1,

@@ -238,7 +238,7 @@ def record(
         sizes: Size of each dimension and channel, see `signals.record_size`.
         labels: `obstacles` and `behaviors` (names), `robot_mass`, `robot_radius` and `force_limit` (n,),
             `obstacle_radius` (m,), `obstacle_outline` (m, points, p), `neighbors` (edges, 2) as robots,
-            `spacing` (edges,), `bodies`, `body_groups` and `body_motions` (names), `body_thickness`
+            `spacing` (edges,), `bodies`, `body_groups`, `body_motions` and `body_shapes` (names), `body_thickness`
             (bodies,), `groups` (watched groups of bodies), and `attributes` of the run (texts and numbers;
             None is left out).
         episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
@@ -354,6 +354,10 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
         ),
         "behavior": names("behavior", "behaviors", "name of the behavior"),
     }
+    if labels.get("body_shapes"):
+        found["body_shape"] = names(
+            "body", "body_shapes", "what of the body can touch: a shape, or its geoms"
+        )
     if labels.get("teams"):
         found["team"] = names("team", "teams", "name of the team")
     if labels.get("movers"):

@@ -26,6 +26,7 @@ NOTHING_YET: dict[str, Any] = {  # the worst, and whose, where nothing was watch
     "clearance_body": -1,
     "target_clearance": math.inf,
     "target_clearance_body": -1,
+    "point_speed_max": 0.0,
     "target_speed_max": 0.0,
     "obstacle_speed_max": 0.0,
 }

@@ -1,7 +1,7 @@
 """Base of the kinds of robots: what one answers about its body, its motors and what it needs."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import ClassVar, NamedTuple
 from xml.etree.ElementTree import Element
 
@@ -13,6 +13,7 @@ from escort_mj.robots.hydrodynamics import Vessel
 
 FREE_COORDINATES = 7  # of a free body: a place and a quaternion
 MOST_MOTORS = 9  # of any kind
+SHARED = 0.05  # of the lesser height of two bodies: so much of it lies beside the other where they can meet
 
 
 class Motor(NamedTuple):
@@ -51,6 +52,8 @@ class RobotKind(Parameters):
     most_axes: ClassVar[int] = 3
     rolls: ClassVar[bool] = False
     """Whether it rolls on the floor: planar missions only."""
+    stays: ClassVar[bool] = False
+    """Whether a planar mission has to happen at the height at which it stands, within its span."""
     needs_gravity: ClassVar[bool] = False
     """Whether a mission with it has gravity unless the scenario says otherwise."""
     flies: ClassVar[bool] = False
@@ -110,6 +113,16 @@ class RobotKind(Parameters):
             radius: Of its hull [m].
         """
         return radius
+
+    def span(self, radius: float, height: float) -> tuple[float, float]:
+        """Return the heights between which it can touch something in a planar mission [m].
+
+        Args:
+            radius: Of its hull [m].
+            height: At which the mission happens [m].
+        """
+        middle = radius if self.rolls else height
+        return middle - radius, middle + radius
 
     def shape(self, parts: Mapping[str, Element], radius: float) -> None:
         """Give the parts of one robot's body the sizes and masses that the parameters say.
@@ -187,3 +200,23 @@ class RobotKind(Parameters):
             radius: Of its hull [m].
         """
         return None
+
+
+def plane_height(kinds: Iterable[tuple[RobotKind, float]]) -> float:
+    """Return the height at which a planar mission happens: the greatest that a robot asks for [m].
+
+    Balls cannot be raised: where some roll, robots that stay where they stand have no say.
+
+    Args:
+        kinds: Kind and radius of each robot [m].
+    """
+    pairs = list(dict.fromkeys(kinds))
+    if any(kind.rolls for kind, _ in pairs):
+        pairs = [(kind, radius) for kind, radius in pairs if not kind.stays]
+    return max(kind.height(radius) for kind, radius in pairs)
+
+
+def can_meet(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Whether two bodies that reach between two heights each [m] are beside each other for a part of these."""
+    shared = min(one[1], other[1]) - max(one[0], other[0])
+    return shared >= SHARED * min(one[1] - one[0], other[1] - other[0])

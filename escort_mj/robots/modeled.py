@@ -73,10 +73,14 @@ class RobotModel:
         actuators: Number of actuators.
         mass: Of all of it [kg].
         inertia: About the center of mass, along the base's axes, shape (3,) [kg m^2].
-        radius: Of the least sphere about the controlled point that contains what can touch [m].
+        radius: Of the least sphere about the controlled point that contains what can touch; of robots that
+            stay on the ground, of the least upright cylinder [m].
+        reach: Of the sphere about that point which nothing that can touch ever leaves; inf where joints can
+            move a part of it [m].
+        span: Height of the lowest and of the highest point that can touch something, once it is put up [m].
         start: Controlled point in the file's start pose, shape (3,) [m].
         stands: Whether it rests on the floor.
-        lifted: How far it is put up so that it does [m].
+        lifted: How far it is put up so that none of it is below the floor [m].
         place: Of the outermost body there: position and orientation, shape (7,).
         qpos: The start pose of its joints.
         way: Generalized velocities for a velocity of 1 of the controlled point, shape (freedoms, 3).
@@ -99,6 +103,8 @@ class RobotModel:
     mass: float
     inertia: tuple[float, ...]
     radius: float
+    reach: float
+    span: tuple[float, float]
     start: tuple[float, ...]
     stands: bool
     lifted: float
@@ -159,6 +165,11 @@ class ModeledKind(RobotKind):
         """Three for what rises by itself, else two."""
         return 3 if self.robot(1.0, 0.2).drive.lifts else 2
 
+    @property
+    def stays(self) -> bool:  # type: ignore[override]
+        """Whether it cannot choose its height: all but what rises by itself."""
+        return self.most_axes == 2
+
     def coordinates(self, axes: int) -> int:
         """Return its number of generalized positions."""
         return self.robot(1.0, 0.2).coordinates
@@ -172,9 +183,25 @@ class ModeledKind(RobotKind):
         return self.robot(1.0, 0.2).actuators
 
     def height(self, radius: float) -> float:
-        """Return the height of its hull's center above the floor of a planar mission [m]."""
+        """Return the height at which a planar mission of such robots happens [m].
+
+        Robots that lift themselves hover there. Others stay where they are: the height is that of the
+        controlled point, or of the middle half of what can touch, so that what stands there meets them.
+        """
         model = self.robot(1.0, radius)
-        return radius if model.stands else radius + HOVER
+        if model.drive.lifts:
+            return radius + HOVER
+        low, high = model.span
+        edge = 0.25 * (high - low)
+        return min(max(model.start[2] + model.lifted, low + edge), high - edge)
+
+    def span(self, radius: float, height: float) -> tuple[float, float]:
+        """Return the heights between which it can touch something at the start [m]."""
+        model = self.robot(1.0, radius)
+        low, high = model.span
+        if not model.drive.lifts:
+            return low, high
+        return low + height - model.start[2], high + height - model.start[2]
 
     def lift(self, mass: float, gravity: Sequence[float]) -> tuple[float, ...]:
         """Return the force against its weight, world frame, shape (3,) [N]; 0 where something bears it."""

@@ -19,6 +19,7 @@ from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.shapes import outline
 from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.schema.scenario import Scenario
+from escort_mj.signals import SEVERAL
 from escort_mj.world.model.build import World
 from escort_mj.world.plant import mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
@@ -44,6 +45,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "bodies": world.bodies.names,
         "body_groups": world.bodies.groups,
         "body_motions": world.bodies.motions,
+        "body_shapes": world.shapes,
         "body_thickness": world.thickness.tolist(),
         "groups": world.bodies.watched,
         "obstacles": obstacle_names(scenario),
@@ -77,6 +79,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "safe_distance_measure": avoid.measure if avoid else "none",
             **_limits(scenario, setup.teammate_distance(avoid) if avoid and avoid.teammates else 0.0),
             "height": world.team.height if scenario.axes == 2 else 0.0,
+            "exact_within": world.exact_within if SEVERAL in world.sizes else None,
             "target_radius": scenario.target.radius if scenario.target is not None else 0.0,
             "target_speed": next((m.policy.speed for m in setup.movers if m.obstacle < 0 and m.policy), None),
             "least_energy": (setup.least_energies if scenario.target is not None or setup.teams else None)

@@ -6,10 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from escort_mj.robots import RobotKind
+from escort_mj.robots.kind import can_meet
 from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.checks.mission import laws_of
 from escort_mj.scenario.findings import Finding, Path
+from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.placement import gravity_of, kinds_of, robot_count
+from escort_mj.scenario.geometry.shapes import extent
 from escort_mj.scenario.schema.robots import Actuators
 from escort_mj.scenario.schema.scenario import Scenario
 
@@ -141,7 +144,8 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
             f"robot {flying + 1} flies and robot {grounded + 1} stays on the floor; planar missions happen "
             "at one height",
         )
-    heights = [kind.height(radius) for kind, radius in zip(kinds, _each(scenario, "radius"), strict=True)]
+    pairs = zip(kinds, _each(scenario, "radius"), strict=True)
+    heights = [0.0 if kind.stays else kind.height(radius) for kind, radius in pairs]
     high = heights.index(max(heights))
     low = next((i for i, kind in enumerate(kinds) if kind.rolls and heights[i] != heights[high]), None)
     if low is not None:
@@ -150,6 +154,36 @@ def check_heights(scenario: Scenario) -> Iterator[Finding]:
             f"robot {high + 1}, a {kinds[high].kind}, is at least {heights[high]:g} m above the floor, and "
             f"robot {low + 1}, a {kinds[low].kind}, rolls at {heights[low]:g} m; planar missions happen at "
             "one height",
+        )
+
+
+def check_spans(scenario: Scenario) -> Iterator[Finding]:
+    """In the plane every two bodies are beside each other: none passes above or below another."""
+    if scenario.axes != 2:
+        return
+    height = scenario.robots.height
+    spans: list[tuple[str, Path, tuple[float, float]]] = []
+    known: dict[tuple[RobotKind, float], tuple[float, float]] = {}
+    kinds = kinds_of(scenario)
+    for robot, pair in enumerate(zip(kinds, _each(scenario, "radius"), strict=True)):
+        span = known.setdefault(pair, pair[0].span(pair[1], height))
+        spans.append((f"robot {robot + 1}, a {pair[0].kind},", _kind_path(scenario, robot), span))
+    if scenario.target is not None:
+        radius = scenario.target.radius
+        spans.append(("the target", ("target",), (height - radius, height + radius)))
+    for body in obstacles_of(scenario):
+        low, high = extent(body.solid)
+        spans.append((body.name, body.path, (height + float(low[2]), height + float(high[2]))))
+    upper = max(spans, key=lambda each: each[2][0])
+    lower = min(spans, key=lambda each: each[2][1])
+    if not can_meet(upper[2], lower[2]):
+        first, second = (lower, upper) if lower[1][0] == "robots" else (upper, lower)
+        yield Finding(
+            first[1],
+            f"{first[0]} can touch something between {first[2][0]:.3g} and {first[2][1]:.3g} m above the "
+            f"floor, and {second[0]} between {second[2][0]:.3g} and {second[2][1]:.3g} m: they would pass "
+            "without a touch; planar missions happen at one height",
+            related=(second[1],),
         )
 
 

@@ -39,6 +39,7 @@ from escort_mj.scenario.checks.robots import (
     check_kinds,
     check_models,
     check_motors,
+    check_spans,
     check_team,
     check_weights,
 )
@@ -176,6 +177,7 @@ RELATIONS: tuple[tuple[Check, tuple[str, ...]], ...] = (
     (check_motors, ("axes", "robots")),
     (check_models, ("robots", "recording", "controller", "teams")),
     (check_heights, ("axes", "physics", "robots")),
+    (check_spans, ("axes", "seed", "target", "robots", "mission", *AROUND)),
     (check_weights, ("axes", "physics", "robots")),
     (check_delays, ("axes", "duration", "physics", "robots", "sensing")),
     (check_sight, ("mission", "robots", "sensing")),

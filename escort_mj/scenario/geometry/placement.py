@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.errors import Fault, ScenarioError
-from escort_mj.robots.kind import MOST_MOTORS, RobotKind
+from escort_mj.robots.kind import MOST_MOTORS, RobotKind, plane_height
 from escort_mj.scenario.geometry.obstacle_body import Body, clear_of
 from escort_mj.scenario.geometry.obstacles import obstacles_of
 from escort_mj.scenario.geometry.teams import team_center
@@ -54,7 +54,7 @@ class Placement(NamedTuple):
     @property
     def height(self) -> float:
         """Height at which a planar mission happens [m]: what hangs below robots clears the floor."""
-        return max(kind.height(radius) for kind, radius in zip(self.kind, self.radius, strict=True))
+        return plane_height(zip(self.kind, map(float, self.radius), strict=True))
 
     @property
     def coordinates(self) -> int:

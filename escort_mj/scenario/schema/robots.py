@@ -8,6 +8,7 @@ from escort_mj.components.parameters import Force, Mass, Parameters, Radius, Vec
 from escort_mj.components.random_placement import RandomPlacement
 from escort_mj.control.failure import Failure
 from escort_mj.robots import KINDS, PointMass, RobotKind
+from escort_mj.robots.kind import plane_height
 from escort_mj.scenario.findings import listed
 from escort_mj.scenario.schema.fields import one_of_kinds
 
@@ -88,7 +89,7 @@ class Robots(Parameters):
     def height(self) -> float:
         """Height of the plane of a planar mission above its floor, at which distances are measured [m]."""
         each = [(each.kind or self.kind, each.radius or self.radius) for each in self.overrides]
-        return max(kind.height(radius) for kind, radius in [(self.kind, self.radius), *each])
+        return plane_height([(self.kind, self.radius), *each])
 
     @property
     def largest_radius(self) -> float:

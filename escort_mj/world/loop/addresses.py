@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from typing import Annotated, NamedTuple
 
 import mujoco
 import numpy as np
@@ -68,6 +68,23 @@ class Addresses(Fields):
         5,
         Value("1 or m", "of meshes: obstacle, outward normal, offset in the geom's axes"),
     ]
+    parts: Annotated[
+        Array, "parts", Value("1", "geoms of each robot that can touch others, robot by robot; see part_span")
+    ]
+    part_span: Annotated[
+        Array,
+        "spanned",
+        3,
+        Value(
+            "1, 1, m", "first of a robot's parts, their number, radius of the sphere they never leave or -1"
+        ),
+    ]
+    limbs: Annotated[
+        Array,
+        "limbs",
+        4,
+        Value("1, 1, 1, m", "robot, body, the robot's root, reach of its parts from the center of mass"),
+    ]
     mover_qpos: Annotated[Array, "movers", Value("1", "first position coordinate of what moves by itself")]
     mover_dof: Annotated[Array, "movers", Value("1", "and its first velocity coordinate")]
 
@@ -75,38 +92,49 @@ class Addresses(Fields):
 LAYOUT = Layout(MAGIC, Addresses)
 
 
-def addresses_size(
-    team: Placement, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
-) -> int:
+class Counts(NamedTuple):
+    """How many of each there are in a model, beside its robots.
+
+    Attributes:
+        movers: Bodies that move by themselves.
+        geoms: Of the model.
+        faces: Of all meshes together.
+        parts: Geoms of robots that can touch others, where some robot is more than its hull.
+        limbs: Bodies of such robots with such geoms.
+    """
+
+    movers: int
+    geoms: int
+    faces: int
+    parts: int = 0
+    limbs: int = 0
+
+
+def addresses_size(team: Placement, axes: int, names: Sequence[str], counts: Counts) -> int:
     """Length of the addresses.
 
     Args:
         team: The robots.
         axes: Of the mission.
         names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
-        movers: How many of these move by themselves.
-        geoms: Of the model.
-        faces: Of all meshes together.
+        counts: Of all else.
     """
-    return LAYOUT.plan_size(_sizes(team, axes, names, movers, geoms, faces))
+    return LAYOUT.plan_size(_sizes(team, axes, names, counts))
 
 
-def _sizes(
-    team: Placement, axes: int, names: Sequence[str], movers: int, geoms: int, faces: int
-) -> dict[str, int]:
+def _sizes(team: Placement, axes: int, names: Sequence[str], counts: Counts) -> dict[str, int]:
     robots, drives = len(team.mass), [drive for drive in drives_of(team) if drive is not None]
     return {
         "n": robots,
         "seers": robots + 1,
         "m": len(names) - robots - 2,
         "p": axes,
-        "movers": movers,
         "flying": sum(craft is not None for craft in crafts_of(team, (0.0, 0.0, -1.0))),
         "driven": len(drives),
         "inputs": sum(len(drive.inputs) for drive in drives),
         "afloat": len(_vessels(team)),
-        "geoms": geoms,
-        "faces": faces,
+        "spanned": robots * (counts.parts > 0),
+        **counts._asdict(),
     }
 
 
@@ -165,6 +193,7 @@ def find_addresses(
     stages: Sequence[Stage],
     names: Sequence[str],
     faces: Array,
+    parts: Mapping[str, Array],
 ) -> Array:
     """The addresses of a compiled model as one flat vector, found by names.
 
@@ -175,6 +204,7 @@ def find_addresses(
         stages: Where the axes of the mission are.
         names: Of the bodies that can touch, in their order: robots, target, obstacles, floor.
         faces: Of meshes, see `faces_of`.
+        parts: What of the robots can touch others, see `touching.parts_of`.
     """
     robots = len(team.mass)
     target = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "target_body")
@@ -205,9 +235,11 @@ def find_addresses(
     addresses = model.jnt_qposadr[joints], dofs, np.cumsum([0, *motors[:-1]])
     dead_zone = [actuators.dead_zone for actuators in team.actuators]
     in_row = all((each == len(places) * np.arange(robots)).all() for each in addresses)
+    counts = Counts(len(slides), model.ngeom, len(faces), len(parts["parts"]), len(parts["limbs"]))
     return LAYOUT.pack(
-        _sizes(team, len(places), names, len(slides), model.ngeom, len(faces)),
+        _sizes(team, len(places), names, counts),
         {
+            **parts,
             "qpos_address": model.jnt_qposadr[joints],
             "dof_address": dofs,
             "tree_end": ends,

@@ -58,7 +58,16 @@ DATA_ARRAYS = (
     "qfrc_passive",
     "qacc",
 )
-MODEL_ARRAYS = ("numeric_data", "M_rownnz", "M_rowadr", "M_colind", "geom_aabb", "geom_size", "geom_type")
+MODEL_ARRAYS = (
+    "numeric_data",
+    "M_rownnz",
+    "M_rowadr",
+    "M_colind",
+    "geom_aabb",
+    "geom_rbound",
+    "geom_size",
+    "geom_type",
+)
 
 
 @cache

@@ -37,6 +37,7 @@ from escort_mj.world.loop.drives import read_forces, read_headings, read_points
 from escort_mj.world.loop.layout import offset, size
 from escort_mj.world.loop.motors import command_motors
 from escort_mj.world.loop.nearest import find_nearest
+from escort_mj.world.loop.parts import watch_parts
 from escort_mj.world.loop.water import float_vessels
 from escort_mj.world.stages import IN_SPACE
 
@@ -188,6 +189,8 @@ def monitor(m: int, d: int, axes: int) -> None:
         int_at(m + MODEL_ENTRIES()),
     )  # fmt: skip
     overlaps = note_step(plan, state, addresses.target_radius, energy)
+    if addresses.parts.shape[0] > 0:
+        watch_parts(m, d, plan, state, addresses)
     if axes > IN_SPACE:
         touch_overlaps(plan, state, addresses.target_radius)
     elif int_at(d + DATA_NCON()) > 0 or state.under_way[0] > 0.0 or (overlaps and is_led(addresses)):
@@ -199,6 +202,8 @@ def monitor(m: int, d: int, axes: int) -> None:
 def monitor_contacts(m: int, d: int, plan: Plan, state: State, addresses: Addresses) -> None:
     """Notes MuJoCo's contacts of the solved step, each with its pair of bodies, and what it cannot see.
 
+    A touch is where surfaces meet, whether or not a gap keeps the force away, and where a contact has a
+    force, even if a margin brings it about before surfaces meet.
     The rows of a contact in the solver give its normal force (their sum, as `mj_contactForce` has it) and
     its normal velocity (their mean: in a pyramid's rows what is tangential cancels). A target that is
     led moves without a velocity of MuJoCo's: its own is added. What stands it meets by geometry.
@@ -214,17 +219,19 @@ def monitor_contacts(m: int, d: int, plan: Plan, state: State, addresses: Addres
         contact = first + c * CONTACT_SIZE()
         efc, distance = int_at(contact + CONTACT_EFC()), double_at(contact + CONTACT_DISTANCE())
         geom1, geom2 = int_at(contact + CONTACT_GEOMS()), int_at(contact + CONTACT_GEOMS() + INT)
-        if efc < 0 or geom1 < 0 or geom2 < 0 or distance > 0.0:
+        if geom1 < 0 or geom2 < 0 or (efc < 0 and distance > 0.0):
             continue
         body1, body2 = int(body[geom1]), int(body[geom2])
         if body1 < 0 or body2 < 0 or body1 == body2:
             continue
         dim = int_at(contact + CONTACT_DIM())
-        rows = 2 * (dim - 1) if pyramidal and dim > 1 else 1
+        rows = 0 if efc < 0 else 2 * (dim - 1) if pyramidal and dim > 1 else 1
         force, opening = 0.0, 0.0
         for row in range(efc, efc + rows):
             force += double_at(forces + DOUBLE * row)
             opening += double_at(velocities + DOUBLE * row) / rows
+        if distance > 0.0 and force <= 0.0:
+            continue
         if led and (body1 == target or body2 == target):
             for k in range(p):
                 moved = state.target_velocity[k] * double_at(contact + CONTACT_NORMAL() + DOUBLE * k)

@@ -18,7 +18,9 @@ from escort_mj.control.setup import FunctionOfTime, Setup
 from escort_mj.memory.layout import state_size
 from escort_mj.memory.packing import pack
 from escort_mj.mjcf import child_named, section, set_attributes
+from escort_mj.monitor.clearances import FAR_AWAY
 from escort_mj.monitor.sampling import samples_kept
+from escort_mj.monitor.signals import GEOMS
 from escort_mj.scenario.geometry.bodies import Bodies, bodies_of
 from escort_mj.scenario.geometry.crowd import CROWD, contact_physics
 from escort_mj.scenario.geometry.obstacles import Body, obstacles_of
@@ -28,7 +30,7 @@ from escort_mj.scenario.geometry.steps import Schedule, schedule_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from escort_mj.sensing.sensors import Sensors
-from escort_mj.signals import channel_sizes, record_size, truth_sizes
+from escort_mj.signals import SEVERAL, channel_sizes, record_size, truth_sizes
 from escort_mj.world.loop.addresses import faces_of, thickness
 from escort_mj.world.model.cameras import add_cameras
 from escort_mj.world.model.compiling import add_numbers, compile_addressed
@@ -36,6 +38,7 @@ from escort_mj.world.model.parts import new_root
 from escort_mj.world.model.robot.placing import add_assets, add_media, models_of, own_geoms
 from escort_mj.world.model.robots import add_robots
 from escort_mj.world.model.surroundings import add_obstacles, add_target, set_floor, set_medium
+from escort_mj.world.model.touching import Solids, check_pairs, solids_of
 from escort_mj.world.stages import IN_SPACE, Stage, corners, stages_of
 
 Array = NDArray[np.float64]
@@ -43,6 +46,7 @@ Array = NDArray[np.float64]
 INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "implicit"}
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
 PATH_SAMPLES = 500
+NEARBY, ROOM = 1.0, 1.1  # m, and times each bound: from here on clearances of robots of geoms are exact
 FRICTIONLESS = 1  # condim of a contact that only pushes
 ARENA, ARENA_PER_ROBOT = 16_384, 64  # room for contacts of a crowd [KiB]; balls squeezed together use 10 each
 
@@ -58,6 +62,9 @@ class World:
         team: The robots.
         bodies: What can touch.
         thickness: Least extent of each body, shape (bodies,) [m].
+        shapes: What of each body can touch: `geoms` of a robot that is more than its hull, else one shape,
+            shape (bodies,).
+        exact_within: Clearances of robots of `geoms` are exact below, and at least as large beyond [m].
         schedule: When samples are taken.
         sizes: Size of each dimension of the record.
         assets: Files that the tree names.
@@ -69,6 +76,8 @@ class World:
     team: Placement
     bodies: Bodies
     thickness: Array
+    shapes: tuple[str, ...]
+    exact_within: float
     schedule: Schedule
     sizes: dict[str, int]
     assets: dict[str, bytes] = field(default_factory=dict, repr=False)
@@ -142,21 +151,41 @@ def build(
     _set_physics(tree, scenario)
     _add_bodies(tree, draft)
     _add_cameras(tree, draft)
-    plan = _plan(draft)
+    count = len(draft.robots.mass)
+    solids = Solids((False,) * count)
+    if scenario.axes <= IN_SPACE and seen is None:  # nobody logged how a robot's joints stood
+        solids = solids_of(tree, count)
+    draft.sizes.update({SEVERAL: 1} if solids.any else {})
+    plan = _plan(draft, solids)
     _add_state(tree, plan)
     _add_watch(tree)
     own = own_geoms(tree, draft.robots)
-    _set_contacts(tree, scenario, len(draft.robots.mass), own)
+    _set_contacts(tree, scenario, count, own)
     set_medium(tree, scenario.environment, own)
     add_numbers(tree, "escort_plan", plan)
     models = models_of(draft.robots)
     assets = {name: content for each in models for name, content in each.assets.items()}
     add_media(tree, models, scenario.environment)
-    model = _compile(tree, draft, assets)
+    model = _compile(tree, draft, assets, solids)
+    if scenario.axes <= IN_SPACE:
+        check_pairs(model, draft.bodies, [kind.kind for kind in draft.robots.kind])
     thin = thickness(model, draft.bodies.names)
     return World(
-        model, tree, draft.setup, draft.robots, draft.bodies, thin, draft.schedule, draft.sizes, assets
-    )
+        model, tree, draft.setup, draft.robots, draft.bodies, thin, _shapes(draft, solids),
+        _exact_within(scenario), draft.schedule, draft.sizes, assets,
+    )  # fmt: skip
+
+
+def _shapes(draft: Draft, solids: Solids) -> tuple[str, ...]:
+    """What of each body can touch, see `World`."""
+    robots = (GEOMS if several else "sphere" for several in solids.several)
+    return (*robots, "sphere", *(body.shape for body in draft.obstacles), "plane")
+
+
+def _exact_within(scenario: Scenario) -> float:
+    """Below what clearance the sphere around a robot does not do for its geoms [m]."""
+    asked = [bound for one in scenario.expect for bound in one.robot_distances()]
+    return max([NEARBY, *(ROOM * bound for bound in asked)])
 
 
 def _draft(
@@ -196,7 +225,7 @@ def _draft(
     return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule, sizes)
 
 
-def _plan(draft: Draft) -> Array:
+def _plan(draft: Draft, solids: Solids) -> Array:
     """Return the controller's parameters as one flat vector."""
     truth, sizes, schedule = draft.scenario.recording.truth, draft.sizes, draft.schedule
     record = record_size(sizes)
@@ -209,6 +238,8 @@ def _plan(draft: Draft) -> Array:
         draft.bodies.columns,
         (0 if truth else samples_kept(record), record),  # truth needs Python at every sample
         schedule.extra,
+        np.where(solids.several, -FAR_AWAY, draft.setup.robot_radius) if solids.any else None,
+        _exact_within(draft.scenario),
     )
 
 
@@ -247,11 +278,11 @@ def _add_watch(tree: Element) -> None:
     set_attributes(watch, dim=1, needstage="acc", datatype="real")
 
 
-def _compile(tree: Element, draft: Draft, assets: dict[str, bytes]) -> mujoco.MjModel:
+def _compile(tree: Element, draft: Draft, assets: dict[str, bytes], solids: Solids) -> mujoco.MjModel:
     """Compile a tree, and wire it to the controller."""
     movers, faces = len(draft.setup.movers), faces_of(draft.obstacles)
     gravity, names = gravity_of(draft.scenario), draft.bodies.names
-    return compile_addressed(tree, draft.robots, gravity, draft.stages, names, movers, faces, assets)
+    return compile_addressed(tree, draft.robots, gravity, draft.stages, names, movers, faces, assets, solids)
 
 
 def _set_physics(tree: Element, scenario: Scenario) -> None:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from escort_mj.errors import Fault, PluginError, ScenarioError
 from escort_mj.mjcf import section, set_attributes
 from escort_mj.scenario.geometry.placement import Placement
-from escort_mj.world.loop.addresses import addresses_size, find_addresses
+from escort_mj.world.loop.addresses import Counts, addresses_size, find_addresses
 from escort_mj.world.model.robots import add_start
+from escort_mj.world.model.touching import Solids, parts_of
 from escort_mj.world.stages import Stage
 
 PAIR = 8  # bytes that MuJoCo takes for each pair of bodies: in the search for pairs and in its result
@@ -30,6 +31,7 @@ def compile_addressed(
     movers: int,
     faces: NDArray[np.float64],
     assets: dict[str, bytes],
+    solids: Solids,
 ) -> mujoco.MjModel:
     """Compile a tree into a model that carries its addresses.
 
@@ -45,16 +47,19 @@ def compile_addressed(
         movers: How many of these move by themselves.
         faces: Of those that are meshes, see `faces_of`.
         assets: Files that the tree names.
+        solids: What of the robots can touch others.
 
     Raises:
         PluginError: If MuJoCo refuses a body that a plugin brings.
     """
     geoms = sum(1 for _ in section(tree, "worldbody").iter("geom"))
     axes = sum(len(stage.directions) for stage in stages)
-    room = np.zeros(addresses_size(robots, axes, names, movers, geoms, len(faces)))
+    counts = Counts(movers, geoms, len(faces), solids.geoms, solids.limbs)
+    room = np.zeros(addresses_size(robots, axes, names, counts))
     elements = add_numbers(tree, "escort_addresses", room)
     model = _first_compiled(tree, robots, assets)
-    addresses = _normal(find_addresses(model, robots, gravity, stages, names, faces))
+    parts = parts_of(model, robots, solids)
+    addresses = _normal(find_addresses(model, robots, gravity, stages, names, faces, parts))
     for element in elements:
         section(tree, "custom").remove(element)
     add_numbers(tree, "escort_addresses", addresses)

@@ -239,8 +239,37 @@ def _ring(count: int) -> Array:
 
 
 def solid_geoms(machine: Machine) -> list[int]:
-    """The geoms of a robot that can touch something; all where none can."""
+    """The geoms of a robot that can touch something.
+
+    Raises:
+        RobotError: If none can: nothing would ever meet the robot.
+    """
     model = machine.model
     ours = [geom for geom in range(model.ngeom) if model.geom_bodyid[geom] in machine.bodies]
     solid = [geom for geom in ours if model.geom_contype[geom] or model.geom_conaffinity[geom]]
-    return solid or ours
+    if not solid:
+        found = f"contype and conaffinity of all {len(ours)} are 0" if ours else "it has none"
+        raise RobotError(f"{machine.name}: none of its geoms can touch anything: {found}")
+    return solid
+
+
+def is_rigid(machine: Machine) -> bool:
+    """Whether no joint moves what can touch something against the base."""
+    model = machine.model
+    bodies = model.geom_bodyid[solid_geoms(machine)]
+    return bool((model.body_weldid[bodies] == model.body_weldid[machine.base]).all())
+
+
+def farthest(machine: Machine, geom: int, point: Array) -> float:
+    """How far a geom reaches from a point of the world, shape (3,), at most [m]."""
+    model, data = machine.model, machine.data
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    way, axis = data.geom_xpos[geom] - point, data.geom_xmat[geom].reshape(3, 3)[:, 2]
+    along = float(way @ axis)
+    across = float(np.linalg.norm(way - along * axis))
+    if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
+        return float(np.hypot(abs(along) + size[1], across + size[0]))
+    if kind in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE):
+        half = size[1] if kind == mujoco.mjtGeom.mjGEOM_CAPSULE else 0.0
+        return float(np.hypot(abs(along) + half, across) + size[0])
+    return float(np.linalg.norm(geom_outline(machine, geom) - point, axis=1).max())

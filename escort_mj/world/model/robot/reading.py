@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
 from xml.etree.ElementTree import Element
@@ -15,7 +16,14 @@ from escort_mj.robots.drive import DriveModel
 from escort_mj.robots.modeled import DriveKeys, RobotModel, Source
 from escort_mj.scenario.findings import did_you_mean, listed
 from escort_mj.world.model.robot.coupled import Named, check_coupled, kind_of, references
-from escort_mj.world.model.robot.effects import SLIDE, Machine, geom_outline, solid_geoms
+from escort_mj.world.model.robot.effects import (
+    SLIDE,
+    Machine,
+    farthest,
+    geom_outline,
+    is_rigid,
+    solid_geoms,
+)
 from escort_mj.world.model.robot.files import PLACE, Files, read_files
 from escort_mj.world.model.robot.finding import find_drive
 from escort_mj.world.model.robot.flat import make_solid, write_masses, written_out
@@ -187,10 +195,14 @@ def _robot(machine: Machine, tree: Element, files: Files, drive: DriveModel) -> 
     left += _left(tree, world, name, model)
     point = data.xpos[machine.base] + machine.rotation @ drive.point
     stands = machine.rises and not drive.lifts
-    points = np.vstack([geom_outline(machine, geom) for geom in solid_geoms(machine)])
+    solid = solid_geoms(machine)
+    points = np.vstack([geom_outline(machine, geom) for geom in solid])
     ways = (points - point)[:, : 3 if drive.lifts else 2]
+    radius = float(np.linalg.norm(ways, axis=1).max()) * MARGIN
+    reach = max(radius * drive.lifts, *(MARGIN * farthest(machine, geom, point) for geom in solid))
     freedoms = [dof for dof in range(model.nv) if model.dof_bodyid[dof] in machine.bodies]
-    low = float(points[:, 2].min())
+    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    lifted = -low if stands or (low < 0.0 and not drive.lifts) else 0.0
     return RobotModel(
         root=root,
         sections=sections,
@@ -202,10 +214,12 @@ def _robot(machine: Machine, tree: Element, files: Files, drive: DriveModel) -> 
         actuators=model.nu,
         mass=machine.mass,
         inertia=tuple(map(float, np.diag(machine.inertia))),
-        radius=float(np.linalg.norm(ways, axis=1).max()) * MARGIN,
+        radius=radius,
+        reach=reach if is_rigid(machine) else math.inf,
+        span=(low + lifted, high + lifted),
         start=tuple(map(float, point)),
         stands=stands,
-        lifted=-low if stands else 0.0,
+        lifted=lifted,
         place=_place(machine),
         qpos=_own_coordinates(machine),
         way=_way(machine, drive, freedoms),
