@@ -198,6 +198,7 @@ def channel_sizes(
     opponents: int = 0,
     teams: int = 0,
     movers: int = 0,
+    several: bool = False,
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -211,9 +212,10 @@ def channel_sizes(
         opponents: How many there are.
         teams: How many there are; 0 where all robots are one.
         movers: How many bodies are driven by a force.
+        several: Whether some robot is more than its hull.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
-    channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0}
+    channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0, SEVERAL: several}
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes

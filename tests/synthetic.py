@@ -15,7 +15,8 @@ def dimensions(robots: int, axes: int, obstacles: int, truth: bool = True, teams
     sizes["group"] = 4
     sizes |= truth_sizes(axes, truth, lyapunov=truth)
     other = int(truth and obstacles > 0)
-    return sizes | channel_sizes(truth, truth, truth, axes, 2 * truth, 4 * truth, other, teams, 2 * other)
+    more = 2 * truth, 4 * truth, other, teams, 2 * other, truth
+    return sizes | channel_sizes(truth, truth, truth, axes, *more)
 
 
 def pack(time: Any, sizes: Mapping[str, int], **given: Any) -> np.ndarray:

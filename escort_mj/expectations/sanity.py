@@ -133,9 +133,9 @@ def _energy(trace: Recorded) -> Report:
     """Robots move with no more energy than motors, disturbance, gravity, wind and touches gave them.
 
     Each is bounded from above: gravity and disturbance as if they pulled along the motion, wind as if it gave
-    robots its own speed, and a touch as if its impulse came from a body as fast as the fastest point of a robot
-    and the closing speed together, or that alone where bodies come apart. Twice that is allowed, and what one
-    step adds from rest.
+    robots its own speed, and a touch as if its impulse came from a body as fast as the fastest point of a
+    robot and the closing speed together, or as the former where bodies come apart. Twice that is allowed, and
+    what one step adds from rest.
     """
     about = {name: float(trace.attrs[name]) for name in ("gravity", "wind", "robots_mass", "timestep")}
     mass, speed, time = (trace[name].values for name in ("robot_mass", "speed_max", "time"))

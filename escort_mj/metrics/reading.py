@@ -118,7 +118,7 @@ def _last(trace: Recorded) -> NDArray[np.intp]:
 
 
 def manner_of(trace: Recorded, clearance: float, bodies: Bodies) -> str:
-    """Return how the clearance of some bodies was found: of hulls, which are spheres, there is but one way."""
+    """Return how a clearance was found; that of hulls, which are spheres, is found in one way only."""
     if "body_shape" not in trace:
         return ""
     named = dict(zip(trace["body"].values.tolist(), trace["body_shape"].values.tolist(), strict=True))

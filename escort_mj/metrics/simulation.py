@@ -24,9 +24,9 @@ def fastest_points(trace: Recorded) -> NDArray[np.float64]:
 def tunneling(trace: Recorded) -> Measure:
     """Largest possible approach of two bodies per step, relative to the least thickness; tunneling above 1.
 
-    At most the sum of the two largest displacements in a physics step among robots, target and obstacles, each
-    that of its fastest point, turning included. It is of the fastest and the thinnest, so that it bounds what
-    any two bodies can do.
+    At most the sum of the two largest displacements in a physics step among robots, target and obstacles,
+    each that of its fastest point, turning included. It is of the fastest and the thinnest, so that it bounds
+    what any two bodies can do.
     """
     moving = (fastest_points(trace), trace["target_speed_max"].values, trace["obstacle_speed_max"].values)
     speeds = np.column_stack(moving)

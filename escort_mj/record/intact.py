@@ -23,6 +23,7 @@ from escort_mj.signals import (
     MOVERS,
     OPPONENTS,
     RADIO,
+    SEVERAL,
     SIGNALS,
     TEAMS,
     TRUTH,
@@ -121,7 +122,12 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
     """Variables that are missing, or have other dimensions or types."""
     marks = {TRUTH: "mass_matrix", LYAPUNOV: "lyapunov", DRIVES: "drive_force", GOALS: "goal"}
     marks |= {KNOWLEDGE: "target_estimate", RADIO: "heard_from", LIDAR: "lidar_range"}
-    marks |= {OPPONENTS: "opponent_status", TEAMS: "member_of", MOVERS: "mover_work"}
+    marks |= {
+        OPPONENTS: "opponent_status",
+        TEAMS: "member_of",
+        MOVERS: "mover_work",
+        SEVERAL: "point_speed_max",
+    }
     channels = {channel: signal in trace for channel, signal in marks.items()}
     wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
     wanted |= {name: (dims, "fiu") for name, dims in FIXED.items()}

@@ -238,9 +238,9 @@ def record(
         sizes: Size of each dimension and channel, see `signals.record_size`.
         labels: `obstacles` and `behaviors` (names), `robot_mass`, `robot_radius` and `force_limit` (n,),
             `obstacle_radius` (m,), `obstacle_outline` (m, points, p), `neighbors` (edges, 2) as robots,
-            `spacing` (edges,), `bodies`, `body_groups`, `body_motions` and `body_shapes` (names), `body_thickness`
-            (bodies,), `groups` (watched groups of bodies), and `attributes` of the run (texts and numbers;
-            None is left out).
+            `spacing` (edges,), `bodies`, `body_groups`, `body_motions` and `body_shapes` (names),
+            `body_thickness` (bodies,), `groups` (watched groups of bodies), and `attributes` of the run
+            (texts and numbers; None is left out).
         episodes: Contact episodes, shape (k, len(episodes.COLUMNS)), in any order.
 
     Returns:

@@ -217,6 +217,6 @@ def plane_height(kinds: Iterable[tuple[RobotKind, float]]) -> float:
 
 
 def can_meet(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    """Whether two bodies that reach between two heights each [m] are beside each other for a part of these."""
+    """Whether two bodies that reach from one height to another [m] are beside each other for a part of it."""
     shared = min(one[1], other[1]) - max(one[0], other[0])
     return shared >= SHARED * min(one[1] - one[0], other[1] - other[0])

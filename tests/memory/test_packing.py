@@ -28,7 +28,8 @@ GIVEN_APART = {
         "formation_frames",
         "radius_functions",
     ),  # functions of time
-    *("stride", "extra", "stretches", "truth", "lyapunov", "watched_group", "watched_alone"),  # the record
+    *("stride", "extra", "stretches", "truth", "lyapunov"),  # the record
+    *("watched_group", "watched_alone", "watched_radius", "exact_within"),
 }
 
 

@@ -5,7 +5,7 @@ import pytest
 from escort_mj.errors import UsageError
 from escort_mj.measuring import measure
 from escort_mj.metrics import METRICS, radius_error
-from escort_mj.metrics.metric import Metric, metric, metric_of, metrics_of
+from escort_mj.metrics.metric import Measure, Metric, metric, metric_of, metrics_of
 from tests.metrics.motions import TIME
 from tests.synthetic import as_recording
 
@@ -60,14 +60,7 @@ class TestWhatItIsShown:
 class TestValues:
     @pytest.mark.parametrize(("found", "value"), [(2, 2.0), (True, 1.0)])
     def test_a_number_is_a_measure(self, make_trace, found, value):
-        assert Metric("plain", "1", "plain", lambda trace: found).of(make_trace(TIME)) == (
-            value,
-            None,
-            (),
-            "",
-            False,
-            False,
-        )
+        assert Metric("plain", "1", "plain", lambda trace: found).of(make_trace(TIME)) == Measure(value)
 
     def test_none_says_nothing(self, make_trace):
         found = Metric("silent", "1", "silent", lambda trace: None).of(make_trace(TIME))

@@ -57,6 +57,7 @@ class TestWatchedBetweenSamples:
         looks_back = {one.name for one in SIGNALS if "since the previous sample" in one.meaning}
         assert changed | {
             "speed_max",
+            "point_speed_max",
             "kinetic_energy",
             "target_speed_max",
             "obstacle_speed_max",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterator
 
 from escort_mj.behaviors import Headed
 from escort_mj.numerics.steps import last_step
+from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
 from escort_mj.scenario.checks.failures import check_failures
 from escort_mj.scenario.checks.goals import check_formations, check_goals, check_one_way, check_target
@@ -122,9 +123,10 @@ def trace_size(scenario: Scenario) -> float:
     slots = senders_of(communication, count).shape[1] if communication else 0
     informed = scenario.knowledge is not None or communication is not None
     lidar, driven = scenario.sensing.lidar, any(kind.driven for kind in kinds_of(scenario))
+    several = any(isinstance(kind, ModeledKind) for kind in kinds_of(scenario))
     rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
     opponents, teams = sum(group.count for group in scenario.opponents), len(scenario.teams)
-    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents, teams, moving)
+    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents, teams, moving, several)
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 

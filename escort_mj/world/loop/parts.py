@@ -3,8 +3,8 @@
 A built-in robot meets others with its hull, the sphere around the point that the law controls, and
 `monitor/clearances.py` watches that. A robot from a file, or one whose payload collides, has other geoms,
 which its joints may carry far from that point. Its clearance is the least distance of these geoms to those of
-another body, by MuJoCo's geometry, in the present pose. Where the sphere around them all is still farther away
-than anything that is asked for, its distance stands for theirs, which is never less.
+another body, by MuJoCo's geometry, in the present pose. Where the sphere around them all is farther away than
+anything that is asked for, its distance stands for theirs, which is never less.
 """
 
 from __future__ import annotations

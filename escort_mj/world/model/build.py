@@ -239,7 +239,7 @@ def _plan(draft: Draft, solids: Solids) -> Array:
         (0 if truth else samples_kept(record), record),  # truth needs Python at every sample
         schedule.extra,
         np.where(solids.several, -FAR_AWAY, draft.setup.robot_radius) if solids.any else None,
-        _exact_within(draft.scenario),
+        _exact_within(draft.scenario) if solids.any else 0.0,
     )
 
 
