@@ -63,7 +63,7 @@ def solids_of(tree: Element, robots: int) -> Solids:
             body: [geom for geom in body.findall("geom") if _touches(geom)] for body in root.iter("body")
         }
         found = [geom for each in solid.values() for geom in each]
-        several.append([geom.get("name") for geom in found] != [f"robot_{i}_body"])
+        several.append(bool(found) and [geom.get("name") for geom in found] != [f"robot_{i}_body"])
         limbs += several[-1] * sum(bool(each) for each in solid.values())
         geoms += len(found)
     return Solids(tuple(several), limbs, geoms) if any(several) else Solids(tuple(several))

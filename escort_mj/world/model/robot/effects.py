@@ -225,7 +225,7 @@ def geom_outline(machine: Machine, geom: int) -> Array:
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CYLINDER:
         radius, half = model.geom_size[geom, :2]
         lowest = np.array([*turn[2, :2], 0.0]) / max(np.hypot(*turn[2, :2]), SMALL)
-        ring = radius * np.vstack([_ring(48), -lowest]) @ turn.T
+        ring = radius * np.vstack([_ring(48), -lowest, lowest]) @ turn.T
         return np.vstack([place + side * half * turn[:, 2] + ring for side in (-1.0, 1.0)])
     box = model.geom_aabb[geom]
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
@@ -258,6 +258,17 @@ def is_rigid(machine: Machine) -> bool:
     model = machine.model
     bodies = model.geom_bodyid[solid_geoms(machine)]
     return bool((model.body_weldid[bodies] == model.body_weldid[machine.base]).all())
+
+
+def vertical(machine: Machine, geom: int) -> tuple[float, float]:
+    """Height of the lowest and of the highest point of a geom [m]."""
+    model, data = machine.model, machine.data
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+        middle = float(data.geom_xpos[geom][2])
+        half = float(np.linalg.norm(data.geom_xmat[geom].reshape(3, 3)[2] * model.geom_size[geom]))
+        return middle - half, middle + half
+    heights = geom_outline(machine, geom)[:, 2]
+    return float(heights.min()), float(heights.max())
 
 
 def farthest(machine: Machine, geom: int, point: Array) -> float:

@@ -23,6 +23,7 @@ from escort_mj.world.model.robot.effects import (
     geom_outline,
     is_rigid,
     solid_geoms,
+    vertical,
 )
 from escort_mj.world.model.robot.files import PLACE, Files, read_files
 from escort_mj.world.model.robot.finding import find_drive
@@ -201,7 +202,8 @@ def _robot(machine: Machine, tree: Element, files: Files, drive: DriveModel) -> 
     radius = float(np.linalg.norm(ways, axis=1).max()) * MARGIN
     reach = max(radius * drive.lifts, *(MARGIN * farthest(machine, geom, point) for geom in solid))
     freedoms = [dof for dof in range(model.nv) if model.dof_bodyid[dof] in machine.bodies]
-    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    heights = [vertical(machine, geom) for geom in solid]
+    low, high = min(low for low, _ in heights), max(high for _, high in heights)
     lifted = -low if stands or (low < 0.0 and not drive.lifts) else 0.0
     return RobotModel(
         root=root,

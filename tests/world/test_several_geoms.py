@@ -1,0 +1,185 @@
+"""Robots that are more than their hulls: what they touch, how near they come, how fast their points are."""
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+
+from escort_mj import mission
+from escort_mj.errors import RobotError, ScenarioError
+from escort_mj.robots.modeled import Source
+from escort_mj.scenario import load_file
+from escort_mj.scenario.reader.load import parse_scenario
+from escort_mj.world.model.build import build
+from escort_mj.world.model.robot.reading import read_model
+
+SLIDER = (
+    '<mujoco><worldbody><body name="base" pos="0 0 {height}">'
+    '<joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>'
+    '<geom name="hub" type="sphere" size="0.2" mass="1" {more}/>{limb}</body></worldbody>'
+    '<actuator><motor joint="x" ctrlrange="-20 20"/><motor joint="y" ctrlrange="-20 20"/>{servo}</actuator>'
+    "{key}</mujoco>"
+)
+TELESCOPE = (
+    '<body name="arm"><joint type="slide" axis="1 0 0" range="0 1.5" springref="1.2" stiffness="3" '
+    'damping="1"/><geom name="tip" type="sphere" size="0.1" mass="0.1"/></body>'
+)
+BLADE = (
+    '<body name="bar"><joint name="spin" type="hinge" axis="0 0 1"/>'
+    '<geom type="box" size="0.5 0.01 0.05" mass="0.05"/></body>'
+)
+ROCK = {"name": "rock", "position": [0, 0.1], "radius": 0.3}
+
+
+def slider(height=0.2, more="", limb="", servo="", key=""):
+    return SLIDER.format(height=height, more=more, limb=limb, servo=servo, key=key)
+
+
+@pytest.fixture
+def flown(tmp_path):
+    """Load a mission of robots that drive from -3 to 3 along x, and fly it."""
+
+    def fly(*robots, expect=(), run=True, **keys):
+        kinds = []
+        for number, robot in enumerate(robots):
+            if isinstance(robot, str) and robot.startswith("<"):
+                (tmp_path / f"{number}.xml").write_text(robot)
+                robot = {"kind": "mjcf", "file": f"{number}.xml"}
+            kinds.append(robot)
+        goals = [[3, float(k)] for k in range(len(kinds))]
+        scenario = {
+            "duration": 6,
+            "target": None,
+            "robots": {
+                "positions": [[-3, float(k)] for k in range(len(kinds))],
+                "kind": kinds[0],
+                "overrides": [{"robot": k + 1, "kind": kind} for k, kind in enumerate(kinds) if k],
+            },
+            "mission": {"max_speed": 1, "behaviors": [{"behavior": "goal", "goals": goals, "gain": 1}]},
+            "controller": {"gains": "auto"},
+            "expect": list(expect),
+        }
+        (tmp_path / "mission.yaml").write_text(json.dumps(scenario | keys))
+        loaded = load_file(tmp_path / "mission.yaml")
+        return mission.fly(loaded) if run else loaded
+
+    return fly
+
+
+def held(run):
+    return {verdict.metric: verdict.held for verdict in run.verdicts}
+
+
+@pytest.mark.parametrize("height", [-3.0, 0.2, 1.7])
+def test_a_mission_happens_at_the_height_of_robots_that_cannot_rise(flown, height):
+    expect = [{"contacts": "none"}, {"metric": "contacts", "at_most": 0}]
+    run = flown(slider(height), obstacles=[ROCK], expect=expect)
+    assert not any(held(run)[name] for name in ("contacts",))
+    model = build(run.scenario).model
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    hub, rock = data.geom("robot_1/hub").xpos[2], data.geom("rock_body").xpos[2]
+    assert hub == pytest.approx(rock) == pytest.approx(max(height, 0.2))
+
+
+def test_bodies_that_would_pass_above_one_another_are_refused_with_their_heights(flown):
+    with pytest.raises(
+        ScenarioError, match=r"between 0\.1 and 0\.5 m .* and robot 2, a slung, .*0\.78 and 1\.18"
+    ):
+        flown(slider(0.3), "slung", run=False)
+    small = {"name": "pebble", "position": [0, 3], "radius": 0.05}
+    with pytest.raises(ScenarioError, match=r"pebble between 0\.55 and 0\.65 m|and pebble"):
+        flown(slider(0.2), slider(0.9), obstacles=[small], run=False)
+    assert flown(slider(0.3), "point_mass", run=False)
+
+
+def test_a_robot_that_nothing_can_touch_is_refused(flown, tmp_path):
+    ghost = slider(more='contype="0" conaffinity="0"')
+    with pytest.raises(RobotError, match="none of its geoms can touch anything"):
+        read_model(Source(text=ghost, name="ghost"))
+    with pytest.raises(ScenarioError, match="none of its geoms can touch anything"):
+        flown(ghost, run=False)
+
+
+@pytest.mark.parametrize(("bits", "other"), [((0, 0), "anything"), ((4, 4), "target"), ((1, 0), "robot_2")])
+def test_a_plugin_whose_hull_passes_through_bodies_is_refused(tmp_path, bits, other):
+    (tmp_path / "odd.py").write_text(
+        "from typing import ClassVar, Literal\nfrom escort_mj.plugins import RobotKind\n\n\n"
+        "class Odd(RobotKind):\n    part: ClassVar[str] = 'point_mass'\n"
+        "    kind: Literal['odd'] = 'odd'\n\n    def shape(self, parts, radius):\n"
+        f"        parts['body'].set('contype', '{bits[0]}')\n"
+        f"        parts['body'].set('conaffinity', '{bits[1]}')\n"
+    )
+    (tmp_path / "odd.yaml").write_text("plugins: [odd.py]\nrobots: {count: 2, kind: odd}\n")
+    with pytest.raises(ScenarioError, match=f"robot 1, a odd, cannot touch {other}"):
+        build(load_file(tmp_path / "odd.yaml"))
+
+
+def test_clearance_is_that_of_an_arm_that_leaves_the_hull(flown):
+    block = {"name": "block", "shape": "box", "position": [3.1, 0], "size": [0.3, 0.3, 1]}
+    goal = {"max_speed": 1, "behaviors": [{"behavior": "goal", "goals": [[2, 0]], "gain": 1}]}
+    expect = [
+        {"clearance": ["robots", "obstacles"], "at_least": 0.5},
+        {"metric": "obstacle_clearance_min", "at_least": 0.5},
+        {"clearance": ["robots", "block"], "at_least": 0.5},
+    ]
+    run = flown(slider(limb=TELESCOPE), obstacles=[block], mission=goal, expect=expect)
+    values = [verdict.value for verdict in run.verdicts[1:]]
+    assert values == [pytest.approx(-0.003, abs=0.002)] * 3 and len(set(values)) == 1
+    assert not any(verdict.held for verdict in run.verdicts[1:])
+    assert all(verdict.message.endswith("by geoms") for verdict in run.verdicts[1:])
+
+
+def test_clearance_is_that_of_a_payload_that_collides(flown):
+    tower = {"name": "tower", "shape": "box", "position": [0, 0.3], "size": [0.1, 0.1, 0.5]}
+    expect = [{"clearance": ["robots", "obstacles"], "at_least": 0.05}]
+    swinging = {"kind": "slung", "payload_collides": True}
+    run = flown(swinging, obstacles=[tower], expect=expect, controller={})
+    touched = run.trace["episode_start"].values
+    assert len(touched) and not run.verdicts[-1].held and run.verdicts[-1].value < 0.0
+    sample = int(np.searchsorted(run.trace["time"].values, touched[0]))
+    assert run.trace["clearance"].values[sample, 0, 2] < 0.0
+
+
+def test_beyond_what_is_asked_for_the_sphere_around_a_robot_stands_for_it(flown):
+    far = {"name": "far", "position": [0, 9], "radius": 0.5}
+    run = flown(slider(), obstacles=[far], expect=[{"clearance": ["robots", "far"], "at_least": 0.5}])
+    assert run.verdicts[-1].value == pytest.approx(9 - 0.5 - 0.2, abs=1e-4)
+    assert run.verdicts[-1].value <= 8.3
+    assert run.verdicts[-1].message.endswith("at least, by the spheres around robots")
+
+
+@pytest.mark.parametrize("more", ['margin="0.6"', 'gap="0.6"', 'margin="0.3" gap="0.3"'])
+def test_a_force_is_a_touch_and_so_are_surfaces_that_meet(flown, more):
+    block = {"name": "block", "shape": "box", "position": [0.5, 0], "size": [0.3, 0.3, 1]}
+    run = flown(slider(more=more), obstacles=[block], expect=[{"contacts": "none"}])
+    force = run.trace["episode_peak_force"].values
+    least = run.trace["clearance"].values.min()
+    assert not run.verdicts[-1].held and len(force) and (force.max() > 50.0 or least < 0.0)
+
+
+def test_tunneling_counts_the_tip_of_what_turns(flown):
+    key = '<keyframe><key qpos="0 0 0" ctrl="0 0 1570"/></keyframe>'
+    servo = '<velocity joint="spin" kv="0.05" ctrlrange="0 2000"/>'
+    pole = {
+        "name": "pole",
+        "shape": "cylinder",
+        "size": [0.02],
+        "motion": {"position": ["1.5 - 0.6*t", 0.25]},
+    }
+    still = {"max_speed": 1, "behaviors": [{"behavior": "goal", "goals": [[0, 0]], "gain": 1}]}
+    run = flown(
+        slider(1.0, limb=BLADE, servo=servo, key=key), obstacles=[pole], mission=still, duration=4,
+        robots={"positions": [[0, 0]], "kind": {"kind": "mjcf", "file": "0.xml"}},
+        expect=[{"sanity": ["tunneling"]}, {"sanity": ["energy"]}],
+    )  # fmt: skip
+    tunneling, energy = run.verdicts[1:]
+    reach = np.hypot(0.5, np.hypot(0.01, 0.05))
+    assert tunneling.value == pytest.approx(1570 * reach * 0.002 / 0.02, rel=0.02) and not tunneling.held
+    assert energy.held and energy.value + energy.margin >= 0.0
+
+
+def test_a_robot_that_is_its_hull_records_nothing_more():
+    world = build(parse_scenario("robots: {count: 2}"))
+    assert world.shapes[:2] == ("sphere", "sphere") and "several" not in world.sizes
