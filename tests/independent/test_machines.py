@@ -45,4 +45,4 @@ def test_the_bystander_sees_what_can_be_said_without_it(tmp_path) -> None:
     assert last == len(seen.times) - 1
     assert 0.0 < seen.distances[pair][first] < 0.1 < seen.distances[pair][first - 2]
     moved = np.diff(seen.places[:, 0, 0]).max() / seen.timestep
-    assert seen.fastest == pytest.approx(moved, rel=1e-9)
+    assert seen.fastest == pytest.approx(moved, rel=1e-5)
