@@ -191,7 +191,7 @@ class Metric(NamedTuple):
             names(found.bodies),
             text(found.reason, "reason"),
             bool(found.broken),
-            text(found.manner, "manner"),
+            manner=text(found.manner, "manner"),
         )
         if found.value is not None and not self._allows(found.value):
             limits = f"at least {self.least:g}" + (
