@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from escort_mj import mission
 from escort_mj.errors import EscortError
 from escort_mj.scenario import load_file
+from escort_mj.scenario.geometry.placement import kinds_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
@@ -37,6 +38,9 @@ Pair = tuple[str, str]
 
 SIGHT = 1.5  # surfaces farther apart are known to be so, no more [m]
 EXACT = 5e-6  # of distances of shapes without a closed form, found by MuJoCo's iterations in two ways [m]
+SINKS = (
+    1e-4  # of the clearance of balls: in the plane it is less than in space, by their depth in the floor [m]
+)
 DEEP = 1e-2  # of the depth of a center inside a shape: MuJoCo is not exact there; flight.py has closed forms
 SPHERES = (
     1.0  # clearances at least so large may be those of the spheres around robots, or boxes of shapes [m]
@@ -62,6 +66,7 @@ class Seen:
         touches: Steps in which each pair touches.
         still: Bodies that stand.
         led: Whether the target is put where it is to be.
+        rolling: Balls and robots on wheels that are their hulls, spheres that sink into the floor.
         fastest: Largest speed of a point of a robot's geoms, from step to step [m/s].
         thinnest: Least extent of a geom [m].
         timestep: [s].
@@ -75,6 +80,7 @@ class Seen:
     touches: dict[Pair, list[int]]
     still: set[str]
     led: bool
+    rolling: set[str]
     fastest: float = 0.0
     thinnest: float = np.inf
     timestep: float = 0.0
@@ -129,7 +135,10 @@ def watch(scenario: Scenario) -> Seen:
     times = np.arange(steps) * scenario.physics.timestep
     places = np.empty((steps, len(robots), scenario.axes))
     distances = {pair: np.empty(steps) for pair in pairs}
-    seen = Seen(names, groups, times, places, distances, {}, still, led, timestep=scenario.physics.timestep)
+    rolling = {name for name, kind in zip(robots, kinds_of(scenario), strict=True) if kind.rolls}
+    seen = Seen(
+        names, groups, times, places, distances, {}, still, led, rolling, timestep=scenario.physics.timestep
+    )
     seen.thinnest = min(2.0 * model.geom_aabb[geom, 3:].min() for each in geoms.values() for geom in each)
     hulls = [model.geom(f"{name}_body").id for name in robots]
     own = [
@@ -244,6 +253,7 @@ def differences(one: Drawn, folder: Path) -> Iterator[str]:
 def _clearances(trace: Any, seen: Seen, rows: NDArray[np.int64], planar: bool) -> Iterator[str]:
     """Yield samples whose clearances are wrong."""
     columns = [str(group) for group in trace["group"].values]
+    rolls = seen.rolling
     robots = [name for name in seen.names if seen.groups[name] == "robots"]
     first = np.concatenate([[0], rows[:-1] + 1])
     watched = [(name, trace["clearance"].values[:, i]) for i, name in enumerate(robots)]
@@ -257,7 +267,8 @@ def _clearances(trace: Any, seen: Seen, rows: NDArray[np.int64], planar: bool) -
             true = np.minimum.reduce([seen.distances[pair] for pair in pairs])
             for sample, (begin, end) in enumerate(zip(first, rows, strict=True)):
                 found, least = float(values[sample, column]), float(true[begin : end + 1].min())
-                exact = found < SPHERES and abs(found - least) <= EXACT
+                sunk = SINKS if any(rolls.intersection(pair) for pair in pairs) else 0.0
+                exact = found < SPHERES and -EXACT - sunk <= found - least <= EXACT
                 if name == "target" and group != "robots" and least < 0.0:
                     deeper = found <= least + EXACT  # the way out of a shape leads along the plane
                     inside = least < -TARGET and abs(found - least) < DEEP * -least
