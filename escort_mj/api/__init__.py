@@ -8,7 +8,7 @@ import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Sized
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from escort_mj.api.runs import Run
 from escort_mj.errors import RenderError, UsageError
@@ -17,6 +17,7 @@ from escort_mj.mission.batch import fly_many
 from escort_mj.recognize import scenarios_folder, scenarios_in
 from escort_mj.record.folder import RunFolder, read_run
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Count, Finite, Source, checked
 from escort_mj.scenario.notes import notes
 from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.scenario.reader.shipped import load_scenario, scenario_path, study_path
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["cases", "fly", "judge", "load_scenario", "run", "run_many", "scenarios_folder", "study_path"]
 
 
+@checked
 def cases(paths: Sequence[str | os.PathLike[str]]) -> list[Case]:
     """The scenarios to check: files, those in folders and the folders in them, and shipped ones by name.
 
@@ -66,8 +68,9 @@ def _label(path: Path) -> str:
     return here.as_posix() if path.is_dir() else here.with_suffix("").as_posix()
 
 
+@checked
 def run(
-    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+    scenario: Scenario | Source,
     out: str | os.PathLike[str] | None = None,
     *,
     overwrite: bool = False,
@@ -102,7 +105,7 @@ def run(
     if out is None:
         return Run(fly(scenario, None, progress, interpret=interpreted))
     for note in notes(scenario):
-        warnings.warn(note, stacklevel=2)
+        warnings.warn(note, stacklevel=3)
     with RunFolder.create(Path(out), overwrite=overwrite) as folder:
         flight = fly(scenario, folder, progress, interpret=interpreted)
     with _video_of(folder.path) if video else contextlib.nullcontext():
@@ -135,11 +138,12 @@ def _video_of(folder: Path) -> Iterator[None]:
         except RenderError as error:
             fault = error
         if fault is not None:
-            warnings.warn(f"no video: {fault}", stacklevel=4)
+            warnings.warn(f"no video: {fault}", stacklevel=5)
 
 
+@checked
 def start(
-    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+    scenario: Scenario | Source,
     overrides: Overrides = (),
     plugins: Sequence[str] = (),
 ) -> LiveMission:
@@ -165,6 +169,7 @@ def start(
     return LiveMission(load_scenario(scenario, overrides, plugins))
 
 
+@checked
 def open_run(path: str | os.PathLike[str]) -> Run:
     """Open a run folder.
 
@@ -177,13 +182,14 @@ def open_run(path: str | os.PathLike[str]) -> Run:
     return Run(read_run(path))
 
 
+@checked
 def judge(
     log: str | os.PathLike[str],
-    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+    scenario: Scenario | Source,
     out: str | os.PathLike[str] | None = None,
     *,
     names: Mapping[str, str] | None = None,
-    start: float | None = None,
+    start: Finite | None = None,
     overwrite: bool = False,
     figures: bool = True,
     report: bool = False,
@@ -229,9 +235,10 @@ def judge(
     return judged
 
 
+@checked
 def run_many(
-    scenarios: Iterable[Scenario | str | os.PathLike[str] | Mapping[str, Any]],
-    threads: int | None = None,
+    scenarios: Iterable[Scenario | Source],
+    threads: Count | None = None,
     *,
     traces: bool = False,
     progress: Progress | None = None,
@@ -255,8 +262,6 @@ def run_many(
         ScenarioError: With all faults of an invalid file.
         UsageError: If there is no such file or scenario, or if `threads` is less than 1.
     """
-    if threads is not None and threads < 1:
-        raise UsageError(f"threads: found {threads}; allowed is 1 or more")
     total = len(scenarios) if isinstance(scenarios, Sized) else math.inf
     loaded = (one if isinstance(one, Scenario) else load_scenario(one) for one in scenarios)
 

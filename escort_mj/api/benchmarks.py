@@ -3,31 +3,33 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Annotated
 
 from escort_mj.api import load_scenario
 from escort_mj.errors import UsageError
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Bound, Count, Positive, Seed, Source, checked
 from escort_mj.study.benchmark.gcbf import BASES, Benchmark, run_benchmark
 from escort_mj.study.benchmark.worlds import draw_worlds, read_worlds
 from escort_mj.study.engine.parallel import cores
 
 
+@checked
 def gcbf(
     worlds: str | os.PathLike[str] | None = None,
     *,
-    agents: int | None = None,
-    area: float = 4.0,
-    obstacles: int = 8,
-    travel: float | None = None,
-    episodes: int | None = None,
-    seed: int = 0,
+    agents: Count | None = None,
+    area: Positive = 4.0,
+    obstacles: Annotated[int, Bound(0)] = 8,
+    travel: Positive | None = None,
+    episodes: Count | None = None,
+    seed: Seed = 0,
     environment: str = "DoubleIntegrator",
-    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    scenario: Scenario | Source | None = None,
     overrides: Sequence[str] = (),
-    workers: int | None = None,
+    workers: Count | None = None,
     progress: bool | Progress | None = None,
 ) -> Benchmark:
     """Fly the worlds of the GCBF+ benchmark.

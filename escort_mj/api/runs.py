@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterable, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from escort_mj.api.shown import ShownPage, ShownVideo
 from escort_mj.errors import UsageError
@@ -18,6 +18,7 @@ from escort_mj.mission import NOT_KEPT, Flight, save
 from escort_mj.record.folder import VIDEO, RunFolder, StoredRun
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Bound, Positive, checked
 from escort_mj.scenario.findings import did_you_mean
 from escort_mj.scenario.reader.load import stored_scenario
 
@@ -113,6 +114,7 @@ class Run:
         }
         return pandas.Series(row | self.values, name=self.name, dtype=object)
 
+    @checked
     def to_dataframe(self, signals: str | Sequence[str] | None = None) -> pandas.DataFrame:
         """Return recorded signals over time, with one column per component, such as `q.robot_1.x`.
 
@@ -131,6 +133,8 @@ class Run:
         if signals is not None:
             known = [str(name) for name, one in trace.data_vars.items() if one.dims[:1] == ("time",)]
             wanted = [signals] if isinstance(signals, str) else list(signals)
+            if not wanted:
+                raise UsageError("signals: found none; expected names, or None for all")
             for name in wanted:
                 if name not in known:
                     hint = did_you_mean(name, known) or f"; allowed are {', '.join(known)}"
@@ -145,12 +149,13 @@ class Run:
 
         return tuple(plots_of(self.trace))
 
+    @checked
     def plot(
         self,
         name: str | None = None,
-        width: str | float | None = None,
+        width: str | Positive | None = None,
         font: str | None = None,
-        font_size: float | None = None,
+        font_size: Positive | None = None,
         title: bool = True,
     ) -> Figure:
         """Draw a figure of the run.
@@ -177,6 +182,7 @@ class Run:
         words = "" if self.outcome.good else f"{self.outcome.value}: {self.message}"
         return figure_of(self.trace, name, words, look_of(width, font, font_size, title))
 
+    @checked
     def video(self, path: str | os.PathLike[str] | None = None, **changes: Any) -> ShownVideo:
         """Render the video of the run, unless its folder already contains it.
 
@@ -205,6 +211,7 @@ class Run:
         scenario = self.scenario.replace({f"video.{key}": value for key, value in changes.items()})
         return ShownVideo(render_video(folder, scenario.video, out=file))
 
+    @checked
     def report(self, path: str | os.PathLike[str] | None = None) -> ShownPage:
         """Write the run as a self-contained HTML page with a replay.
 
@@ -218,6 +225,7 @@ class Run:
 
         return ShownPage(write_run_page(self._on_disk(), None if path is None else Path(path)))
 
+    @checked
     def export(self, path: str | os.PathLike[str]) -> Path:
         """Write the run for other programs.
 
@@ -238,7 +246,10 @@ class Run:
         export_run(read_run(self._on_disk()), Path(path))
         return Path(path)
 
-    def view(self, speed: float = 1.0, host: str = "127.0.0.1", port: int = 8080) -> None:
+    @checked
+    def view(
+        self, speed: Positive = 1.0, host: str = "127.0.0.1", port: Annotated[int, Bound(0)] = 8080
+    ) -> None:
         """Show the run in the browser until interrupted (Ctrl-C, or the stop button of a notebook).
 
         Args:
@@ -261,6 +272,7 @@ class Run:
             with contextlib.suppress(KeyboardInterrupt):
                 viewer.run(Event())
 
+    @checked
     def save(self, path: str | os.PathLike[str], overwrite: bool = False) -> Run:
         """Write a run in memory to a run folder.
 
@@ -326,6 +338,7 @@ class Run:
         return run_in_html(self.name, self._in_words(), self.passed, self.verdicts, self._thumbnail)
 
 
+@checked
 def table(runs: Iterable[Run]) -> pandas.DataFrame:
     """Return many runs as one table, with one row per run and the columns of `Run.summary`.
 

@@ -15,6 +15,7 @@ from escort_mj.api import load_scenario, scenarios_folder, study_path
 from escort_mj.api.shown import ShownPage
 from escort_mj.progress import Progress, shown_progress
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Count, Source, StudySource, checked
 from escort_mj.study.engine.parallel import cores
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from escort_mj.study.sweeps.design import Design
 
 ShowProgress = bool | Progress | None
-AnyStudy = str | os.PathLike[str] | Mapping[str, Any]
+AnyStudy = StudySource
 
 
 @dataclass(frozen=True, repr=False)
@@ -58,6 +59,7 @@ class StudyResult:
         """Return a copy of the table."""
         return self.table.copy()
 
+    @checked
     def report(self, path: str | os.PathLike[str] | None = None) -> ShownPage:
         """Write the page of a sweep, with statistics, figures and its worst runs.
 
@@ -112,11 +114,12 @@ def _lay_out(
     return Design(file, scenarios_folder()), folder, cores() if workers is None else workers
 
 
+@checked
 def sweep(
     study: AnyStudy,
     out: str | os.PathLike[str] | None = None,
     *,
-    workers: int | None = None,
+    workers: Count | None = None,
     backend: Literal["local", "threads", "dask"] = "local",
     scheduler: str | None = None,
     confirmed: bool = False,
@@ -156,17 +159,18 @@ def sweep(
     return StudyResult(design.study.study, folder, lines, written, not done.failed, done, read)
 
 
+@checked
 def compare(
-    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
-    laws: Sequence[str] = (),
-    outer: Sequence[str] = (),
-    seeds: int = 1,
+    scenario: Scenario | Source,
+    laws: str | Sequence[str] = (),
+    outer: str | Sequence[str] = (),
+    seeds: Count = 1,
     out: str | os.PathLike[str] | None = None,
     *,
     over: Literal["whole", "tail"] | None = None,
     after: float | None = None,
     before: float | None = None,
-    workers: int | None = None,
+    workers: Count | None = None,
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
@@ -219,7 +223,7 @@ def span_given(over: str | None, after: float | None, before: float | None) -> S
 
 def compared(
     docs: Path | None,
-    scenario: Scenario | str | os.PathLike[str] | Mapping[str, Any],
+    scenario: Scenario | Source,
     laws: Sequence[str],
     outer: Sequence[str],
     seeds: int,
@@ -255,11 +259,12 @@ def compared(
     return _of_findings(mission.name, folder, found, _table_of(folder / "table.csv"))
 
 
+@checked
 def reproduce(
     only: Sequence[str | int] = (),
     out: str | os.PathLike[str] | None = None,
     *,
-    workers: int | None = None,
+    workers: Count | None = None,
     again: bool = False,
     progress: ShowProgress = None,
 ) -> StudyResult:
@@ -300,11 +305,12 @@ def reproduce(
     return _of_findings("reproduction", folder, found, read)
 
 
+@checked
 def tune(
     study: AnyStudy,
     out: str | os.PathLike[str] | None = None,
     *,
-    workers: int | None = None,
+    workers: Count | None = None,
     overrides: Sequence[str] = (),
     figures: bool = False,
     progress: ShowProgress = None,
@@ -347,11 +353,12 @@ def tune(
     return StudyResult(design.study.study, folder, lines, written, True, found, _table_of(folder / TRIALS))
 
 
+@checked
 def falsify(
     study: AnyStudy,
     out: str | os.PathLike[str] | None = None,
     *,
-    workers: int | None = None,
+    workers: Count | None = None,
     overrides: Sequence[str] = (),
     progress: ShowProgress = None,
 ) -> StudyResult:

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.api import load_scenario
-from escort_mj.environments.arguments import checked_command, checked_weights
 from escort_mj.environments.registration import ENVIRONMENT
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.environments.simulation import due
 from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Source, checked
 from escort_mj.signals import columns
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
@@ -44,6 +44,7 @@ class LawEpisode(NamedTuple):
     outcome: Outcome
 
 
+@checked
 def law_episode(
     scenario: Scenario, command: Command = "velocity", reward: Reward | None = None
 ) -> LawEpisode:
@@ -61,10 +62,9 @@ def law_episode(
         UsageError: If commands are forces and there is no limit to scale them by, or `command` or `reward` is
             not of its kind.
     """
-    command, weights = checked_command(command), checked_weights("reward", reward, Reward)
     world = build(scenario)
     plant, bound = Plant(world), bound_of(scenario, world)
-    senses = Senses(plant, 1, command, weights)
+    senses = Senses(plant, 1, command, reward or Reward())
     senses.enter(0, plant, bound)
     limits, given = senses.limits(bound), columns(SIGNALS[command], world.sizes)
     observed: list[Seen] = []
@@ -93,9 +93,10 @@ def law_episode(
     )
 
 
+@checked
 def minari_dataset(
     dataset_id: str,
-    scenario: Scenario | str = "main",
+    scenario: Scenario | Source = "main",
     seeds: Iterable[int] = range(10),
     command: Command = "velocity",
     reward: Reward | None = None,

@@ -12,6 +12,7 @@ from escort_mj.environments.senses import Command, Reward
 from escort_mj.environments.simulation import Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Source, checked
 
 Array = NDArray[np.float64]
 
@@ -25,8 +26,9 @@ class EscortEnvironment(dm_env.Environment):
         simulation: The mission.
     """
 
+    @checked
     def __init__(
-        self, scenario: Scenario | str, command: Command = "velocity", reward: Reward | None = None
+        self, scenario: Scenario | Source, command: Command = "velocity", reward: Reward | None = None
     ) -> None:
         """Prepare a scenario; arguments as of `Simulation`."""
         self.simulation = Simulation(scenario, command, reward)

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.control.custom.native import any_failure
-from escort_mj.environments.arguments import checked_command, checked_count, checked_weights
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
-from escort_mj.environments.simulation import OneSide, next_hop, one_side
+from escort_mj.environments.simulation import OneSide, next_hop
 from escort_mj.mission import bound_of, examine
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Source
 from escort_mj.study.engine.parallel import cores
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
@@ -56,7 +56,7 @@ class Fleet:
 
     def __init__(
         self,
-        scenario: Scenario | str,
+        scenario: Scenario | Source,
         count: int,
         command: Command = "velocity",
         reward: Reward | None = None,
@@ -76,13 +76,12 @@ class Fleet:
             rival_reward: Weights of what is asked of opponents; None for those of `RivalReward`.
 
         Raises:
-            UsageError: If an argument is not of its kind, or forces are to be commanded and there is no limit
-                to scale them by, or opponents and there are none, or both sides.
+            UsageError: If forces are to be commanded and there is no limit to scale them by, or opponents and
+                there are none.
         """
-        self._command, self._opposed = checked_command(command), one_side(side) == "opponents"
-        self._rival_reward = checked_weights("rival_reward", rival_reward, RivalReward)
-        weights = checked_weights("reward", reward, Reward)
-        threads = cores() if threads is None else checked_count("threads", threads)
+        self._command, self._opposed = command, side == "opponents"
+        self._rival_reward, weights = rival_reward or RivalReward(), reward or Reward()
+        threads = cores() if threads is None else int(threads)
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         world = self._build(self.scenario)
         plant = Plant(world)  # each mission gets its own when it begins

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import deepcopy
 from typing import Any
 
@@ -14,7 +15,7 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
-from escort_mj.environments.picture import SIZE, Camera, known_mode
+from escort_mj.environments.picture import SIZE, Camera, RenderMode, Size
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
@@ -22,6 +23,7 @@ from escort_mj.environments.simulation import Side, Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Source, argument_error, checked, numbers
 
 
 class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
@@ -37,13 +39,14 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
 
     metadata = {"name": "escort_mj", "render_modes": ["rgb_array"]}
 
+    @checked
     def __init__(
         self,
-        scenario: Scenario | str,
+        scenario: Scenario | Source,
         command: Command = "velocity",
         reward: Reward | None = None,
-        render_mode: str | None = None,
-        size: tuple[int, int] = SIZE,
+        render_mode: RenderMode | None = None,
+        size: Size = SIZE,
         side: Side = "robots",
         rival_reward: RivalReward | None = None,
     ) -> None:
@@ -54,7 +57,7 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         self._opponents = [f"opponent_{o + 1}" for o in range(rivals.count if rivals else 0)]
         self.possible_agents = [*robots, *self._opponents]
         self.agents: list[str] = []
-        self.render_mode = known_mode(render_mode)
+        self.render_mode = render_mode
         self._camera = Camera(simulation, size)
         self._seeds = Seeds(simulation.scenario.seed)
         most = simulation.limits
@@ -76,7 +79,13 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Seen], dict[str, dict[str, Any]]]:
-        """Start a mission: that of a seed, or the next one of this environment's generator."""
+        """Start a mission: that of a seed, or the next one of this environment's generator.
+
+        Options are not used: the tests of PettingZoo give some.
+
+        Raises:
+            UsageError: If the seed is no whole number of at least 0.
+        """
         self.simulation.reset(self._seeds.next(seed))
         self.agents = list(self.possible_agents)
         return self._observations(), {agent: {} for agent in self.agents}
@@ -90,11 +99,23 @@ class EscortParallelEnv(ParallelEnv[str, Seen, NDArray[np.float32]]):
         dict[str, bool],
         dict[str, dict[str, Any]],
     ]:
-        """Advance to the next sample; who is without an action rests."""
+        """Advance to the next sample; who is without an action rests.
+
+        Raises:
+            UsageError: If there is an action of nobody, or one of another shape or with a number that is not
+                finite.
+        """
+        if not isinstance(actions, Mapping):
+            raise argument_error("actions", actions, "actions by the names of agents")
         if not self.agents:
             return {}, {}, {}, {}, {}
-        simulation, rest = self.simulation, np.zeros(self.simulation.axes)
-        given = np.array([actions.get(agent, rest) for agent in self.possible_agents])
+        if unknown := [agent for agent in actions if agent not in self.possible_agents]:
+            raise argument_error("actions", unknown[0], f"names of agents: {', '.join(self.possible_agents)}")
+        simulation, shape = self.simulation, (self.simulation.axes,)
+        given = np.zeros((len(self.possible_agents), *shape))
+        for row, agent in enumerate(self.possible_agents):
+            if agent in actions:
+                given[row] = numbers(actions[agent], f"action of {agent}", shape, "shares from -1 to 1")
         robots = len(given) - len(self._opponents)
         earned = simulation.step(
             given[:robots] if robots else None, given[robots:] if self._opponents else None

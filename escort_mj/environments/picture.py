@@ -3,44 +3,33 @@
 from __future__ import annotations
 
 from base64 import b64encode
+from typing import Annotated, Literal
 
 import numpy as np
 
-from escort_mj.environments.arguments import checked_size
 from escort_mj.environments.simulation import Simulation
 from escort_mj.errors import UsageError
 from escort_mj.report.video.live import TRAIL, Painter, Picture, Subject
+from escort_mj.scenario.arguments import Count, Words
 from escort_mj.world.labels import labels_of
 
 SIZE = 640, 360  # width and height [pixel]
-
-
-def known_mode(mode: str | None) -> str | None:
-    """Return a mode of rendering that environments have.
-
-    Raises:
-        UsageError: If it is another one.
-    """
-    if mode not in (None, "rgb_array"):
-        raise UsageError(f"render_mode is {mode!r}; expected None or 'rgb_array'")
-    return mode
+Size = Annotated[tuple[Count, Count], Words("width and height in pixels, such as (640, 360)")]
+RenderMode = Literal["rgb_array"]
 
 
 class Camera:
     """Draws a simulation as it goes, through its scenario's `video.camera`."""
 
-    def __init__(self, simulation: Simulation, size: tuple[int, int] = SIZE) -> None:
+    def __init__(self, simulation: Simulation, size: Size = SIZE) -> None:
         """Prepare; the child process starts with the first picture.
 
         Args:
             simulation: What to draw.
             size: Width and height [pixel].
-
-        Raises:
-            UsageError: If the size is not two whole numbers of at least 1.
         """
         self._simulation = simulation
-        self._painter = Painter(checked_size(size))
+        self._painter = Painter((int(size[0]), int(size[1])))
         self._shown: object = None
         self._drawn = 0
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.components.movers import COMES
+from escort_mj.environments.senses import check_weights
 from escort_mj.errors import UsageError
 from escort_mj.memory.rivals import REWARD, SEEN, STATUS, WEIGHTS, rival_perception_of
 from escort_mj.policies.learned import LARGEST, inputs, within_speed
@@ -32,6 +33,9 @@ class RivalReward:
     reach: float = 10.0
     capture: float = 10.0
     command: float = 0.001
+
+    def __post_init__(self) -> None:
+        check_weights(self)
 
 
 class Rivals:

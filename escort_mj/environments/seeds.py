@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from escort_mj.errors import UsageError
+from escort_mj.scenario.arguments import SEEDS, whole_number
 
 MOST = 2**31  # seeds that are drawn stay below it
 
@@ -27,14 +27,11 @@ class Seeds:
             seed: The one asked for; None to go on.
 
         Raises:
-            UsageError: If it is negative.
+            UsageError: If it is no whole number of at least 0.
         """
-        if seed is not None and seed < 0:
-            raise UsageError(f"the seed is {seed}; expected at least 0")
-        if seed is None:
-            seed = self._first
+        seed = self._first if seed is None else whole_number(seed, "seed", SEEDS, 0)
         self._first = None
         if seed is None:
             return int(self._generator.integers(MOST))
         self._generator = np.random.default_rng(seed)
-        return int(seed)
+        return seed

@@ -17,6 +17,7 @@ from escort_mj.control.setup import Setup
 from escort_mj.errors import UsageError
 from escort_mj.memory.perception import SETTINGS, TEAMMATES, perception_of
 from escort_mj.numerics.thomson import even_points, nearest_edges
+from escort_mj.scenario.arguments import Bound, number
 from escort_mj.signals import columns
 from escort_mj.world.plant import Plant
 
@@ -53,6 +54,19 @@ class Reward:
     touch: float = 100.0
     breach: float = 100.0
     capture: float = 10.0
+
+    def __post_init__(self) -> None:
+        check_weights(self)
+
+
+def check_weights(reward: object) -> None:
+    """Refuse weights that are no finite numbers.
+
+    Raises:
+        UsageError: With the first of them.
+    """
+    for name, value in vars(reward).items():
+        number(value, name, "a weight, a finite number", Bound())
 
 
 class Senses:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import time
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from escort_mj import stopping
 from escort_mj.api import load_scenario
 from escort_mj.api.runs import Run
-from escort_mj.environments.arguments import checked_command, checked_weights
 from escort_mj.environments.rivals import RivalReward, Rivals
 from escort_mj.environments.senses import Command, Reward, Seen, Senses
 from escort_mj.errors import UsageError
@@ -19,6 +18,7 @@ from escort_mj.mission import bound_of, completed, conclude, examine, take_back
 from escort_mj.native.on_demand import waited
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import SEEDS, Source, checked, numbers, whole_number
 from escort_mj.scenario.geometry.steps import Schedule
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import build
@@ -53,17 +53,6 @@ def next_hop(schedule: Schedule, taken: int) -> tuple[int, int]:
     return count, schedule.step(taken + count - 1) + 1 - done
 
 
-def one_side(side: Side) -> Side:
-    """Return a side that one policy can command.
-
-    Raises:
-        UsageError: If it is another one.
-    """
-    if side not in get_args(OneSide):
-        raise UsageError(f"side is {side!r}; expected robots or opponents: one policy commands one side")
-    return side
-
-
 class Simulation:
     """Robots that do as they are told, in the world of a scenario.
 
@@ -83,9 +72,10 @@ class Simulation:
         rivals: The side of the opponents; None where they are not commanded.
     """
 
+    @checked
     def __init__(
         self,
-        scenario: Scenario | str,
+        scenario: Scenario | Source,
         command: Command = "velocity",
         reward: Reward | None = None,
         side: Side = "robots",
@@ -104,10 +94,8 @@ class Simulation:
             UsageError: If an argument is not of its kind, or forces are to be commanded and there is no limit
                 to scale them by, or opponents and there are none.
         """
-        if side not in (sides := get_args(Side)):
-            raise UsageError(f"side is {side!r}; expected {', '.join(sides)}")
-        self.side, self._rival_reward = side, checked_weights("rival_reward", rival_reward, RivalReward)
-        self.command, self.reward = checked_command(command), checked_weights("reward", reward, Reward)
+        self.side, self._rival_reward = side, rival_reward or RivalReward()
+        self.command, self.reward = command, reward or Reward()
         self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario)
         self._begin()
         self.limits: Seen = self._senses.limits(self._bound)
@@ -129,19 +117,23 @@ class Simulation:
         self._taken_back: tuple[Mark, int] | None = None
         self._wall = 0.0
 
-    def reset(self, seed: int | None = None, command: Array | None = None) -> None:
+    def reset(self, seed: int | None = None, command: ArrayLike | None = None) -> None:
         """Start again, with the first sample taken.
 
         Args:
             seed: Of starts, noise and all else that is drawn; None for the one before.
             command: For the first physics step, shape (n, p), each number in [-1, 1]; None for rest.
-        """
-        if seed is not None:
-            self.scenario = self.scenario.replace(seed=seed)
-        self._begin()
-        self._advance(np.zeros((self.count, self.axes)) if command is None else command)
 
-    def step(self, command: Array | None = None, of_rivals: Array | None = None) -> Array:
+        Raises:
+            UsageError: If an argument is not of its kind.
+        """
+        given = self._commanded(command)
+        if seed is not None:
+            self.scenario = self.scenario.replace(seed=whole_number(seed, "seed", SEEDS, 0))
+        self._begin()
+        self._advance(given)
+
+    def step(self, command: ArrayLike | None = None, of_rivals: ArrayLike | None = None) -> Array:
         """Hold a command until the next one is due.
 
         Args:
@@ -153,14 +145,27 @@ class Simulation:
             Reward of each robot, shape (n,).
 
         Raises:
-            UsageError: If the mission has ended, or was not started.
+            UsageError: If the mission has ended, or was not started, or if a command has another shape or
+                contains a number that is not finite; the mission does not change.
         """
         if not self._samples or self.outcome is not Outcome.RUNNING:
             raise UsageError("the mission is not under way: call reset")
+        given = self._commanded(command)
         if self.rivals is not None:
-            self.rivals.command(np.zeros(self.axes) if of_rivals is None else of_rivals)
-        self._advance(np.zeros(self.axes) if command is None else command)
+            shape, words = (self.rivals.count, self.axes), "one row per opponent, shares of its speed"
+            wanted = np.zeros(shape) if of_rivals is None else numbers(of_rivals, "of_rivals", shape, words)
+            self.rivals.command(wanted)
+        elif of_rivals is not None:
+            raise UsageError("of_rivals: found commands; opponents are not commanded (side)")
+        self._advance(given)
         return self._senses.rewards[0].copy()
+
+    def _commanded(self, command: ArrayLike | None) -> Array:
+        """Return commands of the robots as they were given, shape (n, p)."""
+        shape = self.count, self.axes
+        if command is None:
+            return np.zeros(shape)
+        return numbers(command, "command", shape, "one row per robot, from -1 to 1")
 
     def _advance(self, command: Array) -> None:
         with stopping.deferred(), stopping.deaf():  # an interrupt comes when the step has ended in order

@@ -13,14 +13,15 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
-from escort_mj.environments.picture import SIZE, Camera, known_mode
+from escort_mj.environments.picture import SIZE, Camera, RenderMode, Size
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
 from escort_mj.environments.senses import Command, Reward, Seen
-from escort_mj.environments.simulation import OneSide, Simulation, one_side
+from escort_mj.environments.simulation import OneSide, Simulation
 from escort_mj.record.outcome import Outcome
 from escort_mj.report.video.live import Picture
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Source, argument_error, checked
 
 
 class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
@@ -34,13 +35,14 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
+    @checked
     def __init__(
         self,
-        scenario: Scenario | str = "main",
+        scenario: Scenario | Source = "main",
         command: Command = "velocity",
         reward: Reward | None = None,
-        render_mode: str | None = None,
-        size: tuple[int, int] = SIZE,
+        render_mode: RenderMode | None = None,
+        size: Size = SIZE,
         side: OneSide = "robots",
         rival_reward: RivalReward | None = None,
     ) -> None:
@@ -59,8 +61,8 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
             UsageError: If an argument is not of its kind, or forces are to be commanded without a limit, or
                 opponents and there are none, or both sides, or the mode of rendering is not known.
         """
-        self.simulation = Simulation(scenario, command, reward, one_side(side), rival_reward)
-        self.render_mode = known_mode(render_mode)
+        self.simulation = Simulation(scenario, command, reward, side, rival_reward)
+        self.render_mode = render_mode
         self.metadata = self.metadata | {"render_fps": round(self.simulation.scenario.recording.rate)}
         self._camera = Camera(self.simulation, size)
         self._seeds = Seeds(self.simulation.scenario.seed)
@@ -77,17 +79,24 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
         Args:
             seed: The mission is then that of `escort-mj run` with this seed. Without one, the first mission
                 has the scenario's seed, and each later one a seed drawn after the last seed asked for.
-            options: Not used.
+            options: None; there are none.
+
+        Raises:
+            UsageError: If the seed is no whole number of at least 0, or there are options.
         """
+        no_options(options)
         super().reset(seed=seed)
         self.simulation.reset(self._seeds.next(seed))
         return self._observed(), {}
 
     def step(self, action: NDArray[np.float32]) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
-        """Advance to the next sample."""
+        """Advance to the next sample.
+
+        Raises:
+            UsageError: As of `Simulation.step`.
+        """
         simulation, rivals = self.simulation, self.simulation.rivals
-        given = np.asarray(action, dtype=float)
-        rewards = simulation.step(None if rivals else given, given)
+        rewards = simulation.step(None, action) if rivals else simulation.step(action)
         broken = simulation.outcome not in (Outcome.RUNNING, Outcome.COMPLETED)
         info = {"touching": simulation.touching}
         if rivals:
@@ -117,6 +126,18 @@ class EscortEnv(gymnasium.Env[Seen, NDArray[np.float32]]):
         """What the side that is commanded observes."""
         rivals = self.simulation.rivals
         return rivals.observed if rivals else self.simulation.observe_within()
+
+
+def no_options(options: dict[str, Any] | None) -> None:
+    """Refuse options of `reset`, of which there are none.
+
+    Raises:
+        UsageError: If there are any.
+    """
+    if options:
+        raise argument_error(
+            "options", options, "none: keys of the scenario are set before the environment is made"
+        )
 
 
 def spaces_of(limits: Seen, robots: int, axes: int) -> tuple[spaces.Space[Any], spaces.Space[Any]]:

@@ -14,7 +14,6 @@ try:
 except ImportError as error:
     raise ImportError(f"{error}; pip install 'escort-mj[rl]' adds what is missing") from None
 
-from escort_mj.environments.arguments import argument_error, checked_count
 from escort_mj.environments.fleet import Fleet
 from escort_mj.environments.rivals import RivalReward
 from escort_mj.environments.seeds import Seeds
@@ -23,6 +22,7 @@ from escort_mj.environments.simulation import OneSide
 from escort_mj.environments.single import spaces_of
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import SEEDS, Count, Source, argument_error, checked, numbers, whole_number
 
 Flags = NDArray[np.bool_]
 Step = tuple[Seen, NDArray[np.float64], Flags, Flags, dict[str, Any]]
@@ -35,13 +35,14 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
         fleet: The missions.
     """
 
+    @checked
     def __init__(
         self,
-        num_envs: int = 1,
-        scenario: Scenario | str = "main",
+        num_envs: Count = 1,
+        scenario: Scenario | Source = "main",
         command: Command = "velocity",
         reward: Reward | None = None,
-        threads: int | None = None,
+        threads: Count | None = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         side: OneSide = "robots",
         rival_reward: RivalReward | None = None,
@@ -63,14 +64,13 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             UsageError: If an argument is not of its kind, or there is to be no mission, or forces are to be
                 commanded without a limit, or opponents and there are none, or both sides.
         """
-        num_envs = checked_count("num_envs", num_envs)
         try:
             self.autoreset_mode = AutoresetMode(autoreset_mode)
         except ValueError:
             modes = ", ".join(mode.value for mode in AutoresetMode)
             raise argument_error("autoreset_mode", autoreset_mode, f"one of {modes}") from None
         self.fleet = Fleet(scenario, num_envs, command, reward, threads, side, rival_reward)
-        self.num_envs = num_envs
+        self.num_envs = num_envs = int(num_envs)
         team = self.fleet.members, self.fleet.senses.axes
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         self.single_observation_space, self.single_action_space = spaces_of(self.fleet.limits, *team)
@@ -90,17 +90,18 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             seed: Of mission k it is `seed + k`, or the k-th of several; without one, its generator goes on,
                 as that of `EscortEnv` does. At first mission k has the scenario's seed plus k.
             options: Its `reset_mask`, shape (N,), says which missions start; all others stay where they are.
+
+        Raises:
+            UsageError: If seeds or options are of another kind.
         """
         mask = np.ones(self.num_envs, dtype=bool)
+        if unknown := [name for name in options or () if name != "reset_mask"]:
+            raise argument_error("options", unknown[0], "reset_mask, or none")
         if options is not None and "reset_mask" in options:
             mask = np.asarray(options["reset_mask"])
             if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
                 raise UsageError(f"reset_mask is {mask!r}; expected {self.num_envs} flags, at least one set")
-        seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int | np.integer) else seed
-        if seeds is None:
-            seeds = [None] * self.num_envs
-        if len(seeds) != self.num_envs:
-            raise UsageError(f"{len(seeds)} seeds for {self.num_envs} missions")
+        seeds = self._seeds_of(seed)
         started = [int(k) for k in np.flatnonzero(mask)]
         self._begin(started, seeds)
         self._begun = True
@@ -119,19 +120,20 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
             missions that ended.
 
         Raises:
-            UsageError: If missions were not reset, or shapes differ.
+            UsageError: If missions were not reset, if shapes differ, or if a number is not finite; the
+                missions do not change.
         """
-        actions = np.asarray(actions, dtype=float)
-        if actions.shape != self._rest.shape:
-            raise UsageError(f"actions have the shape {actions.shape}; expected {self._rest.shape}")
+        given = numbers(
+            actions, "actions", self._rest.shape, "one row per robot of each mission, from -1 to 1"
+        )
         fresh = self._over.copy()
         again = fresh.any()
         if again:
             if self.autoreset_mode is not AutoresetMode.NEXT_STEP or not self._begun:
                 raise UsageError(f"missions {np.flatnonzero(fresh).tolist()} have ended: call reset")
             self._begin([int(k) for k in np.flatnonzero(fresh)], [None] * self.num_envs)
-            actions = np.where(fresh[:, None, None], 0.0, actions)
-        rewards = self.fleet.advance(range(self.num_envs), actions).mean(axis=1)
+            given = np.where(fresh[:, None, None], 0.0, given)
+        rewards = self.fleet.advance(range(self.num_envs), given).mean(axis=1)
         if again:
             rewards[fresh] = 0.0
         truncated, terminated = self.fleet.completed.copy(), self.fleet.broken | self.fleet.decided
@@ -145,6 +147,18 @@ class EscortVectorEnv(VectorEnv[Seen, NDArray[np.float32], NDArray[Any]]):
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""
         self.fleet.close()
+
+    def _seeds_of(self, seed: int | Sequence[int | None] | None) -> list[int | None]:
+        """Return the seed of each mission; None for those whose generator goes on."""
+        count = self.num_envs
+        if seed is None:
+            return [None] * count
+        if not isinstance(seed, Sequence | np.ndarray) or isinstance(seed, str):
+            first = whole_number(seed, "seed", f"{SEEDS}, or {count} of them", 0)
+            return [first + k for k in range(count)]
+        if len(seed) != count:
+            raise UsageError(f"seed: found {len(seed)} seeds; expected {count}, one per mission")
+        return [None if each is None else whole_number(each, "seed", SEEDS, 0) for each in seed]
 
     def _begin(self, missions: Sequence[int], seeds: Sequence[int | None]) -> None:
         for k in missions:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from escort_mj import stopping
 from escort_mj.errors import UsageError
-from escort_mj.mission import Flight, bound_of, completed, conclude, take
+from escort_mj.mission import LARGEST, Flight, bound_of, completed, conclude, take
 from escort_mj.record.outcome import Outcome
 from escort_mj.scenario import Scenario
+from escort_mj.scenario.arguments import Bound, argument_error, checked, number, numbers, whole_number
 from escort_mj.scenario.findings import did_you_mean
+from escort_mj.scenario.reader.overrides import Overrides
 from escort_mj.signals import SIGNALS
 from escort_mj.world.callback import native_loop
 from escort_mj.world.model.build import World, build
@@ -23,6 +25,9 @@ from escort_mj.world.plant import Mark, Plant
 from escort_mj.world.stages import IN_SPACE
 
 Array = NDArray[np.float64]
+
+
+LONGEST = 1e9  # time that one call may ask for [s]
 
 
 class Push(NamedTuple):
@@ -52,6 +57,7 @@ class Snapshot(NamedTuple):
     notes: tuple[str, ...]
     outcome: Outcome
     message: str
+    mission: object
 
 
 class SteppedMission:
@@ -74,6 +80,7 @@ class SteppedMission:
         self._pushes: list[Push] = []
         self._watchers: list[Callable[[Any], object]] = []
         self._wall = 0.0
+        self._identity = object()
         self._advance(1)
 
     @property
@@ -113,6 +120,8 @@ class SteppedMission:
         Raises:
             UsageError: If there is no such signal.
         """
+        if not isinstance(name, str):
+            raise argument_error("signal", name, "the name of a signal")
         if name not in (names := self._names()):
             hint = did_you_mean(name, names) or f"; allowed are {', '.join(names)}"
             raise UsageError(f"{name}: is not a signal of this mission{hint}")
@@ -134,15 +143,11 @@ class SteppedMission:
         """
         if self.outcome is not Outcome.RUNNING:
             raise UsageError(f"the mission has ended: {self.message}")
-        timestep = self.scenario.physics.timestep
-        seconds = timestep if seconds is None else seconds
-        if not (math.isfinite(seconds) and seconds > 0.0):
-            raise UsageError(f"seconds: found {seconds}; allowed is a number > 0")
-        self._advance(self._plant.steps + max(round(seconds / timestep), 1))
+        self._advance(self._plant.steps + (1 if seconds is None else self._steps_in(seconds)))
         return self
 
     def push(self, robot: int, force: ArrayLike, seconds: float | None = None) -> None:
-        """Push a robot from outside, beside everything else that acts on it.
+        """Push a robot from outside, beside everything else that acts on it; pushes add up until they end.
 
         Args:
             robot: Its number, from 1 as in all results.
@@ -153,17 +158,14 @@ class SteppedMission:
             UsageError: If there is no such robot, the force has another shape, or the mission more than three
                 axes.
         """
-        n, p = self._plant.state.q.shape
-        values = np.asarray(force, dtype=float)
+        p = self._plant.state.q.shape[1]
         if p > IN_SPACE:
             raise UsageError(f"push: found a mission of {p} axes; allowed are at most {IN_SPACE}")
-        if not 1 <= robot <= n:
-            raise UsageError(f"robot: found {robot}; allowed are 1 to {n}")
-        if values.shape != (p,) or not np.isfinite(values).all():
-            raise UsageError(f"force: found {values.tolist()}; expected {p} finite numbers [N]")
-        if seconds is not None and not seconds > 0.0:
-            raise UsageError(f"seconds: found {seconds}; allowed is a number > 0")
-        steps = math.inf if seconds is None else max(round(seconds / self.scenario.physics.timestep), 1)
+        robot = self._numbered(robot)
+        values = numbers(force, "force", (p,), f"{p} components [N]")
+        if np.abs(values).max() > LARGEST:
+            raise argument_error("force", float(np.abs(values).max()), f"components of at most {LARGEST:g} N")
+        steps = math.inf if seconds is None else self._steps_in(seconds)
         whole = np.append(values, np.zeros(IN_SPACE - p))
         self._pushes.append(Push(robot - 1, whole, self._plant.steps + steps))
         lasting = "" if seconds is None else f" for {seconds:g} s"
@@ -173,8 +175,12 @@ class SteppedMission:
         """End pushes.
 
         Args:
-            robot: Of which robot; None for all.
+            robot: Of which robot, from 1; None for all.
+
+        Raises:
+            UsageError: If there is no such robot.
         """
+        robot = None if robot is None else self._numbered(robot)
         self._pushes = [] if robot is None else [push for push in self._pushes if push.robot != robot - 1]
         self._note("all pushes end" if robot is None else f"pushes of robot {robot} end")
 
@@ -193,16 +199,16 @@ class SteppedMission:
         if self.scenario.target is None:
             raise UsageError("there is no target to move (target: null)")
         p = self.scenario.axes
-        here = np.asarray(position, dtype=float)
-        speed = np.zeros(p) if velocity is None else np.asarray(velocity, dtype=float)
-        for name, found in {"position": here, "velocity": speed}.items():
-            if found.shape != (p,) or not np.isfinite(found).all():
-                raise UsageError(f"{name}: found {found.tolist()}; expected {p} finite numbers")
+        here = numbers(position, "position", (p,), f"{p} coordinates [m]")
+        speed = (
+            np.zeros(p) if velocity is None else numbers(velocity, "velocity", (p,), f"{p} components [m/s]")
+        )
         now = self.time + self.scenario.physics.timestep  # when the next evaluation looks
         path = [f"{x!r} + {v!r}*(t - {now!r})" for x, v in zip(here.tolist(), speed.tolist(), strict=True)]
         self.change({"target.position": path, "target.waypoints": None})
 
-    def change(self, changes: Mapping[str, Any] | Sequence[str] = (), /, **more: Any) -> None:
+    @checked
+    def change(self, changes: Overrides = (), /, **more: Any) -> None:
         """Change keys of the scenario while the mission runs: gains, behaviors, the target, bodies.
 
         The simulation goes on from where it is: positions, velocities, contacts, and all state of the
@@ -227,6 +233,7 @@ class SteppedMission:
         self._bound = bound_of(scenario, world)
         self._note(f"change of {words}" if words else "no change")
 
+    @checked
     def on_sample(self, watcher: Callable[[Self], object]) -> None:
         """Have a function called after each sample, `recording.rate` times a simulated second.
 
@@ -240,14 +247,21 @@ class SteppedMission:
         return Snapshot(
             self.scenario, self._world, self._plant, self._plant.mark(), tuple(self._samples),
             tuple(self._episodes), tuple(self._pushes), tuple(self.notes), self.outcome, self.message,
+            self._identity,
         )  # fmt: skip
 
+    @checked
     def restore(self, snapshot: Snapshot) -> None:
         """Come back to a moment of this mission; what happened since is forgotten.
 
         Args:
             snapshot: Of this mission. What follows has the same bits as what followed then.
+
+        Raises:
+            UsageError: If it is of another mission.
         """
+        if snapshot.mission is not self._identity:
+            raise UsageError("snapshot: is that of another mission; expected one that this mission returned")
         self.scenario, self._world, self._plant = snapshot.scenario, snapshot.world, snapshot.plant
         self._plant.back_to(snapshot.mark)
         self._samples, self._episodes = list(snapshot.samples), list(snapshot.episodes)
@@ -269,6 +283,18 @@ class SteppedMission:
     def __repr__(self) -> str:
         state = f"{self.time:g} s of {self.scenario.duration:g} s"
         return f"<{type(self).__name__} {self.scenario.name}: {state}, {self.outcome.value}>"
+
+    def _steps_in(self, seconds: float) -> int:
+        """Return how many physics steps a time lasts, at least one."""
+        words = f"a time above 0 and of at most {LONGEST:g} [s]"
+        found = number(seconds, "seconds", words, Bound(0.0, above=True))
+        if found > LONGEST:
+            raise argument_error("seconds", seconds, words)
+        return max(round(found / self.scenario.physics.timestep), 1)
+
+    def _numbered(self, robot: int) -> int:
+        n = len(self._plant.state.q)
+        return whole_number(robot, "robot", f"a number from 1 to {n}", 1, n)
 
     def _names(self) -> list[str]:
         """Names of the signals that are recorded."""

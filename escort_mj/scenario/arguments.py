@@ -27,6 +27,7 @@ from escort_mj.scenario.findings import did_you_mean, shortened, shown
 Array = NDArray[np.float64]
 P = ParamSpec("P")
 T = TypeVar("T")
+FEW = 100  # numbers that Python adds faster than NumPy looks at them
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,11 @@ class Words:
 
 Count = Annotated[int, Bound(1)]
 """How many there are of something: at least one."""
+SEEDS = "a whole number of at least 0"
 Seed = Annotated[int, Bound(0)]
 """A seed."""
+Finite = Annotated[float, Bound()]
+"""A finite number."""
 Positive = Annotated[float, Bound(0.0, above=True)]
 """A finite number above 0."""
 Source = Annotated[
@@ -95,7 +99,8 @@ def argument_error(name: str, value: Any, expected: str) -> UsageError:
     if isinstance(value, np.ndarray) and value.ndim:
         words = f"an array of the shape {value.shape}"
     else:
-        words = "None" if value is None else shortened(one_line(shown(value)), 80)
+        plain = repr(value) if isinstance(value, list | tuple) else shown(value)
+        words = "None" if value is None else shortened(one_line(plain), 80)
     return UsageError(f"{name}: found {words}; expected {expected}")
 
 
@@ -175,7 +180,9 @@ def numbers(
 
 def is_finite(array: Array) -> bool:
     """Whether all numbers of an array are finite; for small arrays, faster than NumPy alone."""
-    return math.isfinite(sum(array.ravel().tolist())) or bool(np.isfinite(array).all())
+    if array.size <= FEW and math.isfinite(sum(array.ravel().tolist())):
+        return True
+    return bool(np.isfinite(array).all())
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:
@@ -245,6 +252,26 @@ def kind_of(annotation: Any, scope: dict[str, Any] | None = None) -> Kind:
     if origin in (Sequence, list):
         one = kind_of(parts[0])
         return Kind(f"a list of: {one.words}", lambda value: _is_list(value) and all(map(one.accepts, value)))
+    if origin is Iterable:
+        item = kind_of(parts[0])
+        return Kind(
+            f"a list of: {item.words}",
+            lambda value: (
+                all(map(item.accepts, value))
+                if _is_list(value)
+                else isinstance(value, Iterable) and not isinstance(value, str | bytes | np.ndarray | Mapping)
+            ),
+        )
+    if origin is Mapping:
+        key, inside = (kind_of(part) for part in parts)
+        return Kind(
+            "a mapping",
+            lambda value: (
+                isinstance(value, Mapping)
+                and all(key.accepts(each) for each in value)
+                and all(inside.accepts(each) for each in value.values())
+            ),
+        )
     if origin in _CONTAINERS:
         return _CONTAINERS[origin]
     return _PLAIN.get(annotation) or Kind(
@@ -275,15 +302,22 @@ def _is_real(value: Any) -> bool:
     """Whether a value is one real number: no flag, no text, no array but one of no dimension; NaN is none."""
     if isinstance(value, np.ndarray) and value.ndim == 0 and value.dtype.kind in "fiu":
         value = value[()]
-    return isinstance(value, Real) and not isinstance(value, bool | np.bool_) and float(value) == float(value)
+    if not isinstance(value, Real) or isinstance(value, bool | np.bool_):
+        return False
+    try:
+        return not math.isnan(float(value))
+    except OverflowError:
+        return False
 
 
 def _is_whole(value: Any) -> bool:
-    return hasattr(value, "__index__") and not isinstance(value, bool | np.bool_ | np.ndarray)
+    return hasattr(value, "__index__") and not isinstance(value, bool | np.bool_ | np.ndarray | type)
 
 
 def _is_list(value: Any) -> bool:
-    return isinstance(value, Sequence | np.ndarray | set | frozenset) and not isinstance(value, str | bytes)
+    if isinstance(value, np.ndarray):
+        return value.ndim > 0
+    return isinstance(value, Sequence | set | frozenset) and not isinstance(value, str | bytes)
 
 
 def _is_path(value: Any) -> bool:
@@ -300,10 +334,6 @@ _PLAIN: dict[Any, Kind] = {
 }
 _CONTAINERS: dict[Any, Kind] = {
     os.PathLike: Kind("a path", lambda value: not isinstance(value, str) and _is_path(value)),
-    Mapping: Kind("a mapping", lambda value: isinstance(value, Mapping)),
-    Iterable: Kind(
-        "a list", lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes)
-    ),
     Callable: Kind("a function", callable),
     type: Kind("a class", lambda value: isinstance(value, type)),
 }

@@ -39,6 +39,7 @@ BEFORE, GUARD = (
     "before.",
     "guard.",
 )  # in front of what is known of the last call, and of the limits, in a saved state
+FINE = 0.01  # share of a timestep that a clock must tell apart
 PERIODS = 4  # timesteps that braking lasts at least, so that it does not overshoot
 
 
@@ -246,6 +247,10 @@ class Controller:
             EscortError: If the law or a plugin fails; with limits, all robots stop.
         """
         now, guard = number(time, "time", "a time [s]"), self._guard
+        if math.ulp(now) > FINE * self.timestep:
+            raise UsageError(
+                f"time: found {now:g} s, a clock on which {self.timestep:g} s cannot be told apart"
+            )
         q, v, stamps = self._measured(now, positions, velocities, times)
         if guard is None:
             self._evaluate(self._known(now, q, v, target, obstacles, points, mass, bias))

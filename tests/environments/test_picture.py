@@ -77,7 +77,7 @@ def test_what_cannot_be_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     from escort_mj.environments.single import EscortEnv
 
     scenario = load_scenario("main", SHORT)
-    with pytest.raises(UsageError, match="'human'; expected None or 'rgb_array'"):
+    with pytest.raises(UsageError, match='render_mode: found "human"; expected rgb_array or None'):
         EscortEnv(scenario, render_mode="human")
     environment = EscortEnv(scenario, render_mode="rgb_array")
     with pytest.raises(UsageError, match="call reset"):

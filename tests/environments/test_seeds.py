@@ -16,6 +16,6 @@ def test_without_a_seed_the_generator_goes_on() -> None:
 
 def test_a_seed_that_cannot_be_leaves_the_generator_as_it_was() -> None:
     seeds, same = Seeds(7), Seeds(7)
-    with pytest.raises(UsageError, match="the seed is -1; expected at least 0"):
+    with pytest.raises(UsageError, match="seed: found -1; expected a whole number of at least 0"):
         seeds.next(-1)
     assert [seeds.next(), seeds.next()] == [same.next(), same.next()]

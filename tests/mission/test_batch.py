@@ -161,7 +161,7 @@ def test_results_come_in_order() -> None:
 
 
 def test_wrong_requests_are_refused() -> None:
-    with pytest.raises(UsageError, match="threads: found 0; allowed is 1 or more"):
+    with pytest.raises(UsageError, match="threads: found 0; expected a whole number of at least 1"):
         escort_mj.run_many([], 0)
     with pytest.raises(ScenarioError):
         list(escort_mj.run_many([escort_mj.load_scenario("main", ["robots.mass=-1"])]))

@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path as FilePath
-from typing import Any
+from typing import Annotated, Any
 
 from escort_mj.errors import Fault, ScenarioError
+from escort_mj.scenario.arguments import Words, argument_error, kind_of
 from escort_mj.scenario.findings import Path, key_path, parse_key_path, shortened
 from escort_mj.scenario.reader.document import MAX_DEPTH, Document, Place, read_document
 from escort_mj.scenario.reader.files.paths import locate, models, tag_of
 from escort_mj.scenario.reader.plain import document_of
 from escort_mj.scenario.reader.plugins import placed_in
 
-Overrides = Sequence[str] | Mapping[str, Any]
+Overrides = Annotated[
+    str | Sequence[str] | Mapping[str, Any], Words("values by key path, or texts key.path=value")
+]
+
+
+_OVERRIDES = kind_of(Overrides)
 
 
 def apply(document: Document, overrides: Overrides) -> list[Fault]:
@@ -22,7 +28,12 @@ def apply(document: Document, overrides: Overrides) -> list[Fault]:
     Args:
         document: Changed in place; its data is a table.
         overrides: Texts `key.path=value` with values as YAML, or a mapping from key paths to values.
+
+    Raises:
+        UsageError: If they are anything else.
     """
+    if not _OVERRIDES.accepts(overrides):
+        raise argument_error("overrides", overrides, _OVERRIDES.words)
     faults: list[Fault] = []
     for place, path, value in _read(overrides, faults):
         if path == ("plugins",):

@@ -6,10 +6,10 @@ import difflib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from escort_mj.errors import UsageError
 from escort_mj.recognize import SUFFIXES, is_scenario_name, scenario_names, scenarios_folder, study_names
+from escort_mj.scenario.arguments import Source, checked
 from escort_mj.scenario.findings import shortened
 from escort_mj.scenario.reader.load import load_file, scenario_of
 from escort_mj.scenario.reader.overrides import Overrides
@@ -21,9 +21,8 @@ def shipped_scenarios() -> list[str]:
     return scenario_names(scenarios_folder())
 
 
-def load_scenario(
-    source: str | os.PathLike[str] | Mapping[str, Any], overrides: Overrides = (), plugins: Sequence[str] = ()
-) -> Scenario:
+@checked
+def load_scenario(source: Source, overrides: Overrides = (), plugins: Sequence[str] = ()) -> Scenario:
     """Load and validate a scenario.
 
     If an override shortens the run, expectations whose windows it does not reach are not judged.

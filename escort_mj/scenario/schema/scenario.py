@@ -279,7 +279,8 @@ class Scenario(Parameters, metaclass=_Checked):
             ScenarioError: With all faults of the copy.
         """
         again = type(self).checked
-        changed: Self = again(self, changes, kind=type(self)) if changes or not more else self
+        nothing = isinstance(changes, tuple | dict | list | str) and not changes
+        changed: Self = self if more and nothing else again(self, changes, kind=type(self))
         return again(changed, more, kind=type(self)) if more else changed
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> "Self":
