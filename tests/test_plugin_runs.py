@@ -124,7 +124,7 @@ class TestRecords:
         assert kept.read_text() == LAW
         versions = json.loads((tmp_path / "run" / "outcome.json").read_text())["versions"]
         assert versions["plugin_own_law.py"].startswith("sha256 ")
-        assert not rerun_folder(tmp_path / "run").plugins
+        assert not [one for one in rerun_folder(tmp_path / "run").notes if one.startswith("plugin")]
         file.write_text(LAW.replace("= 30.0", "= 3.0"))
         found = rerun_folder(tmp_path / "run")
         assert found.same_bits

@@ -29,6 +29,7 @@ from escort_mj.errors import UsageError
 
 if TYPE_CHECKING:
     from escort_mj.api.studies import StudyResult
+    from escort_mj.study.sweeps.rerun import Agreement
 
 OutOption = Annotated[
     Path | None, typer.Option(help="Folder for the results [default: renders/studies/NAME].")
@@ -217,11 +218,33 @@ def rerun_command(
 
     with progress_bar("simulating", " s") as progress:
         found = rerun_folder(run_folder, out, tolerance, progress)
-    told = {
-        name: getattr(found, name) for name in ("good", "same_bits", "until", "differing", "missing", "apart")
-    }
-    told |= {"outcomes": found.outcomes, "versions": found.versions, "verdicts": found.verdicts}
-    finish("rerun", as_json, rerun_lines(found), GOOD if found.good else VERDICT_FAILED, **told)
+    _compared("rerun", as_json, found, rerun_lines(found))
+
+
+@app.command("diff")
+def diff_command(
+    first: RunArgument,
+    second: RunArgument,
+    tolerance: Annotated[float, typer.Option(min=0.0, help="Relative tolerance for metrics.")] = 1e-3,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare two run folders: scenario keys, versions, the first signal that differs, metrics and verdicts.
+
+    Exit codes: 0 if the results agree, 1 if they differ, 2 if one is no run folder.
+
+    Example: escort-mj diff renders/main renders/main-2
+    """
+    from escort_mj.study.sweeps.rerun import diff_folders, diff_lines
+
+    found = diff_folders(first, second, tolerance)
+    _compared("diff", as_json, found, diff_lines(found))
+
+
+def _compared(command: str, as_json: bool, found: Agreement, lines: list[str]) -> NoReturn:
+    """End a command that compared two runs."""
+    about = ("good", "same_bits", "until", "first", "differing", "missing", "apart", "metrics", "outcomes")
+    told = {name: getattr(found, name) for name in (*about, "versions", "verdicts", "notes")}
+    finish(command, as_json, lines, GOOD if found.good else VERDICT_FAILED, **told)
 
 
 @app.command("tune")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import hashlib
 import os
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
@@ -93,6 +94,7 @@ class RunFolder:
         self._outcome = outcome
         self._journal: Journal | None = None
         self._finished = False
+        self._appended = False
 
     @classmethod
     def create(cls, path: Path, made_by: str = RUN, overwrite: bool = False) -> RunFolder:
@@ -165,6 +167,7 @@ class RunFolder:
             assets: Files that the model names, by their paths from the folder.
             short: The scenario without what is at its default; the folder has both forms then.
         """
+        self._outcome["scenario_sha256"] = hashlib.sha256(scenario.encode()).hexdigest()
         with _writing(self.path):
             write_text(self.path / SCENARIO, short or scenario)
             if short:
@@ -187,6 +190,7 @@ class RunFolder:
             raise RunFolderError(f"{self.path}: the run has not begun")
         with _writing(self.path):
             self._journal.append(block, episodes, under_way)
+        self._appended = True
 
     def finish(
         self,
@@ -198,15 +202,16 @@ class RunFolder:
     ) -> None:
         """Write all results, then the outcome, then let the journal go.
 
-        An interrupted run leaves its trace in the journal: hours of samples take long to compress.
+        An interrupted run leaves its trace in the journal: hours of samples take long to compress. A run that was
+        made in memory has none there.
         """
-        interrupted = outcome is Outcome.INTERRUPTED
+        in_journal = outcome is Outcome.INTERRUPTED and self._appended
         with _writing(self.path):
-            if not interrupted:
+            if not in_journal:
                 save_trace(trace, self.path / TRACE)
             write_json(self.path / METRICS, metrics)
             write_json(self.path / VERDICTS, [asdict(v) if is_dataclass(v) else v for v in verdicts])  # type: ignore[arg-type]
-            self._end(outcome, message, facts(trace) | dict(metrics.get("run", {})), interrupted)
+            self._end(outcome, message, facts(trace) | dict(metrics.get("run", {})), in_journal)
 
     def fail(self, message: str, outcome: Outcome = Outcome.FAILED) -> None:
         """End a run that an error broke; its trace goes as far as its journal.

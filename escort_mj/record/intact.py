@@ -66,7 +66,7 @@ Kinds = tuple[type, ...]
 NOTHING = type(None)
 REAL, MAYBE, WORDS, FLAG = (int, float), (int, float, NOTHING), (str,), (bool,)
 OUTCOME: dict[str, Kinds] = {
-    **dict.fromkeys(("message", "platform", "started", "ended"), WORDS),
+    **dict.fromkeys(("message", "platform", "started", "ended", "scenario_sha256"), WORDS),
     **dict.fromkeys(("simulated_time", "real_time_factor"), MAYBE),
     "wall_time": REAL,
     "versions": (dict,),

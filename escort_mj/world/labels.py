@@ -11,6 +11,7 @@ import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Headed
 from escort_mj.control.setup import Setup
+from escort_mj.native.levels import level
 from escort_mj.native.shipped import numba_version
 from escort_mj.record.revision import git_revision
 from escort_mj.scenario.geometry.bodies import obstacle_names
@@ -85,6 +86,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "least_energy": (setup.least_energies if scenario.target is not None or setup.teams else None)
             or None,
             **_versions(),
+            "commanded": setup.outside,
             **{f"version_plugin_{each.name}": each.identity for each in catalog_of(scenario).plugins},
             "version_git_revision": git_revision(),
         },
@@ -127,4 +129,5 @@ def _versions() -> dict[str, str]:
         "version_numba": numba_version(),
         "version_python": platform.python_version(),
         "version_platform": platform.platform(),
+        "version_processor": level().name,
     }
