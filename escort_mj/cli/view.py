@@ -29,6 +29,14 @@ def view_command(
     overrides: SetOption = None,
     plugins: PluginOption = None,
     speed: Annotated[float, typer.Option(help="Initial speed, in simulated seconds per second.")] = 1.0,
+    at: Annotated[
+        float | None,
+        typer.Option(
+            "--at",
+            min=0.0,
+            help="Time at which the viewer opens, paused [s] [default: the first failure of a run folder].",
+        ),
+    ] = None,
     host: Annotated[
         str, typer.Option(help="Network interface to listen on; by default, this machine only.")
     ] = "127.0.0.1",
@@ -38,6 +46,8 @@ def view_command(
     ] = False,
 ) -> None:
     """Show a run in the browser: replay a run folder, or simulate a scenario live. Stop with Ctrl-C.
+
+    The replay of a run in which verdicts failed opens at the earliest failure; buttons lead to each failure.
 
     Example: escort-mj view main --speed 4; escort-mj view renders/main
     """
@@ -58,15 +68,21 @@ def view_command(
             from escort_mj.view.viewer import Viewer, require_viser
 
             require_viser()
-        from escort_mj.view.tape import Live, Stored
+        from escort_mj.view.tape import Live, Stored, failures
 
         tape = Stored(Path(source)) if scenario is None else Live(scenario)
+        failed = failures(tape.verdicts)
+        if at is None and failed:
+            at = failed[0].time
+            say(f"opens at {at:.2f} s: {failed[0].message}")
         ended = stack.enter_context(_ended_by_hand())
         if native:
             typer.echo(KEYS)
-            Native(tape, speed).run(ended)
+            Native(tape, speed, at).run(ended)
             return
         viewer = stack.enter_context(Viewer(tape, host, port, speed))
+        if at is not None:
+            viewer.stop_at(at)
         say(f"{tape.title} at {viewer.url}  (Ctrl-C ends)")
         if viewer.public:
             typer.echo("anyone who reaches this address can watch and steer the viewer", err=True)

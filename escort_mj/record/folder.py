@@ -202,8 +202,8 @@ class RunFolder:
     ) -> None:
         """Write all results, then the outcome, then let the journal go.
 
-        An interrupted run leaves its trace in the journal: hours of samples take long to compress. A run that was
-        made in memory has none there.
+        An interrupted run leaves its trace in the journal: hours of samples take long to compress. A run
+        that was made in memory has none there.
         """
         in_journal = outcome is Outcome.INTERRUPTED and self._appended
         with _writing(self.path):

@@ -49,8 +49,15 @@ class Native:
         speed: Simulated seconds per second.
     """
 
-    def __init__(self, tape: Tape, speed: float) -> None:
-        self.tape, self.speed, self.now, self.playing = tape, speed, 0.0, True
+    def __init__(self, tape: Tape, speed: float, start: float | None = None) -> None:
+        """Get ready.
+
+        Args:
+            tape: What to show.
+            speed: Simulated seconds per second at first.
+            start: Time at which it opens, paused [s]; None to play from the beginning.
+        """
+        self.tape, self.speed, self.now, self.playing = tape, speed, start or 0.0, start is None
         self._data = mujoco.MjData(tape.model)
         tape.model.light_castshadow[:] = False  # the scenery has its own
 

@@ -10,6 +10,7 @@ from escort_mj import palette
 from escort_mj.expect.verdicts import Verdict, mark
 from escort_mj.report.video.replay import Flags, Moment, Replay
 from escort_mj.view.stage import AHEAD, GLOW, LAYERS
+from escort_mj.view.tape import failures
 
 if TYPE_CHECKING:
     import viser
@@ -79,7 +80,9 @@ class ControlPanel:
                 shown[GRIPS] = False
                 self.layers[GRIPS] = gui.add_checkbox("handles to drag target, obstacles", False)
             gui.add_html(_legend(behaviors))
+        self.failures = gui.add_folder("Go to a failure", visible=False)
         self.verdicts = gui.add_markdown("")
+        self._gui = gui
 
         @self.play.on_click
         def _(event: object) -> None:
@@ -123,6 +126,11 @@ class ControlPanel:
         """Asks for a time [s], as moving the slider does."""
         self._sought = moment
 
+    def stop_at(self, moment: float) -> None:
+        """Ask for a time [s], and pause there."""
+        self.set_playing(False)
+        self.seek(moment)
+
     def take_sought(self) -> float | None:
         """The time that was asked for since this was last called [s]."""
         sought, self._sought = self._sought, None
@@ -153,7 +161,16 @@ class ControlPanel:
         self.status.content = "<br>".join(words)
 
     def judge(self, verdicts: list[Verdict]) -> None:
-        """Show the verdicts of a run that has ended."""
+        """Show the verdicts of a run that has ended, with a button that leads to each failure."""
+        for one in failures(verdicts):
+            with self.failures:
+                button = self._gui.add_button(f"{one.time:.2f} s: {one.metric}", hint=one.message)
+
+            @button.on_click
+            def _(event: object, moment: float = one.time or 0.0) -> None:
+                self.stop_at(moment)
+
+            self.failures.visible = True
         lines = [f"**{mark(one)}** {one.metric} {one.demanded}: {one.found}" for one in verdicts]
         self.verdicts.content = "\n\n".join(lines)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -91,6 +92,16 @@ class Tape(Protocol):
             position: World frame, shape (3,) [m].
         """
         ...
+
+
+def failures(verdicts: Iterable[Verdict]) -> list[Verdict]:
+    """Return the verdicts that failed at a known moment, in the order of these moments."""
+    failed = [
+        (one.time, place, one)
+        for place, one in enumerate(verdicts)
+        if not one.passed and one.time is not None
+    ]
+    return [one for *_, one in sorted(failed, key=lambda each: each[:2])]
 
 
 def _rows(times: Array, now: float, before: float, most: int) -> NDArray[np.int64]:

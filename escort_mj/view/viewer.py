@@ -96,6 +96,16 @@ class Viewer:
         camera.position = view.look_at - 1.2 * view.distance * view.axes[2]
         camera.fov = np.radians(45.0)
         self.tick(0.0)
+        self._show_verdicts()
+
+    def stop_at(self, moment: float) -> None:
+        """Show a moment of the run, and pause there.
+
+        Args:
+            moment: [s].
+        """
+        self.panel.stop_at(moment)
+        self.tick(0.0)
 
     def __enter__(self) -> Viewer:
         return self
@@ -154,9 +164,13 @@ class Viewer:
             self._move_cameras(moment.target, moment.robots)
         last = not panel.playing or sought is not None  # what is written now may stand for long
         panel.tell(self.now, behind, moment, replay, tape.ending if over else "", at_once=last)
-        if tape.verdicts and not self._judged:
+        self._show_verdicts()
+
+    def _show_verdicts(self) -> None:
+        """Show the verdicts once there are some."""
+        if self.tape.verdicts and not self._judged:
             self._judged = True
-            panel.judge(tape.verdicts)
+            self.panel.judge(self.tape.verdicts)
 
     def _move_cameras(self, target: Array, robots: Array) -> None:
         """Every browser's camera goes as far as what it follows has gone."""

@@ -12,14 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from typer.testing import CliRunner
 
+from escort_mj import api
+from escort_mj.cli import app
 from escort_mj.errors import UsageError
 from escort_mj.palette import robot_colors
 from escort_mj.report.video.replay import replay_of
 from escort_mj.scenario import parse_scenario
 from escort_mj.view import native
 from escort_mj.view.stage import LAYERS, linear
-from escort_mj.view.tape import Live
+from escort_mj.view.tape import Live, Stored, failures
 from escort_mj.view.viewer import Viewer
 from tests.report.browser import needs_browser
 from tests.synthetic import make_trace
@@ -47,6 +50,40 @@ def viewer(tape, monkeypatch):
     monkeypatch.setattr("escort_mj.view.viewer.BUDGET", np.inf)  # however busy the machine is
     with Viewer(tape, port=0) as made:
         yield made
+
+
+FAILING = (
+    MISSION.partition("expect")[0]
+    + """expect:
+  - {metric: robot_distance_min, at_least: 90, after: 0.6, before: 0.9}
+  - {metric: radius_error_max, at_most: 0.001, after: 1}
+  - {metric: radius_error_max, at_most: 1.0e-9, xfail: they start elsewhere}
+"""
+)
+
+
+def test_a_run_that_failed_opens_at_its_failure(compiled, tmp_path, monkeypatch) -> None:
+    scenario = parse_scenario(FAILING)
+    run = api.run(scenario, tmp_path / "failed", figures=False, video=False)
+    moments = sorted(one.time for one in run.verdicts if not one.passed)
+    assert len(moments) == 2 and moments[0] > 0.0
+    tape = Stored(tmp_path / "failed")
+    assert [one.time for one in failures(tape.verdicts)] == moments
+    with Viewer(tape, port=0) as viewer:
+        assert viewer.panel.failures.visible
+        viewer.stop_at(moments[1])
+        assert viewer.now == pytest.approx(moments[1]) and not viewer.panel.playing
+        viewer.tick(0.2)
+        assert viewer.now == pytest.approx(moments[1])
+    opened = []
+    monkeypatch.setattr(Viewer, "run", lambda self, ended: opened.append((self.now, self.panel.playing)))
+    view = CliRunner().invoke
+    said = view(app, ["view", str(tmp_path / "failed"), "--port", "0"]).output
+    assert said.startswith(f"opens at {moments[0]:.2f} s: ")
+    view(app, ["view", str(tmp_path / "failed"), "--port", "0", "--at", "0.5"])
+    api.run(parse_scenario(MISSION), tmp_path / "passed", figures=False, video=False)
+    assert "opens at" not in view(app, ["view", str(tmp_path / "passed"), "--port", "0"]).output
+    assert opened == [(pytest.approx(moments[0]), False), (pytest.approx(0.5), False), (0.0, True)]
 
 
 def test_time_goes_at_the_pace_asked_for(viewer, tape) -> None:
