@@ -10,7 +10,7 @@ def test_the_team_gathers(escort_run):
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import ValidationError
 
@@ -113,6 +113,7 @@ def assert_metric(
     at_least: float | None = None,
     after: float = 0.0,
     before: float | None = None,
+    over: Literal["whole", "tail"] | None = None,
 ) -> None:
     """Assert that a metric is within bounds.
 
@@ -123,13 +124,15 @@ def assert_metric(
         at_least: Lower bound, in the unit of the metric.
         after: Start of the window [s].
         before: End of the window [s]; None for the end of the run.
+        over: Part of the run instead: the `whole` run, or its `tail`, which is its last fifth.
 
     Raises:
         VerdictError: If the metric is out of bounds.
         ScenarioError: If the metric does not exist, or if no value can meet the bounds.
     """
     __tracebackhide__ = True
-    assert_expected(run, metric=metric, at_most=at_most, at_least=at_least, after=after, before=before)
+    window = {"after": after, "before": before, "over": over}
+    assert_expected(run, metric=metric, at_most=at_most, at_least=at_least, **window)
 
 
 def assert_sane(run: Run, *checks: str) -> None:

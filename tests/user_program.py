@@ -56,3 +56,4 @@ def test_the_team_gathers() -> None:
     assert_no_contacts(run, between=("robots", "obstacles"))
     assert_settled(run, within=0.05, by=40)
     assert_metric(run, "force_rms", at_most=50.0)
+    assert_metric(run, "chattering", at_most=1e6, over="tail")
