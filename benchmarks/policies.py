@@ -16,7 +16,9 @@ from benchmarks.document import publish, table, wants_docs  # noqa: E402
 from escort_mj import Run  # noqa: E402
 from escort_mj.api import fly, load_scenario  # noqa: E402
 from escort_mj.environments import Simulation  # noqa: E402
+from escort_mj.measuring import measure_over  # noqa: E402
 from escort_mj.record.outcome import Outcome  # noqa: E402
+from escort_mj.record.window import Span  # noqa: E402
 from escort_mj.scenario import Scenario  # noqa: E402
 from escort_mj.study.engine.parallel import cores, side_by_side  # noqa: E402
 
@@ -37,13 +39,13 @@ BY_HAND = {
     "clear_reach": 0.2,
     "damp": 0.0,
 }
-METRICS = (
-    "radius_error_mean",
-    "spacing_error_mean",
-    "robot_clearance_min",
-    "obstacle_clearance_min",
-    "force_rms",
-)
+METRICS = {
+    "radius_error_mean": Span("tail"),
+    "spacing_error_mean": Span("tail"),
+    "robot_clearance_min": Span("whole"),
+    "obstacle_clearance_min": Span("whole"),
+    "force_rms": Span("tail"),
+}
 
 
 def policy(gains: Array, axes: int) -> Policy:
@@ -109,7 +111,9 @@ def trained() -> Array:
 
 
 def _row(name: str, runs: list[Run]) -> list[str]:
-    values = [[run.values[metric] for run in runs] for metric in METRICS]
+    values = [
+        [measure_over(metric, run.trace, span).value for run in runs] for metric, span in METRICS.items()
+    ]
     touched = sum((run.values["contacts"] or 0.0) > 0.0 for run in runs)
     passed = sum(run.passed for run in runs)
     return [
