@@ -110,15 +110,17 @@ def summarize(
     }
     known = {metric.name: metric for metric in metrics}
     for name, measured in found.items():
-        one, metric = _finite(measured), known[name.rpartition(".")[2]]
+        team, _, bare = name.rpartition(".")
+        one, metric = _finite(measured), known[bare]
+        sees_steps = metric.sees_steps(trace, team)
         summary[name] = {
             "value": one.value,
             "unit": metric.unit,
             "meaning": metric.meaning,
             "over": metric.over,
             "window": [begins[metric.over], reached],
-            "read": metric.read,
-            "rate": rates[metric.every_step],
+            "read": "every step" if sees_steps else "samples",
+            "rate": rates[sees_steps],
             "time": one.time,
             "who": one.who,
         } | ({"reason": one.reason} if one.reason else {})

@@ -125,7 +125,7 @@ class ScenarioFile(pytest.File):
     def collect(self) -> Iterable[ScenarioTest]:
         """Per seed one test for the outcome and one per expectation, or one that says what is wrong."""
         from escort_mj.errors import EscortError
-        from escort_mj.expectations.outcome import OutcomeExpectation
+        from escort_mj.expect.verdicts import judges_outcome
         from escort_mj.scenario.reader.load import expectation_lines, load_file
         from escort_mj.study.checked import Case, with_seeds
 
@@ -138,9 +138,10 @@ class ScenarioFile(pytest.File):
             return
         lines = expectation_lines(self.path)
         for run in with_seeds([case], self.config.getoption("escort_seeds")):
-            if not any(isinstance(one, OutcomeExpectation) for one in expected):
-                yield self._test(run, "outcome", None, 1)
             names: dict[str, int] = {}
+            if not any(judges_outcome(one) for one in expected):
+                names["outcome"] = 1
+                yield self._test(run, "outcome", None, 1)
             for place, (one, line) in enumerate(zip(expected, lines, strict=True)):
                 number = names[one.subject] = names.get(one.subject, 0) + 1
                 name = one.subject if number == 1 else f"{one.subject} {number}"
@@ -148,7 +149,7 @@ class ScenarioFile(pytest.File):
                 if one.skip is not None:
                     test.add_marker(pytest.mark.skip(reason=one.skip))
                 elif one.xfail is not None:
-                    test.add_marker(pytest.mark.xfail(reason=one.xfail, strict=True))
+                    test.add_marker(pytest.mark.xfail(reason=one.xfail, strict=True, raises=NotHeld))
                 yield test
 
     def _test(self, case: Case, name: str, place: int | None, line: int) -> ScenarioTest:
@@ -165,6 +166,10 @@ class ScenarioFile(pytest.File):
         keeps = self.config.getoption("escort_video")
         folder = _out(self.config) / case.name if keeps else None
         return perform_check(CheckJob(case, folder, keep=False, clip=render_clip if keeps else None))
+
+
+class NotHeld(pytest.fail.Exception):  # type: ignore[name-defined]
+    """A failure that the scenario expects."""
 
 
 class ScenarioTest(pytest.Item):
@@ -202,6 +207,8 @@ class ScenarioTest(pytest.Item):
             lines.append(f"  again: {self._case._replace(path=Path(os.path.relpath(self.path))).command}")
         if checked.note:
             lines.append(f"  {checked.note}")
+        if verdict.xfail and verdict.passed:
+            raise NotHeld("\n".join(lines), pytrace=False)
         pytest.fail("\n".join(lines), pytrace=False)
 
     def reportinfo(self) -> tuple[Path, int, str]:

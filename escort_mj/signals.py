@@ -15,6 +15,7 @@ from itertools import accumulate
 from math import prod
 from typing import NamedTuple
 
+from escort_mj.behaviors.signals import RadiusSignals
 from escort_mj.components.mission import DriveSignals, MissionSignals
 from escort_mj.components.movers import MoverSignals
 from escort_mj.components.obstacles import ObstacleSignals
@@ -37,6 +38,7 @@ from escort_mj.monitor.signals import (
     LyapunovSignals,
     MotionSignals,
     TruthSignals,
+    WatchSignals,
 )
 from escort_mj.native.fields import Extent, Recorded, declared
 from escort_mj.sensing.lidar import LidarSignals
@@ -45,7 +47,7 @@ from escort_mj.sensing.sensors import SensorSignals
 TIME = 0  # the column of a sample that holds its time
 TRUTH, LYAPUNOV, DRIVES, GOALS = "truth", "lyapunov", "drives", "goals"
 KNOWLEDGE, RADIO, LIDAR, OPPONENTS, TEAMS = "knowledge", "radio", "lidar", "opponents", "teams"
-MOVERS, SEVERAL = "movers", "several"
+MOVERS, SEVERAL, RADII, WATCHES = "movers", "several", "radii", "watches"
 DIMS: dict[Extent, tuple[str, ...]] = {
     (1,): (),
     ("n",): ("robot",),
@@ -65,6 +67,8 @@ DIMS: dict[Extent, tuple[str, ...]] = {
     ("teams",): ("team",),
     ("movers",): ("mover",),
     ("several",): ("robot",),
+    ("resized",): ("robot",),
+    ("watches",): ("watch",),
     ("p",): ("axis",),
     ("p", "p"): ("axis", "axis_2"),
     ("m",): ("obstacle",),
@@ -89,6 +93,8 @@ CHANNELS: dict[Extent, str] = {
     ("teams",): TEAMS,
     ("movers",): MOVERS,
     ("several",): SEVERAL,
+    ("resized",): RADII,
+    ("watches",): WATCHES,
 }
 """Channels of which all signals have such an extent: it is 0 where they are not recorded."""
 
@@ -115,6 +121,8 @@ class Signals(
     OpponentSignals,
     TeamSignals,
     MoverSignals,
+    RadiusSignals,
+    WatchSignals,
 ):
     """All that is recorded: what a sample has, in this order."""
 
@@ -125,7 +133,7 @@ class Signal(NamedTuple):
     Attributes:
         name: Variable name in the trace.
         dims: Dimensions beside time, out of `robot`, `axis`, `axis_2`, `obstacle`, `behavior`, `coordinate`,
-            `cause`, `group`, `slot`, `ray`, `opponent`, `team`, `mover`.
+            `cause`, `group`, `slot`, `ray`, `opponent`, `team`, `mover`, `watch`.
         unit: SI unit, `1` for none.
         meaning: One sentence for the trace's attributes and the docs.
         dtype: Of its values in a trace.
@@ -199,6 +207,8 @@ def channel_sizes(
     teams: int = 0,
     movers: int = 0,
     several: bool = False,
+    resized: bool = False,
+    watches: int = 0,
 ) -> dict[str, int]:
     """Sizes that some missions add to those of a record.
 
@@ -213,9 +223,12 @@ def channel_sizes(
         teams: How many there are; 0 where all robots are one.
         movers: How many bodies are driven by a force.
         several: Whether some robot is more than its hull.
+        resized: Whether the distance that robots keep from the target changes.
+        watches: How many quantities are watched in every physics step because an expectation asks for them.
     """
     channels = {DRIVES: driven, GOALS: headed, KNOWLEDGE: informed, RADIO: slots > 0, LIDAR: rays > 0}
     channels |= {OPPONENTS: opponents > 0, TEAMS: teams > 0, MOVERS: movers > 0, SEVERAL: several}
+    channels |= {RADII: resized, WATCHES: watches > 0}
     sizes = {name: 1 for name, recorded in channels.items() if recorded}
     if informed:
         sizes["axis_2"] = axes
@@ -229,6 +242,8 @@ def channel_sizes(
         sizes["team"] = teams
     if movers:
         sizes["mover"] = movers
+    if watches:
+        sizes["watch"] = watches
     return sizes
 
 

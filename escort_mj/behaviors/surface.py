@@ -14,7 +14,7 @@ from escort_mj.behaviors.behavior import Behavior
 from escort_mj.behaviors.task import Situation, Task, half_squared_distance
 from escort_mj.behaviors.wish import Wish, along, keep_distance, look_at_target
 from escort_mj.components.obstacles import obstacles_seen
-from escort_mj.components.teams import radius_rows
+from escort_mj.components.teams import radius_of, radius_rows
 from escort_mj.native.fields import Array as Field
 from escort_mj.native.fields import Fields, Value
 from escort_mj.native.kernels import inlined
@@ -39,6 +39,9 @@ class RadiusParameters(Fields):
     radius_fits: Annotated[Field, "radii", Value("1", "1 where it shrinks to the free space")]
     radius_least: Annotated[Field, "radii", Value("m", "to which it shrinks at most")]
     radius_margin: Annotated[Field, "radii", Value("m", "between the sphere and an obstacle")]
+    radius_place: Annotated[
+        Field, "phases", Value("1", "which of them a phase has; -1 for the mission's or the team's")
+    ]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
@@ -48,6 +51,10 @@ class RadiusParameters(Fields):
             "radius_fits": [surface.fit for surface in own],
             "radius_least": [surface.least_radius(setup) for surface in own],
             "radius_margin": [_margin(setup)] * len(own),
+            "radius_place": [
+                max((each.place(setup) for each in phase.behaviors if isinstance(each, Surface)), default=-1)
+                for phase in setup.all_phases
+            ],
         }
 
 
@@ -183,7 +190,7 @@ def fitted(
 
 @on_demand
 def choose_radii(plan: Plan, state: State) -> None:
-    """Write the radii that change, and their rates."""
+    """Write the radii that change, and their rates, and how far each robot is to stay from the target."""
     p, m, time = state.q.shape[1], plan.obstacle_radius.shape[0], state.time[0]
     position, room, opening = obstacles_seen(state.q.shape[0], plan, state), math.inf, 0.0
     for j in range(m):
@@ -204,3 +211,6 @@ def choose_radii(plan: Plan, state: State) -> None:
                 plan.radius_least[place],
             )  # fmt: skip
         state.radius_now[place, 0], state.radius_now[place, 1] = radius, rate
+    for i in range(state.kept_radius.shape[0]):
+        place = int(plan.radius_place[int(state.phase[i])])
+        state.kept_radius[i] = state.radius_now[place, 0] if place >= 0 else radius_of(i, plan, state)

@@ -20,7 +20,9 @@ TITLES = {
         "The *window* is the part of a run that `metrics.json` and the tables of studies look at: the whole "
         "run, or its [tail](glossary.md), which is the last fifth of the time that was simulated. "
         "An expectation has a window of its own ([verdicts](verdicts.md)). *Read* says when a metric looks: "
-        "at every physics step (`physics.timestep`), or at the samples (`recording.rate`).",
+        "at every physics step (`physics.timestep`); at the samples (`recording.rate`); or at every step if "
+        "an expectation of the scenario names the metric, and otherwise at the samples: `metrics.json` says "
+        "which.",
     ),
     "signals": (
         "Signals",

@@ -43,6 +43,10 @@ Kind = Literal[
 ]
 
 
+Read = tuple[str, list[str]]
+"""What a file holds, in words, and what to know of it."""
+
+
 class Listed(NamedTuple):
     """One thing that can be named in a scenario, a study or a command.
 
@@ -260,35 +264,37 @@ def _is_study(path: str) -> bool:
     return any(line.startswith("study:") for line in text.splitlines())
 
 
-def _scenario(case: Case, overrides: list[str] | None, plugins: list[str] | None) -> str:
+def _scenario(case: Case, overrides: list[str] | None, plugins: list[str] | None) -> Read:
     from escort_mj import api
     from escort_mj.scenario import robot_count
+    from escort_mj.scenario.checks.expectations import notes
 
     if case.fault:
         raise ScenarioError([Fault(case.fault)])
     read = api.load_scenario(case.path, overrides or (), plugins or ())
     expected = len(read.expect)
-    return (
+    summary = (
         f"{robot_count(read)} robots, {read.axes} axes, {read.duration:g} s, "
         f"{expected} expectation{'s' * (expected != 1)}"
     )
+    return summary, notes(read)
 
 
-def _study(path: Path) -> str:
+def _study(path: Path) -> Read:
     from escort_mj import api
     from escort_mj.study.sweeps.definition import load_study
     from escort_mj.study.sweeps.design import Design
 
     design = Design(load_study(path), api.scenarios_folder())
-    return f"{len(design.cells)} cells, {len(design.seeds)} seeds: {len(design)} runs"
+    return f"{len(design.cells)} cells, {len(design.seeds)} seeds: {len(design)} runs", []
 
 
-def _validated(case: Case, read: Callable[[], str]) -> dict[str, Any]:
+def _validated(case: Case, read: Callable[[], Read]) -> dict[str, Any]:
     """One file: what it holds, or its faults."""
-    summary: str = ""
+    summary, told = "", list[str]()
     faults: Sequence[Fault] = ()
     try:
-        summary = read()
+        summary, told = read()
     except ScenarioError as error:
         faults = error.faults
     except EscortError as error:
@@ -297,6 +303,7 @@ def _validated(case: Case, read: Callable[[], str]) -> dict[str, Any]:
         "path": shown_path(case.path),
         "label": case.label,
         "summary": summary,
+        "notes": told,
         "faults": [{**vars(fault), "text": str(fault)} for fault in faults],
     }
 
@@ -309,3 +316,5 @@ def _verdicts(found: list[dict[str, Any]]) -> Iterator[str]:
         yield f"  {'BAD' if count else 'ok':3}  {one['label']:{width}}  {words}"
         for fault in one["faults"]:
             yield f"       {fault['text']}"
+        for note in one["notes"]:
+            yield f"       note: {note}"

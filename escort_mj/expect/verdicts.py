@@ -12,11 +12,13 @@ from escort_mj.errors import NotLoggedError, PluginCallError
 from escort_mj.expectations.expectation import Expectation, Judgment, checked, not_judged
 from escort_mj.expectations.outcome import OutcomeExpectation
 from escort_mj.metrics.metric import in_words
+from escort_mj.metrics.reading import robots
 from escort_mj.numerics.steps import first_step, last_step
 from escort_mj.plugin_calls import calling
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import LOG_OF, ends_early, gaps_of
 from escort_mj.record.tables import aligned
+from escort_mj.record.team import team_names
 from escort_mj.record.window import end_of, window
 
 if TYPE_CHECKING:
@@ -81,11 +83,19 @@ def judge(expectations: Sequence[Expectation], trace: Recorded, outcome: Outcome
         outcome: How the run ended.
     """
     verdicts = [judge_one(one, trace, outcome, place) for place, one in enumerate(expectations)]
-    endings = [place for place, one in enumerate(expectations) if isinstance(one, OutcomeExpectation)]
+    endings = [place for place, one in enumerate(expectations) if judges_outcome(one)]
     if endings:
         return [verdicts.pop(endings[0]), *verdicts]
     completed = judge_one(OutcomeExpectation(outcome="completed"), trace, outcome)
     return [completed, *verdicts]
+
+
+def judges_outcome(expectation: Expectation) -> bool:
+    """Whether an expectation says how the run is to end, in place of the verdict that every run has.
+
+    One that is skipped does not: how a run ended is judged whatever is skipped.
+    """
+    return isinstance(expectation, OutcomeExpectation) and expectation.skip is None
 
 
 def judge_one(
@@ -106,16 +116,14 @@ def judge_one(
         demanded, found, broken = _judged(expectation, trace, outcome)
         skip = found.skip
         found = found if skip else _unless_unseen(expectation, found, trace, outcome)
+        found = _told(expectation, found, trace)
     known = "" if skip else expectation.xfail or ""
     message = f"{expectation.subject} {demanded}: {found.words}"
     if not skip:
         message += _around_gaps(expectation, trace)
     if known:
-        message += (
-            f"; expected failure: {known}"
-            if not found.held
-            else f"; passed, but failure was expected: {known}"
-        )
+        how = "expected failure" if not found.held else "passed, but failure was expected"
+        message += f"; {'a failure was expected, but nothing was judged' if found.unknown else how}: {known}"
     return Verdict(
         metric=expectation.subject,
         demanded=demanded,
@@ -124,7 +132,7 @@ def judge_one(
         time=found.time,
         who=in_words(found.bodies),
         margin=found.margin,
-        passed=found.held != bool(known) and not broken,
+        passed=found.held != bool(known) and not broken and not found.unknown,
         broken=broken,
         near_miss=found.near_miss,
         message=message,
@@ -223,9 +231,49 @@ def _unless_unseen(expectation: Expectation, found: Judgment, trace: Recorded, o
     return found
 
 
+def _told(expectation: Expectation, found: Judgment, trace: Recorded) -> Judgment:
+    """The finding, with whom it leaves out and what it does not see."""
+    if found.skip or found.unknown or found.value is None:
+        return found
+    part = window(trace, *expectation.window_in(end_of(trace)))
+    return found._replace(
+        words=found.words + _left_out(expectation, part) + _samples(expectation, part, trace)
+    )
+
+
+def _left_out(expectation: Expectation, part: Recorded) -> str:
+    """Which robots an expectation leaves out because they have failed, in words; empty for none."""
+    if not expectation.leaves_out:
+        return ""
+    gone = part["lost"].values[-1] > 0
+    team = getattr(expectation, "team", None)
+    if team is not None:
+        gone &= part["member_of"].values[-1] == team_names(part).index(team) + 1
+    which = in_words(robots(np.flatnonzero(gone)))
+    return f"; without {which}, which failed" if which else ""
+
+
+def _samples(expectation: Expectation, part: Recorded, trace: Recorded) -> str:
+    """How far apart the samples of a window are, in words, where an expectation sees nothing else of it.
+
+    Empty where there is one in every physics step, or all that it asks about steps was watched.
+    """
+    time, timestep = part["time"].values, float(trace.attrs["timestep"])
+    apart = np.diff(time)
+    if not expectation.reads_samples or not len(apart) or apart.max() < 1.5 * timestep:
+        return ""
+    known = set(trace["watch"].values.tolist()) if "watch" in trace else set()
+    (start, end), every = expectation.window_in(end_of(trace)), trace["time"].values
+    ends = [first_step(start, timestep) * timestep, every[-1] if end is None else end]
+    at_ends = all(np.abs(every - moment).min() < timestep for moment in ends)
+    if expectation.watches and at_ends and {watch.label for watch in expectation.watches} <= known:
+        return ""
+    return f"; at samples of {np.median(apart):.6g} s"
+
+
 def _unseen(found: Judgment, words: str) -> Judgment:
     """What did not hold because it was not seen."""
-    return found._replace(held=False, near_miss=False, value=None, margin=None, words=words)
+    return found._replace(held=False, near_miss=False, value=None, margin=None, words=words, unknown=True)
 
 
 def verdict_lines(verdicts: Iterable[Verdict]) -> list[str]:
@@ -239,5 +287,5 @@ def mark(verdict: Verdict) -> str:
     if verdict.skip:
         return "skip"
     if verdict.xfail:
-        return "xfail" if verdict.passed else "XPASS"
+        return "xfail" if verdict.passed else "XPASS" if verdict.held else "FAIL"
     return "pass" if verdict.passed else "FAIL"

@@ -5,16 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
-from escort_mj.expectations.expectation import Fault, Judgment, not_judged
+from escort_mj.expectations.expectation import Fault, Judgment, not_judged, nothing_found
 from escort_mj.metrics.metric import Measure
-
-if TYPE_CHECKING:
-    from escort_mj.record.recording import Recorded
+from escort_mj.metrics.watching import Last
 
 NEAR = 0.05  # a margin below this share of the bound is a near miss
 
@@ -51,7 +45,7 @@ def held_against(found: Measure, unit: str, bounds: Sequence[Limits]) -> Judgmen
     if found.unlogged:
         return not_judged(found.reason)
     if found.value is None:
-        return Judgment(False, found.reason, unit=unit)
+        return nothing_found(found.reason, unit)
     margin, bound = min(((one.margin(found.value), one) for one in bounds), key=lambda pair: pair[0])
     near = bound.is_near(margin)
     words = f"{text_of(found.value, unit)}{circumstances(found)}"
@@ -59,20 +53,16 @@ def held_against(found: Measure, unit: str, bounds: Sequence[Limits]) -> Judgmen
     return Judgment(margin >= 0.0, words, found.value, unit, found.time, found.bodies, margin, near)
 
 
-def since(trace: Recorded, far: NDArray[np.bool_], never: str) -> str:
+def since(last: Last, never: str) -> str:
     """Since when nobody is far from where all are to be, in words.
 
     Args:
-        trace: With a sample at least.
-        far: Whether somebody is, shape (time,).
+        last: The last time that somebody was.
         never: What to say if somebody is at the end.
     """
-    late = np.flatnonzero(far)
-    if not len(late):
+    if last.time is None:
         return ", from the start"
-    if late[-1] + 1 < len(far):
-        return f", from {float(trace['time'][late[-1] + 1]):.2f} s on"
-    return f", {never}"
+    return f", {never}" if last.since == math.inf else f", from {last.since:.9g} s on"
 
 
 def text_of(value: float, unit: str) -> str:

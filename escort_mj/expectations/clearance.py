@@ -37,6 +37,11 @@ class ClearanceExpectation(Windowed):
         return True
 
     @property
+    def reads_samples(self) -> bool:
+        """It sees every physics step."""
+        return False
+
+    @property
     def subject(self) -> str:
         """What is looked at, in words."""
         return f"clearance {'/'.join(self.clearance)}"

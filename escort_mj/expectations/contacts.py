@@ -89,6 +89,11 @@ class ContactExpectation(Windowed):
         return self.at_least is None
 
     @property
+    def reads_samples(self) -> bool:
+        """It sees every physics step."""
+        return False
+
+    @property
     def demanded(self) -> str:
         """The bounds in words."""
         return "none" if self.contacts == "none" else ", ".join(_demanded(*one) for one in self._bounds())

@@ -1,7 +1,7 @@
 """What an expectation is, shipped or a plugin's: parameters, what they demand, how a run is judged."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat
 from escort_mj.components.parameters import TEXT, Parameters
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import names, number, text
+from escort_mj.metrics.watching import Watch
 from escort_mj.record.recording import sealed
 from escort_mj.record.team import of_team
 from escort_mj.record.window import end_of, when, window
@@ -35,6 +36,8 @@ class Judgment(NamedTuple):
         margin: Distance from the bound, negative beyond it.
         near_miss: It held, but barely.
         skip: Why it cannot be judged; empty where it was.
+        unknown: There was nothing to judge, such as no value. It does not hold; neither is it a failure that
+            `xfail` can expect.
     """
 
     held: bool
@@ -46,6 +49,7 @@ class Judgment(NamedTuple):
     margin: float | None = None
     near_miss: bool = False
     skip: str = ""
+    unknown: bool = False
 
 
 def checked(found: Any) -> Judgment:
@@ -57,7 +61,8 @@ def checked(found: Any) -> Judgment:
     """
     if not isinstance(found, Judgment):
         raise TypeError(f"judge returned {type(found).__name__}; expected a Judgment")
-    for what, flag in (("held", found.held), ("near_miss", found.near_miss)):
+    flags = {"held": found.held, "near_miss": found.near_miss, "unknown": found.unknown}
+    for what, flag in flags.items():
         if not isinstance(flag, bool | np.bool_):
             raise TypeError(f"{what}: found {type(flag).__name__}; expected True or False")
     judged = Judgment(
@@ -70,6 +75,7 @@ def checked(found: Any) -> Judgment:
         None if found.margin is None else number(found.margin, "margin"),
         bool(found.near_miss),
         text(found.skip, "skip"),
+        bool(found.unknown),
     )
     if not judged.words:
         raise ValueError("words: found none; expected what was found, in words")
@@ -77,6 +83,8 @@ def checked(found: Any) -> Judgment:
         raise ValueError(
             f"held is {judged.held} and the margin {judged.margin:g}: negative is what did not hold"
         )
+    if judged.unknown and judged.held:
+        raise ValueError("unknown and held are True: nothing that was not judged held")
     if judged.near_miss and not judged.held:
         raise ValueError("near_miss is True, and held is False: a near miss held, but barely")
     return judged
@@ -85,6 +93,11 @@ def checked(found: Any) -> Judgment:
 def not_judged(why: str) -> Judgment:
     """A finding that is none: neither passed nor failed."""
     return Judgment(True, f"not judged: {why}", skip=why)
+
+
+def nothing_found(why: str, unit: str = "") -> Judgment:
+    """A finding where there was nothing to judge, which is no pass."""
+    return Judgment(False, why, unit=unit, unknown=True)
 
 
 class Expectation(Parameters):
@@ -126,7 +139,7 @@ class Expectation(Parameters):
             outcome: How the run ended.
         """
         part = window(trace, *self.window_in(end_of(trace)))
-        return self.judge(sealed(part)) if part.sizes["time"] else Judgment(False, EMPTY, unit=self.in_unit)
+        return self.judge(sealed(part)) if part.sizes["time"] else nothing_found(EMPTY, self.in_unit)
 
     @property
     def subject(self) -> str:
@@ -157,6 +170,21 @@ class Expectation(Parameters):
     @property
     def watched(self) -> bool:
         """Whether it reads what is watched between samples, such as clearances."""
+        return False
+
+    @property
+    def watches(self) -> tuple[Watch, ...]:
+        """What it asks about every physics step."""
+        return ()
+
+    @property
+    def reads_samples(self) -> bool:
+        """Whether it does not see what happens between samples, unless all that it asks was watched."""
+        return True
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether robots that have failed are no part of it."""
         return False
 
     @property
@@ -202,6 +230,12 @@ class Expectation(Parameters):
         yield from ()
 
 
+def watches_of(expectations: Iterable[Expectation]) -> tuple[Watch, ...]:
+    """Return what some expectations ask about every physics step, each question once."""
+    asked = (watch for one in expectations if one.skip is None for watch in one.watches)
+    return tuple({watch.label: watch for watch in asked}.values())
+
+
 class OfTeam(Expectation):
     """An expectation that can be of one team."""
 
@@ -211,6 +245,10 @@ class OfTeam(Expectation):
     def judge_run(self, trace: "Recorded", outcome: "Outcome") -> Judgment:
         """Whether it holds of a run, as `judge` says of its window of what is its team's."""
         return super().judge_run(self.seen(trace), outcome)
+
+    def of_own(self, *watches: Watch) -> tuple[Watch, ...]:
+        """Return watches as those of its team."""
+        return tuple(watch._replace(team=self.team or "") for watch in watches)
 
     def seen(self, trace: "Recorded") -> "Recorded":
         """Return what its team has of a trace."""

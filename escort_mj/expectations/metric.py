@@ -9,6 +9,7 @@ from escort_mj.expectations.bound import Limits, held_against, order_faults
 from escort_mj.expectations.expectation import Fault, Judgment, OfTeam, Windowed, not_judged
 from escort_mj.metrics import METRIC_NAMES, METRICS
 from escort_mj.metrics.metric import Metric
+from escort_mj.metrics.watching import Watch
 from escort_mj.record.recording import is_log
 from escort_mj.record.window import Over, Span, span_faults
 
@@ -80,6 +81,21 @@ class MetricExpectation(OfTeam, Windowed):
     def watched(self) -> bool:
         """Whether it reads what is watched between samples, such as clearances."""
         return self.definition.watched
+
+    @property
+    def watches(self) -> tuple[Watch, ...]:
+        """What its metric asks about every physics step."""
+        return self.of_own(*self.definition.watches)
+
+    @property
+    def reads_samples(self) -> bool:
+        """Whether its metric does."""
+        return not self.definition.every_step
+
+    @property
+    def leaves_out(self) -> bool:
+        """Whether its metric leaves out robots that have failed."""
+        return self.definition.leaves_out
 
     def exact_distances(self) -> Iterator[float]:
         """Its bounds, if it is a metric of distances to obstacles [m]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 from escort_mj.expectations.expectation import Expectation, Judgment, not_judged
+from escort_mj.record.outcome import FINAL
 from escort_mj.record.recording import LOG_OF, ends_early, is_log
 
 if TYPE_CHECKING:
@@ -29,7 +30,13 @@ class OutcomeExpectation(Expectation):
             return not_judged(f"{short} of {trace.attrs[LOG_OF]:g} s")
         words = outcome.value if outcome.good else f"{outcome.value}, {outcome.meaning}"
         time = float(trace["time"][-1]) if trace.sizes["time"] and not outcome.good else None
-        return Judgment(outcome.value == self.outcome, words, time=time)
+        held, ended = outcome.value == self.outcome, outcome.value in FINAL
+        return Judgment(held, words, time=time, unknown=not ended)  # such as by an error of a plugin
+
+    @property
+    def reads_samples(self) -> bool:
+        """It sees every physics step."""
+        return False
 
     @property
     def demanded(self) -> str:

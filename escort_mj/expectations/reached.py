@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.expectations.bound import Limits, held_against, since
-from escort_mj.expectations.expectation import Deadline, Judgment
+from escort_mj.expectations.expectation import Deadline, Judgment, nothing_found
 from escort_mj.measuring import EMPTY
-from escort_mj.metrics.arrival import NO_GOALS, at_goal, goal_distance
-from escort_mj.metrics.reading import largest_of, robot
+from escort_mj.metrics.arrival import NO_GOALS, WAY_LEFT
+from escort_mj.metrics.watching import Fold, Watch, last_of, worst_of
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
     from escort_mj.record.outcome import Outcome
     from escort_mj.record.recording import Recorded
+
+
+FARTHEST = Watch(WAY_LEFT, Fold.LARGEST)
 
 
 class ReachedExpectation(Deadline):
@@ -30,18 +32,26 @@ class ReachedExpectation(Deadline):
     reached: PositiveFloat
     """Largest distance to the last goal [m]."""
 
+    @property
+    def watches(self) -> tuple[Watch, ...]:
+        """The longest way left of all physics steps, and when it was last too long."""
+        return FARTHEST, self._beyond
+
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether all robots are near enough to their last goals in the window, and since when they were."""
         if "goal" not in trace:
-            return Judgment(False, NO_GOALS, unit=self.in_unit)
+            return nothing_found(NO_GOALS, self.in_unit)
         late = window(trace, *self.window)
         if not late.sizes["time"]:
-            return Judgment(False, EMPTY, unit=self.in_unit)
-        found = largest_of(late, np.where(at_goal(late, math.inf), goal_distance(late), math.inf), robot)
+            return nothing_found(EMPTY, self.in_unit)
+        found = worst_of(late, FARTHEST)
         if found.value == math.inf:
             return Judgment(False, f"{found.who} has waypoints left at {found.time:.2f} s", unit=self.in_unit)
         judged = held_against(found, self.in_unit, [Limits(self.reached)])
-        part = window(trace, 0.0, self.before)
-        there = np.asarray(at_goal(part, self.reached))
-        absent = f"{np.count_nonzero(~there[-1])} of {there.shape[1]} robots not there at the end"
-        return judged._replace(words=judged.words + since(part, np.any(~there, axis=1), absent))
+        last = last_of(window(trace, 0.0, self.before), self._beyond)
+        absent = f"{len(last.bodies)} of {trace.sizes['robot']} robots not there at the end"
+        return judged._replace(words=judged.words + since(last, absent))
+
+    @property
+    def _beyond(self) -> Watch:
+        return Watch(WAY_LEFT, Fold.LAST, self.reached)

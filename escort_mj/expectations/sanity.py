@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from escort_mj.expectations.expectation import Judgment, Windowed, not_judged
+from escort_mj.expectations.expectation import Judgment, Windowed, not_judged, nothing_found
 from escort_mj.measuring import EMPTY
 from escort_mj.metrics.metric import Bodies
 from escort_mj.metrics.simulation import fastest_points, tunneling
@@ -21,7 +21,7 @@ from escort_mj.record.window import window
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
-MAY_BE_INFINITE = ("clearance", "target_clearance", "lidar_range")  # where there is nothing near
+MAY_BE_INFINITE = ("clearance", "target_clearance", "lidar_range", "watch_value")  # where nothing is near
 
 SanityCheck = Literal["warnings", "finite", "energy", "tunneling"]
 SANITY: tuple[SanityCheck, ...] = get_args(SanityCheck)
@@ -55,12 +55,17 @@ class SanityExpectation(Windowed):
             return not_judged("these are checks of a simulation")
         part = window(trace, *self.window)
         if not part.sizes["time"]:
-            return Judgment(False, EMPTY)
+            return nothing_found(EMPTY)
         reports = [sanity(check, part, outcome) for check in self.sanity]
         wrong = [report for report in reports if not report.held]
         worst = min(wrong or reports, key=lambda report: report.room)
         words = "; ".join(report.words for report in wrong or reports)
         return Judgment(not wrong, words, worst.value, worst.unit, worst.time, worst.bodies, worst.margin)
+
+    @property
+    def reads_samples(self) -> bool:
+        """It sees every physics step."""
+        return False
 
     @property
     def demanded(self) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 from pydantic import PositiveFloat
 
 from escort_mj.expectations.bound import Limits, held_against, since
 from escort_mj.expectations.expectation import Deadline, Judgment, OfTeam
 from escort_mj.measuring import measure
-from escort_mj.metrics.radius_error import radius_error
+from escort_mj.metrics.radius_error import LARGEST, RADIUS_ERROR
+from escort_mj.metrics.watching import Fold, Watch, last_of
 from escort_mj.record.window import window
 
 if TYPE_CHECKING:
@@ -37,12 +37,25 @@ class SettledExpectation(OfTeam, Deadline):
         """It is of robots around a target."""
         return True
 
+    @property
+    def watches(self) -> tuple[Watch, ...]:
+        """The largest radius error of all physics steps, and when it was last too large."""
+        return self.of_own(LARGEST, self._beyond)
+
+    @property
+    def leaves_out(self) -> bool:
+        """Robots that have failed are no part of the formation."""
+        return True
+
     def judge_run(self, trace: Recorded, outcome: Outcome) -> Judgment:
         """Whether the largest radius error of the window is small enough, and since when it was."""
         trace = self.seen(trace)
         found = held_against(measure("radius_error_max", trace, *self.window), "m", [Limits(self.settled)])
         if found.value is None:
             return found
-        part = window(trace, 0.0, self.before)
-        far = (np.abs(radius_error(part)) > self.settled).any(axis=1)
-        return found._replace(words=found.words + since(part, far, "not settled at the end"))
+        last = last_of(window(trace, 0.0, self.before), self._beyond)
+        return found._replace(words=found.words + since(last, "not settled at the end"))
+
+    @property
+    def _beyond(self) -> Watch:
+        return Watch(RADIUS_ERROR, Fold.LAST, self.settled)

@@ -160,6 +160,7 @@ BY_ROBOT = (
         "apart",
         "members",
         "mixed",
+        "resized",
     ),
 )
 LAYOUT = Layout(MAGIC, Plan, State, whole=BY_ROBOT)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from escort_mj.estimators import ESTIMATORS
 from escort_mj.laws import LAWS
 from escort_mj.memory.layout import LAYOUT, Plan
 from escort_mj.monitor.contacts import CELLS_PER_PAIR, PAIRS_PER_BODY
+from escort_mj.monitor.sampling import steps_kept
 from escort_mj.native.fields import Fields
 from escort_mj.numerics.neighbors import LISTED
 from escort_mj.numerics.program import Op
@@ -41,6 +42,8 @@ def pack(
     extra: Sequence[int] = (),
     watched_radius: Array | None = None,
     exact_within: float = 0.0,
+    watches: int = 0,
+    signals: Sequence[str] = (),
 ) -> Array:
     """Pack a setup into the flat vector that `unpack_plan` reads.
 
@@ -56,6 +59,8 @@ def pack(
         extra: Physics steps of further samples, ascending.
         watched_radius: Where some robots are more than their hulls: radii of the others, shape (n,) [m].
         exact_within: Clearance below which those of such robots are exact [m].
+        watches: How many quantities of every physics step are recorded.
+        signals: Names of the signals that they are found from.
     """
     n, p, lyapunov = setup.count, setup.axes, truth and setup.has_lyapunov
     values = _components(setup) | _functions(setup)
@@ -67,6 +72,7 @@ def pack(
         "watched_alone": [alone for _, alone in columns],
         "watched_radius": setup.robot_radius if watched_radius is None else watched_radius,
         "exact_within": exact_within,
+        "distances_asked": not {"obstacle_distance", "robot_distance_min"}.isdisjoint(signals),
         "stride": stride,
         "extra": np.asarray(extra, dtype=float),
         "truth": truth,
@@ -108,18 +114,26 @@ def pack(
         "past": rows_of_past(setup.sensing, n),
         "kept": samples[0],
         "record": samples[1],
+        "resized": n * bool(setup.radii),
+        "watches": watches,
+        "kept_steps": 0,
+        "step_record": 0,
         "scratch": scratch_size(n, p) if setup.reforming else 0,
     }
-    values["stretches"] = _stretches(sizes)
+    values["stretches"] = _stretches(sizes, [signal.name for signal in SIGNALS])
     sizes["stretches"] = len(values["stretches"])
+    values["step_stretches"] = asked = _stretches(sizes, signals)
+    sizes["step_stretches"] = len(asked)
+    sizes["step_record"] = bool(signals) * (1 + int(asked[:, 1].sum()))
+    sizes["kept_steps"] = steps_kept(sizes["step_record"])
     return np.minimum(LAYOUT.pack(sizes, values), UNLIMITED)
 
 
-def _stretches(sizes: Mapping[str, int]) -> Array:
-    """Where in the state the numbers of a record stand, part by part: start and length."""
+def _stretches(sizes: Mapping[str, int], signals: Iterable[str]) -> Array:
+    """Where in the state the numbers of some signals stand, part by part: start and length."""
     places, found = LAYOUT.places(sizes), [(0, 0)]
-    for signal in SIGNALS:
-        (start, length), (before, count) = places[signal.name], found[-1]
+    for name in signals:
+        (start, length), (before, count) = places[name], found[-1]
         if start == before + count:
             found[-1] = before, count + length
         elif length:

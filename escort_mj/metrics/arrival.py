@@ -1,15 +1,18 @@
-"""Whether and when robots come to their goals, how far they go, and who is stuck on the way."""
+"""Whether and when robots come to their goals, how far they go, and who is stuck on the way.
+
+A robot whose motors have failed still has its goal: it is there where it stands there, and nowhere else.
+"""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import largest_of, lost, robot, robots
+from escort_mj.metrics.reading import name_robots, robots
+from escort_mj.metrics.watching import Course, Fold, Watch, last_of, nothing, simple, worst_of
 from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
@@ -17,53 +20,52 @@ if TYPE_CHECKING:
 
 NO_GOALS = "robots have no goals"
 STUCK_FOR = 5.0  # s
+SIGNALS = ("q", "goal", "goals_left")
 
 
 def goal_distance(trace: Recorded) -> NDArray[np.float64]:
-    """| q - goal |, shape (time, robot) [m]; NaN where a robot is lost, or has no goal."""
+    """| q - goal |, shape (time, robot) [m]; NaN where robots have no goals."""
     if lacks(trace, "goal"):
-        return np.full(trace["lost"].values.shape, np.nan)
-    distance = np.linalg.norm(trace["q"].values - trace["goal"].values, axis=2)
-    return np.where(lost(trace), np.nan, distance)
+        return nothing(trace.sizes["time"])
+    return np.asarray(np.linalg.norm(trace["q"].values - trace["goal"].values, axis=2))
 
 
-def at_goal(trace: Recorded, reach: float) -> NDArray[np.bool_]:
-    """Who is within a distance of the last goal, or lost, shape (time, robot)."""
-    there = (trace["goals_left"].values == 0) & (goal_distance(trace) <= reach)
-    return np.asarray(there | lost(trace))
+def way_left(trace: Recorded) -> NDArray[np.float64]:
+    """Distance to the last goal, infinite while there are waypoints before it, shape (time, robot) [m]."""
+    if lacks(trace, "goal"):
+        return nothing(trace.sizes["time"])
+    return np.where(trace["goals_left"].values == 0, goal_distance(trace), np.inf)
 
 
-@metric(unit="m", over="tail", grows=True, watched=False, rank=31)
+def _away(trace: Recorded) -> NDArray[np.float64]:
+    return np.asarray(way_left(trace) > trace.attrs["goal_reach"], float)
+
+
+GOAL_DISTANCE = Watch(Course("goal_distance", SIGNALS, simple(goal_distance), name_robots), Fold.LARGEST)
+WAY_LEFT = Course("way_left", SIGNALS, simple(way_left), name_robots)
+AWAY = Watch(Course("away", SIGNALS, simple(_away), name_robots), Fold.LAST)
+
+
+@metric(unit="m", over="tail", grows=True, watched=False, rank=31, watches=(GOAL_DISTANCE,))
 def goal_distance_max(trace: Recorded) -> Measure:
     """Largest distance of a robot from its goal."""
-    distance = goal_distance(trace)
-    if np.isnan(distance).all():
-        return Measure(None, reason=NO_GOALS)
-    return largest_of(trace, distance, robot)
+    return worst_of(trace, GOAL_DISTANCE) if not lacks(trace, "goal") else Measure(None, reason=NO_GOALS)
 
 
-@metric(unit="s", watched=False, rank=32, moment=True)
+@metric(unit="s", watched=False, rank=32, moment=True, watches=(AWAY,))
 def arrival_time(trace: Recorded) -> Measure:
     """Time after which every robot stays within `reach` of its last goal (the makespan)."""
     if lacks(trace, "goal"):
         return Measure(None, reason=NO_GOALS)
-    time, away = trace["time"].values, ~at_goal(trace, trace.attrs["goal_reach"])
-    late = np.flatnonzero(away.any(axis=1))
-    if not len(late):
-        return Measure(float(time[0]))
-    last = int(late[-1])
-    who = robots(np.flatnonzero(away[last]))
-    if last == len(time) - 1:
-        return Measure(math.inf, float(time[last]), who, "never arrives")
-    return Measure(float(time[last + 1]), float(time[last + 1]), who)
+    return last_of(trace, AWAY).measure("never arrives")
 
 
-@metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=33)
+@metric(unit="1", most=1.0, watched=False, more_is_better=True, rank=33, every_step=True)
 def arrived(trace: Recorded) -> Measure:
     """Share of the robots that are within `reach` of their last goals at the end."""
     if lacks(trace, "goal"):
         return Measure(None, reason=NO_GOALS)
-    there = at_goal(trace, trace.attrs["goal_reach"])[-1] & ~lost(trace)[-1]
+    there = _away(trace)[-1] == 0.0
     return Measure(float(there.mean()), float(trace["time"][-1]), robots(np.flatnonzero(~there)))
 
 
@@ -84,5 +86,5 @@ def stuck(trace: Recorded) -> Measure:
     late = time >= time[-1] - STUCK_FOR - 0.5 * trace.attrs["timestep"]
     q = trace["q"].values[late]
     here = np.linalg.norm(q - q[-1], axis=2).max(axis=0) <= trace["robot_radius"].values
-    waiting = np.flatnonzero(here & ~at_goal(trace, trace.attrs["goal_reach"])[-1])
+    waiting = np.flatnonzero(here & (_away(trace)[-1] > 0.0))
     return Measure(float(len(waiting)), float(time[-1]), robots(waiting))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALONE, least_of, manner_of, robot
+from escort_mj.metrics.metric import Bodies, Measure, metric
+from escort_mj.metrics.reading import ALONE, manner_of, name_robots, robot
+from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, worst_of
 from escort_mj.record.recording import require_places
 
 if TYPE_CHECKING:
@@ -32,15 +33,32 @@ def _clearance(trace: Recorded, groups: Sequence[str], reason: str) -> Measure:
     return Measure(least, float(trace["time"][row]), who, manner=manner_of(trace, least, who))
 
 
-@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, rank=130)
+def _pairs(trace: Recorded) -> Callable[[int], Bodies]:
+    names, count = trace["obstacle"].values, trace.sizes["obstacle"]
+    return lambda index: (*robot(index // count), str(names[index % count]))
+
+
+def _to_obstacles(trace: Recorded) -> np.ndarray:
+    return trace["obstacle_distance"].values.reshape(trace.sizes["time"], -1)
+
+
+def _to_robots(trace: Recorded) -> np.ndarray:
+    name = "robot_distance_min"
+    return trace[name].values if name in trace else nothing(trace.sizes["time"])
+
+
+TO_OBSTACLES = Watch(
+    Course("obstacle_distance", ("obstacle_distance",), simple(_to_obstacles), _pairs), Fold.LEAST
+)
+TO_ROBOTS = Watch(
+    Course("robot_distance", ("robot_distance_min",), simple(_to_robots), name_robots), Fold.LEAST
+)
+
+
+@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, rank=130, watches=(TO_OBSTACLES,))
 def obstacle_distance_min(trace: Recorded) -> Measure:
     """Minimum distance of a robot's center to an obstacle: a sphere's center, or another shape's surface."""
-    if not trace.sizes["obstacle"]:
-        return Measure(None, reason=UNOBSTRUCTED)
-    distances = trace["obstacle_distance"].values
-    names, count = trace["obstacle"].values, trace.sizes["obstacle"]
-    flat = distances.reshape(len(distances), -1)
-    return least_of(trace, flat, lambda index: (*robot(index // count), str(names[index % count])))
+    return worst_of(trace, TO_OBSTACLES) if trace.sizes["obstacle"] else Measure(None, reason=UNOBSTRUCTED)
 
 
 @metric(unit="m", least=-math.inf, more_is_better=True, rank=140, every_step=True)
@@ -49,11 +67,10 @@ def obstacle_clearance_min(trace: Recorded) -> Measure:
     return _clearance(trace, ("obstacles", "walls"), UNOBSTRUCTED)
 
 
-@metric(unit="m", watched=False, more_is_better=True, rank=150)
+@metric(unit="m", watched=False, more_is_better=True, rank=150, watches=(TO_ROBOTS,))
 def robot_distance_min(trace: Recorded) -> Measure:
     """Minimum distance between two robots, center to center."""
-    name = "robot_distance_min"
-    return least_of(trace, trace[name].values, robot) if name in trace else Measure(None, reason=ALONE)
+    return worst_of(trace, TO_ROBOTS) if "robot_distance_min" in trace else Measure(None, reason=ALONE)
 
 
 @metric(unit="m", least=-math.inf, more_is_better=True, rank=160, every_step=True)

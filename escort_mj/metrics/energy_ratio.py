@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALONE, largest_of, nobody, stretches
+from escort_mj.metrics.reading import ALONE, stretches
+from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, worst_of
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -17,17 +18,6 @@ Array = NDArray[np.float64]
 
 UNKNOWN = "the least energy of so many robots was not looked for"
 LEFT_ALONE = "a single robot is left"
-
-
-@metric(unit="1", over="tail", least=1.0, grows=True, watched=False, rank=60, of_team=True)
-def energy_ratio(trace: Recorded) -> Measure:
-    """Largest Coulomb energy of the robots' directions, divided by the lowest known energy (1 if even)."""
-    ratios = energy_ratios(trace)
-    if ratios is None:
-        return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)
-    if np.isnan(ratios).all():
-        return Measure(None, reason=LEFT_ALONE)
-    return largest_of(trace, ratios[:, None], nobody)
 
 
 def energy_ratios(trace: Recorded) -> Array | None:
@@ -58,3 +48,20 @@ def _energy(directions: Array) -> Array:
         with np.errstate(divide="ignore"):
             total += (1.0 / apart).sum(axis=1)
     return total
+
+
+def _ratios(trace: Recorded) -> Array:
+    ratios = energy_ratios(trace)
+    return nothing(trace.sizes["time"]) if ratios is None else ratios[:, None]
+
+
+RATIO = Watch(Course("energy_ratio", ("q", "target_position", "lost"), simple(_ratios)), Fold.LARGEST)
+
+
+@metric(unit="1", over="tail", least=1.0, grows=True, watched=False, rank=60, of_team=True, watches=(RATIO,))
+def energy_ratio(trace: Recorded) -> Measure:
+    """Largest Coulomb energy of the robots' directions, divided by the lowest known energy (1 if even)."""
+    ratios = energy_ratios(trace)
+    if ratios is None:
+        return Measure(None, reason=ALONE if trace.sizes["robot"] == 1 else UNKNOWN)
+    return Measure(None, reason=LEFT_ALONE) if np.isnan(ratios).all() else worst_of(trace, RATIO)

@@ -7,25 +7,52 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from escort_mj.metrics.hull_margin import margins, over_time, takes_long, teams
-from escort_mj.metrics.largest_gap import beside_gap
+from escort_mj.metrics.hull_margin import SIGNALS, Array, margins, of_teams, takes_long
+from escort_mj.metrics.largest_gap import beside_gap, name_pair
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost
+from escort_mj.metrics.watching import Course, Fold, Starts, Watch, last_of
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
 
 
-@metric(unit="s", watched=False, more_is_better=True, dear=takes_long, of_team=True, moment=True)
+def _inside(team: Array) -> Array:
+    return np.asarray(margins(team) >= 0.0, float)
+
+
+def _last_inside(team: Array) -> tuple[float, int]:
+    for row in reversed(range(len(team))):
+        if _inside(team[row : row + 1])[0]:
+            return 1.0, row
+    return 0.0, 0
+
+
+def _surrounded(trace: Recorded, starts: Starts | None) -> Array:
+    return of_teams(trace, starts, _inside, _last_inside)
+
+
+SURROUNDED = Watch(Course("surrounded", SIGNALS, _surrounded), Fold.LAST)
+
+
+@metric(
+    unit="s",
+    watched=False,
+    more_is_better=True,
+    dear=takes_long,
+    of_team=True,
+    moment=True,
+    watches=(SURROUNDED,),
+)
 def escaped(trace: Recorded) -> Measure:
     """Time from which the target stays outside the robots' convex hull until the end."""
     if not escorts(trace):
         return Measure(None, reason=NO_TARGET)
-    time, found = trace["time"].values, list(teams(trace))
-    if not found:
+    if lost(trace).all():
         return Measure(None, reason=ALL_LOST)
-    first, last = found[-1]
-    if first + len(last) == len(time) and margins(last[-1:])[0] >= 0.0:
-        return Measure(math.inf, float(time[-1]), reason="never escapes")
-    row = int(np.flatnonzero(over_time(trace, margins) >= 0.0).max(initial=-1)) + 1
-    return Measure(float(time[row]), float(time[row]), beside_gap(trace, row))
+    last = last_of(trace, SURROUNDED)
+    if last.since == math.inf:
+        return Measure(math.inf, float(trace["time"][-1]), reason="never escapes")
+    row = np.searchsorted(trace["time"].values, last.since - 0.5 * trace.attrs["timestep"])
+    between = beside_gap(trace, np.array([row]))[0]  # as it is in the first sample since
+    return Measure(last.since, last.since, name_pair(trace)(int(between)))

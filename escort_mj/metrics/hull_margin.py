@@ -15,14 +15,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, stretches
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, stretches
+from escort_mj.metrics.watching import Course, Fold, Starts, Watch, nothing, worst_of
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded
@@ -40,19 +41,6 @@ def takes_long(trace: Recorded) -> bool:
     robots, axes, samples = (trace.sizes[name] for name in ("robot", "axis", "time"))
     normals = math.comb(robots, axes)
     return normals > CANDIDATES or normals * robots * samples * max(1, axes - 2) ** 2 > DEAR
-
-
-@metric(unit="m", least=-math.inf, watched=False, more_is_better=True, dear=takes_long, of_team=True)
-def hull_margin(trace: Recorded) -> Measure:
-    """Minimum depth of the target in the robots' convex hull; outside, the negative distance to the hull."""
-    if not escorts(trace):
-        return Measure(None, reason=NO_TARGET)
-    best, when = math.inf, 0
-    for first, team in teams(trace):
-        value, row = least_margin(team)
-        if not value >= best:
-            best, when = value, first + row
-    return Measure(best, float(trace["time"][when])) if best != math.inf else Measure(None, reason=ALL_LOST)
 
 
 def teams(trace: Recorded) -> Iterator[tuple[int, Array]]:
@@ -78,6 +66,63 @@ def over_time(trace: Recorded, of: Callable[[Array], Array]) -> Array:
     found = np.full(trace.sizes["time"], np.nan)
     for first, team in teams(trace):
         found[first : first + len(team)] = of(team)
+    return found
+
+
+def _depth(trace: Recorded, starts: Starts | None) -> Array:
+    return of_teams(trace, starts, margins, least_margin)
+
+
+SIGNALS = ("q", "target_position", "lost")
+DEPTH = Watch(Course("hull_margin", SIGNALS, _depth), Fold.LEAST)
+
+
+@metric(
+    unit="m",
+    least=-math.inf,
+    watched=False,
+    more_is_better=True,
+    dear=takes_long,
+    of_team=True,
+    watches=(DEPTH,),
+)
+def hull_margin(trace: Recorded) -> Measure:
+    """Minimum depth of the target in the robots' convex hull; outside, the negative distance to the hull."""
+    if not escorts(trace):
+        return Measure(None, reason=NO_TARGET)
+    if lost(trace).all():
+        return Measure(None, reason=ALL_LOST)
+    if np.isnan(trace["q"].values[~lost(trace)]).any():
+        return Measure(math.nan)
+    return worst_of(trace, DEPTH)
+
+
+def of_teams(
+    trace: Recorded,
+    starts: Starts | None,
+    of: Callable[[Array], Array],
+    one: Callable[[Array], tuple[float, int]],
+) -> Array:
+    """Return a number of each sample's team, shape (time, 1); NaN where no robot is left.
+
+    Of many robots, for which it takes long, only one of each stretch of samples; the others are NaN.
+
+    Args:
+        trace: Any.
+        starts: First sample of each stretch, ascending from 0; None for no stretches, and all numbers.
+        of: The numbers of several teams, of an array as `teams` yields it.
+        one: The number that counts of several teams, and which has it.
+    """
+    if not escorts(trace):
+        return nothing(trace.sizes["time"])
+    if starts is None or math.comb(trace.sizes["robot"], trace.sizes["axis"]) <= CANDIDATES:
+        return over_time(trace, of)[:, None]
+    found = nothing(trace.sizes["time"])
+    for first, team in teams(trace):
+        inside = starts[(starts > first) & (starts < first + len(team))]
+        for begin, end in pairwise([first, *inside.tolist(), first + len(team)]):
+            value, row = one(team[begin - first : end - first])
+            found[begin + row] = value
     return found
 
 

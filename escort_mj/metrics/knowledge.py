@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from escort_mj.metrics.metric import Measure, metric
-from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, largest_of, lost, robot
+from escort_mj.metrics.reading import ALL_LOST, NO_TARGET, escorts, lost, name_robots
+from escort_mj.metrics.watching import Course, Fold, Watch, mean_of, nothing, simple, watched, worst_of
 from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
@@ -41,18 +44,43 @@ def linked(heard: NDArray[Any]) -> NDArray[np.bool_]:
     return np.asarray(found[:, 1:] | found[:, 1:].T)
 
 
-def parts(trace: Recorded) -> NDArray[np.int64]:
+def parts(trace: Recorded) -> Array:
     """Number of parts of the graph of who hears whom, among robots that are left, shape (time,)."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
+    def count(left: NDArray[np.bool_]) -> int:
+        return int(connected_components(csr_array(left), directed=False)[0]) if len(left) else 0
+
+    return _of_graphs(trace, count)
+
+
+def _connectivity(trace: Recorded) -> Array:
+    """Second-smallest eigenvalue of each graph's Laplacian, shape (time, 1); NaN of fewer than two robots."""
+
+    def second(left: NDArray[np.bool_]) -> float:
+        if len(left) < 2:
+            return math.nan
+        graph = left.astype(float)
+        found = float(np.linalg.eigvalsh(np.diag(graph.sum(axis=1)) - graph)[1])
+        return found if found > CUT else 0.0
+
+    if lacks(trace, "heard_from"):
+        return nothing(trace.sizes["time"])
+    return _of_graphs(trace, second)[:, None]
+
+
+def _of_graphs(trace: Recorded, of: Callable[[NDArray[np.bool_]], float]) -> Array:
+    """Return a number of each graph of who hears whom among robots that are left, shape (time,).
+
+    Args:
+        trace: Of a mission with a radio.
+        of: The number, of a matrix that says who is linked with whom.
+    """
     heard, gone = trace["heard_from"].values, lost(trace)
     changes = (heard[1:] != heard[:-1]).any(axis=(1, 2)) | (gone[1:] != gone[:-1]).any(axis=1)
-    first = np.flatnonzero(np.append(True, changes))  # samples of a graph that was not there before
-    found = []
-    for row in first:
-        left = linked(heard[row])[~gone[row]][:, ~gone[row]]
-        found.append(connected_components(csr_array(left), directed=False)[0] if len(left) else 0)
+    first = np.flatnonzero(np.append(True, changes))  # a graph that was not there before
+    found = [float(of(linked(heard[row])[~gone[row]][:, ~gone[row]])) for row in first]
     return np.repeat(found, np.diff(np.append(first, len(heard))))
 
 
@@ -70,47 +98,90 @@ def _nothing(trace: Recorded) -> Measure | None:
     return Measure(None, reason=ALL_LOST) if lost(trace).all() else None
 
 
-@metric(unit="m", over="tail", grows=True, watched=False, rank=50, of_team=True)
-def estimate_error_rms(trace: Recorded) -> Measure:
-    """Root mean square of the distance between the robots' estimates of the target and the target."""
-    if nothing := _nothing(trace):
-        return nothing
-    return Measure(float(np.sqrt(np.nanmean(estimate_error(trace) ** 2))))
+def _square_error(trace: Recorded) -> Array:
+    if lacks(trace, "target_estimate"):
+        return nothing(trace.sizes["time"])
+    return estimate_error(trace) ** 2
 
 
-@metric(unit="m", over="tail", grows=True, watched=False, rank=51, of_team=True)
-def disagreement_max(trace: Recorded) -> Measure:
-    """Largest distance of a robot's estimate of the target from the mean of all estimates."""
-    if nothing := _nothing(trace):
-        return nothing
+def _disagreement(trace: Recorded) -> Array:
+    """Distance of each robot's estimate from the mean of all, shape (time, robot) [m]."""
+    if lacks(trace, "target_estimate"):
+        return nothing(trace.sizes["time"])
     estimate, left = trace["target_estimate"].values, ~lost(trace)[..., None]
     middle = (
         np.where(left, estimate, 0.0).sum(axis=1, keepdims=True) / np.maximum(left.sum(axis=1), 1)[:, None]
     )
-    off = np.where(left[..., 0], np.linalg.norm(estimate - middle, axis=2), np.nan)
-    return largest_of(trace, off, robot)
+    return np.where(left[..., 0], np.linalg.norm(estimate - middle, axis=2), np.nan)
 
 
-@metric(unit="s", over="tail", grows=True, watched=False, rank=52, of_team=True)
+def _age(trace: Recorded) -> Array:
+    if lacks(trace, "information_age"):
+        return nothing(trace.sizes["time"])
+    return np.where(lost(trace), np.nan, trace["information_age"].values)
+
+
+def _normalized(trace: Recorded) -> Array:
+    """Squared error of each estimate by its covariance, per axis, shape (time, robot); NaN if not known."""
+    if lacks(trace, "target_covariance"):
+        return nothing(trace.sizes["time"])
+    off = trace["target_estimate"].values - trace["target_position"].values[:, None]
+    covariance = trace["target_covariance"].values
+    known = ~lost(trace) & (np.trace(covariance, axis1=2, axis2=3) > 0.0)
+    found = np.full(known.shape, np.nan)
+    solved = np.linalg.solve(covariance[known], off[known][..., None])[..., 0]
+    found[known] = (off[known] * solved).sum(axis=1) / off.shape[2]
+    return found
+
+
+def _apart(trace: Recorded) -> Array:
+    """Whether the graph is in parts, shape (time, 1)."""
+    if lacks(trace, "heard_from"):
+        return nothing(trace.sizes["time"])
+    return np.asarray(parts(trace) > 1, float)[:, None]
+
+
+ESTIMATES = ("target_estimate", "target_position", "lost")
+SQUARE_ERROR = Watch(
+    Course("estimate_error_squared", ESTIMATES, simple(_square_error), name_robots), Fold.MEAN
+)
+DISAGREEMENT = Watch(Course("disagreement", ESTIMATES, simple(_disagreement), name_robots), Fold.LARGEST)
+AGE = Watch(Course("information_age", ("information_age", "lost"), simple(_age), name_robots), Fold.LARGEST)
+NORMALIZED = Watch(
+    Course("estimate_consistency", (*ESTIMATES, "target_covariance"), simple(_normalized), name_robots),
+    Fold.MEAN,
+)
+CONNECTIVITY = Watch(Course("connectivity", ("heard_from", "lost"), simple(_connectivity)), Fold.LEAST)
+APART = Watch(Course("disconnected", ("heard_from", "lost"), simple(_apart)), Fold.MEAN)
+
+
+@metric(unit="m", over="tail", grows=True, watched=False, rank=50, of_team=True, watches=(SQUARE_ERROR,))
+def estimate_error_rms(trace: Recorded) -> Measure:
+    """Root mean square of the distance between the robots' estimates of the target and the target."""
+    return _nothing(trace) or Measure(math.sqrt(mean_of(trace, SQUARE_ERROR)))
+
+
+@metric(unit="m", over="tail", grows=True, watched=False, rank=51, of_team=True, watches=(DISAGREEMENT,))
+def disagreement_max(trace: Recorded) -> Measure:
+    """Largest distance of a robot's estimate of the target from the mean of all estimates."""
+    return _nothing(trace) or worst_of(trace, DISAGREEMENT)
+
+
+@metric(unit="s", over="tail", grows=True, watched=False, rank=52, of_team=True, watches=(AGE,))
 def information_age_max(trace: Recorded) -> Measure:
     """Largest age of the newest measurement of the target that a robot knows of."""
-    if nothing := _nothing(trace):
-        return nothing
-    age = np.where(lost(trace), np.nan, trace["information_age"].values)
-    return largest_of(trace, age, robot)
+    return _nothing(trace) or worst_of(trace, AGE)
 
 
-@metric(unit="1", over="tail", watched=False, rank=53, of_team=True)
+@metric(unit="1", over="tail", watched=False, rank=53, of_team=True, watches=(NORMALIZED,))
 def estimate_consistency(trace: Recorded) -> Measure:
     """Mean normalized estimation error squared (NEES) of the position, per axis; 1 if consistent."""
-    if nothing := _nothing(trace):
-        return nothing
-    off = trace["target_estimate"].values - trace["target_position"].values[:, None]
+    if nothing_there := _nothing(trace):
+        return nothing_there
     covariance, left = trace["target_covariance"].values, ~lost(trace)
     if not (np.trace(covariance, axis1=2, axis2=3)[left] > 0.0).all():
         return Measure(None, reason=NO_COVARIANCE)
-    solved = np.linalg.solve(covariance[left], off[left][..., None])[..., 0]
-    return Measure(float((off[left] * solved).sum(axis=1).mean() / off.shape[2]))
+    return Measure(mean_of(trace, NORMALIZED))
 
 
 @metric(unit="1/s", watched=False, rank=54, every_step=True)
@@ -130,29 +201,32 @@ def messages_lost_share(trace: Recorded) -> Measure:
     return Measure(float(gone / max(gone + heard, 1.0)))
 
 
-@metric(unit="1", watched=False, more_is_better=True, dear=_takes_long, rank=56, of_team=True)
+@metric(
+    unit="1",
+    watched=False,
+    more_is_better=True,
+    dear=_takes_long,
+    rank=56,
+    of_team=True,
+    watches=(CONNECTIVITY,),
+)
 def connectivity_min(trace: Recorded) -> Measure:
     """Minimum second-smallest eigenvalue of the communication graph's Laplacian; 0 if ever disconnected."""
     if lacks(trace, "heard_from"):
         return Measure(None, reason=NO_RADIO)
-    gone, lowest, when = lost(trace), np.inf, 0
-    for row, (heard, absent) in enumerate(zip(trace["heard_from"].values, gone, strict=True)):
-        left = linked(heard)[~absent][:, ~absent].astype(float)
-        if len(left) < 2:
-            continue
-        second = np.linalg.eigvalsh(np.diag(left.sum(axis=1)) - left)[1]
-        if second < lowest:
-            lowest, when = (second if second > CUT else 0.0), row
-    if lowest == np.inf:
+    if ((~lost(trace)).sum(axis=1) < 2).all():
         return Measure(None, reason="there are no two robots")
-    return Measure(float(lowest), float(trace["time"][when]))
+    return worst_of(trace, CONNECTIVITY)
 
 
-@metric(unit="s", watched=False, rank=57, of_team=True)
+@metric(unit="s", watched=False, rank=57, of_team=True, watches=(APART,))
 def disconnected_time(trace: Recorded) -> Measure:
     """Time during which the communication graph is disconnected."""
     if lacks(trace, "heard_from"):
         return Measure(None, reason=NO_RADIO)
+    between = watched(trace, APART)
+    if between is not None:
+        return Measure(float(between.value.sum() * trace.attrs["timestep"]))
     time, apart = trace["time"].values, parts(trace) > 1
     return Measure(float(np.sum(np.diff(time) * apart[:-1])))
 

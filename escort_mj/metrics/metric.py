@@ -17,6 +17,7 @@ from escort_mj.record.recording import sealed
 from escort_mj.record.window import OVERS, Over, Span
 
 if TYPE_CHECKING:
+    from escort_mj.metrics.watching import Watch
     from escort_mj.record.recording import Recorded
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -129,6 +130,8 @@ class Metric(NamedTuple):
         of_team: Whether it is of robots around a target: in missions with several teams, of each by itself.
         every_step: Whether it counts every physics step; otherwise it is read at the samples.
         moment: Whether it is a moment of the run, which is looked for in all of it.
+        watches: What an expectation of it asks about every physics step: then it counts these, too.
+        leaves_out: Whether robots that have failed are no part of it, so that a verdict names them.
     """
 
     name: str
@@ -146,6 +149,8 @@ class Metric(NamedTuple):
     of_team: bool = False
     every_step: bool = False
     moment: bool = False
+    watches: tuple[Watch, ...] = ()
+    leaves_out: bool = False
 
     @property
     def title(self) -> str:
@@ -159,8 +164,19 @@ class Metric(NamedTuple):
 
     @property
     def read(self) -> str:
-        """When it looks at a run: at every physics step, or at the samples."""
-        return "every step" if self.every_step else "samples"
+        """When it looks at a run: at every physics step, at the samples, or at steps where one asks."""
+        return "every step" if self.every_step else "steps if expected" if self.watches else "samples"
+
+    def sees_steps(self, trace: Recorded, team: str = "") -> bool:
+        """Whether it saw every physics step of a trace.
+
+        Args:
+            trace: The whole trace.
+            team: Name of the team that it is of; empty for all robots.
+        """
+        asked = {watch._replace(team=team).label for watch in self.watches}
+        known = set(trace["watch"].values.tolist()) if "watch" in trace else set()
+        return self.every_step or (bool(asked) and asked <= known)
 
     def of(self, trace: Recorded) -> Measure:
         """Return its value over all of a trace; an error of its function gives no value but the reason."""
@@ -226,6 +242,8 @@ def metric(
     of_team: bool = False,
     every_step: bool = False,
     moment: bool = False,
+    watches: tuple[Watch, ...] = (),
+    leaves_out: bool = False,
     tail: object = None,
 ) -> Callable[[F], F]:
     """Make a function of a trace a metric: in metrics.json, and in expectations, by the function's name.
@@ -251,6 +269,8 @@ def metric(
         every_step: Whether it counts every physics step, as what reads running totals, the contact log or
             what is watched between samples does; otherwise it is read at the samples.
         moment: Whether it is a moment of the run, which is looked for in all of it.
+        watches: What an expectation of it asks about every physics step: then it counts these, too.
+        leaves_out: Whether robots that have failed are no part of it, so that a verdict names them.
         tail: Of earlier versions; `over` says it now.
 
     Raises:
@@ -282,6 +302,8 @@ def metric(
             of_team,
             every_step,
             moment,
+            watches,
+            leaves_out or of_team,
         )
         setattr(function, _MARK, made)
         return function

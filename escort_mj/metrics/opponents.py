@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.metrics.metric import Measure, metric
+from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import NO_OPPONENTS
+from escort_mj.metrics.watching import Course, Fold, Watch, nothing, simple, worst_of
 from escort_mj.record.recording import lacks
 
 if TYPE_CHECKING:
@@ -23,25 +25,45 @@ def _named(trace: Recorded, opponents: NDArray[np.int64]) -> tuple[str, ...]:
     return tuple(map(str, names[opponents]))
 
 
+def _names(trace: Recorded) -> Callable[[int], Bodies]:
+    return lambda index: _named(trace, np.array([index]))
+
+
+def _watch(name: str, status: int) -> Watch:
+    """What is asked to know when the first opponent came to a status."""
+
+    def reached(trace: Recorded) -> NDArray[np.float64]:
+        if lacks(trace, "opponent_status"):
+            return nothing(trace.sizes["time"])
+        return np.asarray(trace["opponent_status"].values == status, float)
+
+    return Watch(Course(name, ("opponent_status",), simple(reached), _names), Fold.LARGEST)
+
+
+WATCHES = {
+    status: _watch(name, status) for status, name in ((INTERCEPTED, "intercepted"), (REACHED, "breached"))
+}
+
+
 def _ended(trace: Recorded, status: int) -> Measure:
     """How many opponents end with a status, when the first of them did, and which they are."""
     if lacks(trace, "opponent_status"):
         return Measure(None, reason=NO_OPPONENTS)
-    found = trace["opponent_status"].values == status
-    which = np.flatnonzero(found[-1])
+    which = np.flatnonzero(trace["opponent_status"].values[-1] == status)
     if not len(which):
         return Measure(0.0)
-    first = float(trace["time"].values[int(found.any(axis=1).argmax())])
-    return Measure(float(len(which)), first, _named(trace, which))
+    return Measure(float(len(which)), worst_of(trace, WATCHES[status]).time, _named(trace, which))
 
 
-@metric(unit="1", watched=False, more_is_better=True, rank=41)
+@metric(
+    unit="1", watched=False, more_is_better=True, rank=41, watches=(WATCHES[INTERCEPTED],), every_step=True
+)
 def opponents_intercepted(trace: Recorded) -> Measure:
     """Number of opponents that robots have intercepted."""
     return _ended(trace, INTERCEPTED)
 
 
-@metric(unit="1", watched=False, rank=42)
+@metric(unit="1", watched=False, rank=42, watches=(WATCHES[REACHED],), every_step=True)
 def opponents_breached(trace: Recorded) -> Measure:
     """Number of opponents that have reached the target."""
     return _ended(trace, REACHED)

@@ -91,6 +91,11 @@ def robots(indices: Iterable[int]) -> Bodies:
     return tuple(f"robot_{index + 1}" for index in indices)
 
 
+def name_robots(trace: Recorded) -> Callable[[int], Bodies]:
+    """What names the robots of a trace, by their indices."""
+    return robot
+
+
 def nobody(index: int) -> Bodies:
     """No name at all, of what no body has by itself."""
     return ()

@@ -56,6 +56,10 @@ class ClearanceParameters(Fields):
     exact_within: Annotated[
         float, Value("m", "clearance below which the sphere around such a robot does not do for it")
     ]
+    distances_asked: Annotated[
+        bool,
+        Value("1", "whether distances center to center are asked for in every step, not in samples only"),
+    ]
 
 
 class ClearanceState(Fields):
@@ -94,7 +98,7 @@ def note_step(plan: Plan, state: State, target_radius: float, kinetic_energy: fl
         _forget(state)
     state.watched_sample[0] = state.sampled[0]
     state.kinetic_energy[0] = max(state.kinetic_energy[0], kinetic_energy)
-    sampled = state.sampled[0] != 0.0
+    sampled = state.sampled[0] != 0.0 or plan.distances_asked
     watch_motion(plan, state, first)
     watch_displacements(plan, state, first)
     overlaps = _watch_obstacles(plan, state, target_radius, sampled)
@@ -203,7 +207,7 @@ def _keep(i: int, g: int, least: Lanes, who: Lanes, state: State) -> None:
 
 @merged
 def _watch_obstacles(plan: Plan, state: State, target_radius: float, sampled: bool) -> bool:
-    """Clearances to target and obstacles; in a step that is sampled also distances center to center.
+    """Clearances to target and obstacles; where they are asked for also distances center to center.
 
     Returns:
         Whether the target overlaps an obstacle.
@@ -324,7 +328,7 @@ def _watch_single_bodies(plan: Plan, state: State, target_radius: float) -> None
 
 @merged
 def _watch_robots(plan: Plan, state: State, sampled: bool) -> None:
-    """Clearances between robots; in a step that is sampled also distances center to center."""
+    """Clearances between robots; where they are asked for also distances center to center."""
     q, radius = state.q, plan.watched_radius
     n, p = q.shape
     g, groups = int(plan.watched_group[0]), state.clearance.shape[1]

@@ -113,6 +113,29 @@ class MotionSignals(Fields):
     ]
 
 
+class WatchSignals(Fields):
+    """What expectations ask about every physics step; `watches` is their number, mostly 0."""
+
+    watch_value: Annotated[
+        Array,
+        "watches",
+        Recorded(
+            "SI",
+            "what was found in the physics steps since the previous sample: the worst value, the sum "
+            "of all, or the time of the last one beyond the bound",
+        ),
+    ]
+    watch_count: Annotated[
+        Array,
+        "watches",
+        Recorded("1", "number of values that it was found among; 0 for none, and then it says nothing"),
+    ]
+    watch_time: Annotated[Array, "watches", Recorded("s", "time of the worst value, or of the last one")]
+    watch_who: Annotated[
+        Array, "watches", Recorded("1", "index of who or what had it, such as a robot, from 0", "int32")
+    ]
+
+
 class ContactSignals(Fields):
     """What the log of contacts has no room for."""
 

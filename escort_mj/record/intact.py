@@ -22,11 +22,13 @@ from escort_mj.signals import (
     LYAPUNOV,
     MOVERS,
     OPPONENTS,
+    RADII,
     RADIO,
     SEVERAL,
     SIGNALS,
     TEAMS,
     TRUTH,
+    WATCHES,
 )
 
 if TYPE_CHECKING:
@@ -127,6 +129,8 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         TEAMS: "member_of",
         MOVERS: "mover_work",
         SEVERAL: "point_speed_max",
+        RADII: "kept_radius",
+        WATCHES: "watch_value",
     }
     channels = {channel: signal in trace for channel, signal in marks.items()}
     wanted: dict[str, tuple[tuple[str, ...], str]] = {"time": (("time",), "f")}
@@ -140,6 +144,8 @@ def _shape_faults(trace: Recorded) -> Iterator[str]:
         wanted["obstacle_outline"] = ("obstacle", "point", "axis"), "f"
     if channels[TEAMS]:
         wanted["team"] = ("team",), "OUST"
+    if channels[WATCHES]:
+        wanted["watch"] = ("watch",), "OUST"
     if channels[MOVERS]:
         wanted["mover"] = ("mover",), "OUST"
     if channels[LIDAR]:

@@ -319,6 +319,18 @@ def _of_bodies(labels: Mapping[str, Any]) -> dict[Hashable, Variable]:
             _said("m", "distance that the robots at the ends of each edge are to keep"),
         ),
     }
+    if labels.get("edge_radius"):
+        variables["edge_radius"] = Variable(
+            "edge",
+            np.asarray(labels["edge_radius"], float),
+            _said("m", "distance from the target at which neighbors keep `spacing`"),
+        )
+    if labels.get("edge_team"):
+        variables["edge_team"] = Variable(
+            "edge",
+            np.asarray(labels["edge_team"], "int32"),
+            _said("1", "team in whose formation the robots are neighbors, from 1"),
+        )
     if labels.get("obstacle_outline"):
         variables["obstacle_outline"] = Variable(
             ("obstacle", "point", "axis"),
@@ -360,6 +372,8 @@ def _coordinates(sizes: Mapping[str, int], labels: Mapping[str, Any]) -> dict[Ha
         )
     if labels.get("teams"):
         found["team"] = names("team", "teams", "name of the team")
+    if labels.get("watches"):
+        found["watch"] = names("watch", "watches", "what expectations ask about every physics step")
     if labels.get("movers"):
         found["mover"] = names("mover", "movers", "name of the body that a force drives")
     if sizes.get(TRUTH):

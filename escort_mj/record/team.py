@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from escort_mj.record.recording import NOT_LOGGED, not_logged, sealed
+from escort_mj.record.recording import NOT_LOGGED, Variable, not_logged, sealed
 
 if TYPE_CHECKING:
     from escort_mj.record.recording import Recorded, Recording
@@ -28,17 +28,23 @@ def own_targets(trace: Recorded) -> NDArray[np.float64]:
 
 
 def kept_radius(trace: Recorded) -> NDArray[np.float64]:
-    """Return the distance to keep from the target, of a team in a trace `of_team`, shape (time,) [m]."""
-    if "team_radius" in trace:
-        return trace["team_radius"].values
-    return np.full(trace.sizes["time"], float(trace.attrs["mission_radius"]))
+    """Return the distance that each robot is to keep from its target at the time, shape (time, robot) [m]."""
+    if "kept_radius" in trace:
+        return trace["kept_radius"].values
+    shape = trace.sizes["time"], trace.sizes["robot"]
+    if "team_radius" not in trace:
+        return np.full(shape, float(trace.attrs["mission_radius"]))
+    radius = trace["team_radius"].values
+    if radius.ndim == 1:  # that of one team, in its own trace
+        return np.broadcast_to(radius[:, None], shape)
+    return np.asarray(np.take_along_axis(radius, trace["member_of"].values.astype(int) - 1, axis=1))
 
 
 def of_team(trace: Recorded, name: str) -> Recording:
     """Return a trace as one team has it: robots of other teams count as lost.
 
-    The middle of its targets is the target, with the radius of the largest of them. The formation has no
-    neighbors where members come or go, or the radius changes.
+    The middle of its targets is the target, with the radius of the largest of them. Neighbors are those of
+    its own formation.
 
     Args:
         trace: The whole trace.
@@ -46,11 +52,8 @@ def of_team(trace: Recorded, name: str) -> Recording:
     """
     trace, place = sealed(trace), team_names(trace).index(name)
     member = trace["member_of"].values == place + 1
-    pairs = trace["neighbors"].values - 1
     radius = trace["team_radius"].values[:, place]
-    steady = (radius == radius[:1]).all()
-    kept = steady & (member == member[:1]).all() & member[:1].all(axis=0)[pairs].all(axis=1)
-    part = trace.isel(edge=kept).assign(
+    part = trace.isel(edge=_edges_of(trace, place, member)).assign(
         lost=(("time", "robot"), np.maximum(trace["lost"].values, ~member)),
         team_radius=("time", radius),
     )
@@ -64,6 +67,12 @@ def of_team(trace: Recorded, name: str) -> Recording:
             target_position=(("time", "axis"), trace["team_center"].values[:, place]),
             target_velocity=(("time", "axis"), trace["team_velocity"].values[:, place]),
         )
+    if "watch" in trace:
+        labels, before = trace["watch"].values.tolist(), f"{name}."
+        own = np.array([label.startswith(before) for label in labels])
+        part = part.isel(watch=own)
+        called = [label.removeprefix(before) for label in labels if label.startswith(before)]
+        part = replace(part, coords={**part.coords, "watch": Variable("watch", np.array(called, str), {})})
     sizes = {
         "mission_radius": float(radius.max(initial=0.0)),
         "target_radius": float(
@@ -73,3 +82,20 @@ def of_team(trace: Recorded, name: str) -> Recording:
         ),
     }
     return replace(part, attrs={**trace.attrs, **sizes, NOT_LOGGED: " ".join(sorted(missing))})
+
+
+def _edges_of(trace: Recording, place: int, member: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which pairs of neighbors are in the formation of a team, shape (edge,).
+
+    Args:
+        trace: The whole trace.
+        place: Of the team, from 0.
+        member: Which robots are in it, shape (time, robot).
+    """
+    if "edge_team" in trace:
+        return np.asarray(trace["edge_team"].values == place + 1)
+    pairs, radius = trace["neighbors"].values - 1, trace["team_radius"].values[:, place]
+    if (radius != radius[:1]).any() or (member != member[:1]).any():  # the trace does not say more
+        return np.zeros(len(pairs), dtype=np.bool_)
+    together = np.asarray(member[:1].all(axis=0))
+    return np.asarray(together[pairs].all(axis=1))

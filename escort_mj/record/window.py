@@ -29,6 +29,7 @@ NOTHING_YET: dict[str, Any] = {  # the worst, and whose, where nothing was watch
     "point_speed_max": 0.0,
     "target_speed_max": 0.0,
     "obstacle_speed_max": 0.0,
+    "watch_count": 0.0,
 }
 
 

@@ -7,6 +7,7 @@ from functools import cache
 from importlib.metadata import version
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from escort_mj.behaviors import AvoidObstacles, Headed
@@ -22,7 +23,6 @@ from escort_mj.scenario.reader.catalog import catalog_of
 from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.signals import SEVERAL
 from escort_mj.world.model.build import World
-from escort_mj.world.plant import mujoco_version, surroundings
 from escort_mj.world.stages import IN_SPACE
 
 FORCES = "MuJoCo's, and 0 where geometry alone finds a touch: of a led target with what stands"
@@ -41,6 +41,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
     """What the trace says of the mission beside its signals."""
     setup = world.setup
     (neighbors, spacing), lidar = setup.edges, setup.sensing.lidar
+    edge_team = setup.members[neighbors[:, 0]]
     avoid = next((b for b in setup.behaviors if isinstance(b, AvoidObstacles)), None)
     return {
         "bodies": world.bodies.names,
@@ -60,6 +61,9 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
         "neighbors": (neighbors + 1).tolist(),
         "spacing": spacing.tolist(),
         **_teams(setup),
+        "edge_radius": [setup.teams[team].radius if setup.teams else setup.radius for team in edge_team],
+        "edge_team": [int(team) + 1 for team in edge_team] if setup.teams else [],
+        "watches": [watch.label for watch in world.watches],
         "movers": [
             "target" if mover.obstacle < 0 else obstacle_names(scenario)[mover.obstacle]
             for mover in setup.movers
@@ -72,7 +76,7 @@ def labels_of(scenario: Scenario, world: World) -> dict[str, Any]:
             "timestep": scenario.physics.timestep,
             "contact_physics": str(contact_physics(scenario)),
             "contact_forces": FORCES if scenario.axes <= IN_SPACE else NO_FORCES,
-            **surroundings(world),
+            **_surroundings(world),
             "mission_radius": _size(scenario, world),
             "phases": ", ".join(["mission", *(phase.name for phase in setup.phases)]),
             "goal_reach": next((b.reach for b in setup.all_behaviors if isinstance(b, Headed)), 0.0),
@@ -124,10 +128,22 @@ def _versions() -> dict[str, str]:
     """What took part in a run, asked of the installation once for a process."""
     return {
         "version_escort_mj": version("escort-mj"),
-        "version_mujoco": mujoco_version(),
+        "version_mujoco": str(mujoco.__version__),
         "version_numpy": np.__version__,
         "version_numba": numba_version(),
         "version_python": platform.python_version(),
         "version_platform": platform.platform(),
         "version_processor": level().name,
+    }
+
+
+def _surroundings(world: World) -> dict[str, float]:
+    """How strong gravity [m/s^2] and wind [m/s] are, and the mass of all robots with what they carry [kg]."""
+    model = world.model
+    roots = [model.body(root).name for root in model.body_rootid]
+    ours = [name.startswith("robot_") for name in roots]
+    return {
+        "gravity": float(np.linalg.norm(model.opt.gravity)),
+        "wind": float(np.linalg.norm(model.opt.wind)),
+        "robots_mass": float(model.body_mass[ours].sum()),
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -14,13 +15,16 @@ from escort_mj import stopping
 from escort_mj.control.custom import native
 from escort_mj.errors import MujocoError
 from escort_mj.memory.layout import LAYOUT, State, unpack_plan, unpack_state
+from escort_mj.metrics.watching import NAMES, Folded, joined
 from escort_mj.monitor.sampling import MOST_SAMPLES
 from escort_mj.monitor.signals import EPISODE_SIZE
 from escort_mj.native.kernels import DOUBLE
+from escort_mj.signals import columns
 from escort_mj.world.loop import layout
 from escort_mj.world.loop.addresses import behind, unpack_addresses
 from escort_mj.world.model.build import World
 from escort_mj.world.properties import MassProperties
+from escort_mj.world.watcher import Watcher
 
 Array = NDArray[np.float64]
 LOOK = 0.25  # s at most between two looks at whether the mission was interrupted
@@ -38,6 +42,13 @@ class Kept(NamedTuple):
     ended: Array
     kept_count: Array
     samples: Array
+    steps_count: Array
+    steps: Array
+    watch_ended: Array
+    watch_value: Array
+    watch_count: Array
+    watch_time: Array
+    watch_who: Array
 
 
 LAYOUT.part(Kept)
@@ -67,6 +78,8 @@ class Plant:
         self._start()
         self._kept: Kept = LAYOUT.read(Kept, world.model.numeric_data.ctypes.data, self._memory)
         self.properties = MassProperties(world.model) if world.sizes["truth"] else None
+        self._watcher = Watcher(world) if world.watches else None
+        self._room = len(self._kept.steps) or sys.maxsize  # physics steps between two looks at what is asked
         self._at_once = MOST_SAMPLES
         self._pace = 16  # physics steps between two looks
 
@@ -101,12 +114,13 @@ class Plant:
             MujocoError: If MuJoCo gives up.
         """
         while count:
-            some, began = min(count, self._pace), time.perf_counter()
+            some, began = min(count, self._pace, self._room), time.perf_counter()
             try:
                 mujoco.mj_step(self.world.model, self.data, nstep=some)
             except mujoco.FatalError as error:
                 words = " ".join(str(error).split())
                 raise MujocoError(f"MuJoCo cannot step this world: {words}") from None
+            self.take_steps()
             count -= some
             if count and stopping.asked():
                 return False
@@ -118,6 +132,34 @@ class Plant:
             self.state.skew_residual[:] = residuals.skew[self._trees]
             self.state.coriolis_residual[:] = residuals.coriolis[self._trees]
         return True
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no further step can be kept before `take_steps`."""
+        return bool(self._kept.steps_count[0] >= self._room)
+
+    def take_steps(self) -> None:
+        """Find what is asked of the steps taken since the last time; write it to record and samples."""
+        kept, count = self._kept, int(self._kept.steps_count[0])
+        if self._watcher is None or not count:
+            return
+        kept.steps_count[0] = 0.0
+        steps, watches = kept.steps[:count], self.world.watches
+        ended = steps[:, 0] != 0.0
+        found = self._watcher.fold(steps, np.append(0, np.flatnonzero(ended[:-1]) + 1))
+        fields = Folded(kept.watch_value, kept.watch_count, kept.watch_time, kept.watch_who)
+        if not kept.watch_ended[0]:
+            whole = joined(watches, fields, Folded(*(each[0] for each in found)))
+            for each, first in zip(found, whole, strict=True):
+                each[0] = first
+        last = int(kept.kept_count[0])
+        taken = min(int(ended.sum()), last)
+        for name, field, each in zip(NAMES, fields, found, strict=True):
+            field[:] = each[-1]
+            if taken:
+                place = columns(name, self.world.sizes)
+                kept.samples[last - taken : last, place] = each[:taken]
+        kept.watch_ended[0] = ended[-1]
 
     def samples(self, most: int) -> Array:
         """Advances to the next samples and takes them, without entering Python between them.
@@ -200,7 +242,7 @@ class Plant:
         mark, old, new = before.mark(), before.world.setup, self.world.setup
         mujoco.mj_setState(self.world.model, self.data, mark.physics, PHYSICS)
         self.data.warning.number[:] = mark.warnings
-        for name in LAYOUT.fields[State].keys() - {"samples"}:
+        for name in LAYOUT.fields[State].keys() - {"samples", "steps"}:
             there, here = getattr(before.state, name), getattr(self.state, name)
             if there.shape == here.shape:
                 here[...] = there
@@ -265,20 +307,3 @@ class Plant:
             if kind.name != "mjNWARNING"
         }
         return {name: count for name, count in counts.items() if count}
-
-
-def mujoco_version() -> str:
-    """Version of the MuJoCo that simulates."""
-    return str(mujoco.__version__)
-
-
-def surroundings(world: World) -> dict[str, float]:
-    """How strong gravity [m/s^2] and wind [m/s] are, and the mass of all robots with what they carry [kg]."""
-    model = world.model
-    roots = [model.body(root).name for root in model.body_rootid]
-    ours = [name.startswith("robot_") for name in roots]
-    return {
-        "gravity": float(np.linalg.norm(model.opt.gravity)),
-        "wind": float(np.linalg.norm(model.opt.wind)),
-        "robots_mass": float(model.body_mass[ours].sum()),
-    }

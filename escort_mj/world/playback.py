@@ -85,6 +85,8 @@ def play(
                 data.qpos[mover_places[mover]], data.qvel[mover_speeds[mover]] = where[step], speed[step]
             plant.state.q_d[:], plant.state.q_d_rate[:] = plant.state.q, 0.0  # the law's own is unknown
             mujoco.mj_forward(model, data)
+            if step in sampled or plant.is_full:
+                plant.take_steps()
             if step in sampled:
                 rows[taken] = plant.record
                 taken += 1

@@ -107,7 +107,8 @@ class TestWords:
         assert (found.unit, found.time, found.who) == ("m", 4.0, "robot 2")
         assert (
             found.message
-            == "radius_error_max at most 0.125 m after 2 s before 8 s: 0.25 m (robot 2 at 4.00 s)"
+            == "radius_error_max at most 0.125 m after 2 s before 8 s: 0.25 m (robot 2 at 4.00 s); "
+            "at samples of 1 s"
         )
 
     def test_numbers_without_unit(self):
@@ -117,15 +118,17 @@ class TestWords:
     def test_never(self):
         found = verdict(escort([1.0, 1.0]), expect("settling_time", at_most=5.0))
         assert (found.value, found.margin, found.passed) == (math.inf, -math.inf, False)
-        assert found.message == "settling_time at most 5 s: never (robot 1 at 10.00 s)"
+        assert found.message == "settling_time at most 5 s: never (robot 1 at 10.00 s); at samples of 10 s"
 
     def test_a_table(self):
         expectations = [expect(at_most=1.0), expect("settling_time", at_least=3.0, at_most=4.0, before=9.0)]
         lines = verdict_lines(judge(expectations, escort([0.0, 0.5, 0.0]), Outcome.COMPLETED))
         assert lines == [
             "  pass  outcome           completed                              completed",
-            "  pass  radius_error_max  at most 1 m                            0.5 m (robot 1 at 5.00 s)",
-            "  FAIL  settling_time     at least 3 and at most 4 s before 9 s  never (robot 1 at 5.00 s)",
+            "  pass  radius_error_max  at most 1 m                            0.5 m (robot 1 at 5.00 s); "
+            "at samples of 5 s",
+            "  FAIL  settling_time     at least 3 and at most 4 s before 9 s  never (robot 1 at 5.00 s); "
+            "at samples of 5 s",
         ]
 
     def test_an_empty_table(self):

@@ -44,7 +44,7 @@ def test_kinds_that_ship_are_found_in_the_order_of_their_ranks() -> None:
 class TestJudging:
     def test_a_kind_is_shown_its_window(self):
         found = judge_one(Together(together=11.0, after=2.0, before=5.0), watched(), Outcome.COMPLETED)
-        assert found.message == "together 11.0 after 2 s before 5 s: 4 samples"
+        assert found.message == "together 11.0 after 2 s before 5 s: 4 samples; at samples of 1 s"
         assert (found.passed, found.margin, found.unit) == (True, 1.0, "m")
 
     def test_a_window_without_a_sample_is_not_judged(self):

@@ -26,9 +26,9 @@ WAY = (3, 2, 1, 0.5, 0.2, 0.1, 0.04, -0.03, 0.02, 0.2, 0.01)
 @pytest.mark.parametrize(
     ("within", "by", "before", "value", "time", "words"),
     [
-        (0.25, 4.0, None, 0.2, 4.0, "from 4.00 s on"),
-        (0.05, 6.0, 8.5, 0.04, 6.0, "from 6.00 s on"),
-        (0.05, 6.0, None, 0.2, 9.0, "from 10.00 s on"),
+        (0.25, 4.0, None, 0.2, 4.0, "from 4 s on"),
+        (0.05, 6.0, 8.5, 0.04, 6.0, "from 6 s on"),
+        (0.05, 6.0, None, 0.2, 9.0, "from 10 s on"),
         (0.005, 6.0, None, 0.2, 9.0, "1 of 2 robots not there at the end"),
         (5.0, 0.0, None, 3.0, 0.0, "from the start"),
     ],
@@ -38,9 +38,9 @@ def test_the_worst_distance_from_then_on(within, by, before, value, time, words)
     found = judge_one(wanted, going(*WAY), Outcome.COMPLETED)
     assert (found.value, found.time, found.bodies) == (pytest.approx(value), time, ("robot_2",))
     assert found.held == (value <= within) and found.margin == pytest.approx(within - value)
-    assert found.found.endswith(words) and found.demanded == f"within {within:g} m by {by:g} s" + (
-        " before 8.5 s" if before else ""
-    )
+    assert found.found.endswith(
+        f"{words}; at samples of 1 s"
+    ) and found.demanded == f"within {within:g} m by {by:g} s" + (" before 8.5 s" if before else "")
 
 
 def test_waypoints_left_and_no_goals():

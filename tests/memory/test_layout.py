@@ -38,7 +38,7 @@ def test_what_is_recorded_comes_first_and_the_samples_last() -> None:
     assert recorded == list(declared(Signals)) == [signal.name for signal in SIGNALS]
     assert list(declared(State))[: len(recorded)] == recorded
     assert recorded[0] == "time"
-    assert list(declared(State))[-2:] == ["samples", "spare"]
+    assert list(declared(State))[-4:] == ["samples", "spare", "steps", "steps_spare"]
 
 
 def test_arrays_lie_one_behind_the_other_in_whole_lanes() -> None:
@@ -48,7 +48,7 @@ def test_arrays_lie_one_behind_the_other_in_whole_lanes() -> None:
     assert all(place % WIDTH == 0 for place in header.values())
     assert all(before <= after for before, after in pairwise(header.values()))
     assert header["q"] == WIDTH and header["v"] == 3 * WIDTH, "two rows of lanes for five robots' x and y"
-    assert state_size(plan) == header["spare"] + WIDTH
+    assert state_size(plan) == header["steps_spare"] + WIDTH
     in_plan = [field for field in LAYOUT.fields[Plan].values() if field.kind is np.ndarray]
     assert [int(plan[field.place]) for field in in_plan] == sorted(int(plan[f.place]) for f in in_plan)
 

@@ -8,6 +8,7 @@ from escort_mj.scenario.schema.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 
 GIVEN_APART = {
+    *("step_stretches", "distances_asked"),  # by what expectations ask
     *(
         "parameters",
         "outer_place",

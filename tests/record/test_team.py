@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from escort_mj import Run, Scenario, run
+from escort_mj.metrics.spacing import spacing_error
 from escort_mj.record.team import of_team, team_names
 
 CHANGE, LOSS = 2.0, 4.0
@@ -70,18 +71,20 @@ def test_metrics_of_each_team_are_recomputed(flown: Run, name: str) -> None:
     assert part.attrs["mission_radius"] == {"one": 2.0, "two": 2.5}[name]
     assert part.attrs["target_radius"] == {"one": 0.2, "two": 0.3}[name]
     assert np.array_equal(part["lost"].values == 0, ~np.isnan(error))
-    assert not len(part["neighbors"].values)  # members change
+    kept = np.isnan(spacing_error(part)).all(axis=1)  # members change: that is another formation
+    assert np.array_equal(kept, time > CHANGE - 0.005) and len(part["neighbors"].values)
     assert np.isnan(flown.values["radius_error_max"])
 
 
 def test_every_verdict_is_of_its_team(flown: Run) -> None:
     found = {verdict.metric: verdict for verdict in flown.verdicts}
     assert list(found) == ["outcome", "one.radius_error_max", "two.radius_error_max", "two.settled"]
-    assert found["one.radius_error_max"].value == pytest.approx(np.nanmax(errors(flown, "one")), rel=1e-12)
+    largest = float(np.nanmax(errors(flown, "one")))  # of the samples; the verdict is that of all steps
+    assert largest <= found["one.radius_error_max"].value < largest + 0.01
     late = flown.trace["time"].values >= 5.0 - 1e-9
     two = float(np.nanmax(errors(flown, "two")[late]))
     for name, bound in (("two.radius_error_max", 1e-6), ("two.settled", 10.0)):
-        assert found[name].value == pytest.approx(two, rel=1e-12)
+        assert two <= found[name].value < two + 1e-3
         assert found[name].passed == (two <= bound)
 
 
@@ -112,7 +115,10 @@ def test_a_team_has_the_targets_and_the_radius_of_the_moment() -> None:
         tail = trace["time"].values >= 1.6 - 1e-9
         assert flown.values[f"{name}.radius_error_max"] == pytest.approx(np.abs(error[tail]).max(), rel=1e-12)
         assert part.attrs["target_radius"] == 0.3 - 0.0 * len(robots)
-        assert bool(len(part["neighbors"].values)) == (name == "one")
+        ends = part["neighbors"].values - 1
+        apart = np.linalg.norm(np.diff(trace["q"].values[:, ends], axis=2)[:, :, 0], axis=2)
+        even = part["spacing"].values * np.where(late, radii[1], radii[0])[:, None] / radii[0]
+        assert np.allclose(spacing_error(part), apart - even, rtol=0.0, atol=1e-12)
 
 
 def test_teams_that_keep_their_members_have_their_neighbors() -> None:

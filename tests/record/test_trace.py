@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from escort_mj.errors import RunFolderError
 from escort_mj.record.trace import load_recording, save_trace
-from escort_mj.signals import MOVERS, OPPONENTS, SIGNALS, TEAMS
+from escort_mj.signals import MOVERS, OPPONENTS, RADII, SIGNALS, TEAMS, WATCHES
 from tests.synthetic import build_trace
 
 MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
@@ -16,7 +16,7 @@ MAY_BE_INFINITE = ("clearance", "target_clearance", "body_thickness")
 def test_every_signal_is_named_with_its_dimensions_unit_and_meaning(record):
     samples, sizes, labels = record(7)
     trace = build_trace(samples, sizes, labels)
-    for signal in SIGNALS:
+    for signal in (one for one in SIGNALS if one.recorded(sizes)):
         variable = trace[signal.name]
         assert variable.dims == (("time",) if signal.name == "time" else ("time", *signal.dims))
         assert variable.attrs == {"units": signal.unit, "long_name": signal.meaning}
@@ -34,7 +34,7 @@ def test_parts_stand_where_the_table_puts_them(record):
     samples, sizes, labels = record(5, robots=2, axes=3, obstacles=1)
     trace = build_trace(samples, sizes, labels)
     place = 0
-    for signal in SIGNALS:
+    for signal in (one for one in SIGNALS if one.recorded(sizes)):
         size = signal.size(sizes)
         part = trace[signal.name].values.reshape(5, size)
         np.testing.assert_array_equal(part, samples[:, place : place + size], err_msg=signal.name)
@@ -100,6 +100,7 @@ def test_distances_to_what_is_not_there(make_trace, robots, obstacles):
     trace = make_trace([0.0, 1.0], robots=robots, obstacles=obstacles)
     absent = {"robot_distance_min"} if robots == 1 else set()
     channels = {TEAMS} if obstacles else {TEAMS, OPPONENTS, MOVERS}
+    channels |= {RADII, WATCHES}
     absent |= {signal.name for signal in SIGNALS if signal.channel in channels}
     assert {signal.name for signal in SIGNALS} - set(trace.variables) == absent
     there = np.isfinite(trace["clearance"].values).all(axis=(0, 1))

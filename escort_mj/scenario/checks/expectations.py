@@ -108,3 +108,19 @@ def _impossible(expectation: Expectation, sides: tuple[str, str], known: dict[st
     if not any(known[name] in (ROBOTS, TARGET) for name in bodies):
         return f"found {sides[0]} and {sides[1]}; expected robots or the target on one side at least"
     return ""
+
+
+def notes(scenario: Scenario) -> list[str]:
+    """Return what to know of expectations that see nothing between samples, one line each."""
+    apart = 1.0 / scenario.recording.rate
+    if apart < 1.5 * scenario.physics.timestep:
+        return []
+    blind = (
+        (index, one)
+        for index, one in enumerate(scenario.expect)
+        if one.skip is None and one.reads_samples and not one.watches
+    )
+    return [
+        f"expect[{index}]: {one.subject} is judged at samples of {apart:.6g} s (recording.rate)"
+        for index, one in blind
+    ]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator
 
-from escort_mj.behaviors import Headed
+from escort_mj.behaviors import Headed, Surface
+from escort_mj.expectations.expectation import watches_of
 from escort_mj.numerics.steps import last_step
 from escort_mj.robots.modeled import ModeledKind
 from escort_mj.scenario.checks.expectations import check_bounds, check_sides, check_windows
@@ -126,7 +127,11 @@ def trace_size(scenario: Scenario) -> float:
     several = any(isinstance(kind, ModeledKind) for kind in kinds_of(scenario))
     rays = ray_count(lidar, axes) if lidar is not None and lidar.record else 0
     opponents, teams = sum(group.count for group in scenario.opponents), len(scenario.teams)
-    sizes |= channel_sizes(driven, headed, informed, axes, slots, rays, opponents, teams, moving, several)
+    resized = any(isinstance(each, Surface) and each.changes for stack in stacks for each in stack)
+    sizes |= channel_sizes(
+        driven, headed, informed, axes, slots, rays, opponents, teams, moving, several,
+        resized, len(watches_of(scenario.expect)),
+    )  # fmt: skip
     samples = scenario.duration * scenario.recording.rate + 1.0
     return 8.0 * record_size(sizes) * samples
 

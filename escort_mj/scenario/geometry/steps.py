@@ -69,7 +69,7 @@ def schedule_of(scenario: Scenario, more: Iterable[int] = ()) -> Schedule:
         start, end = expectation.window_in(scenario.duration)
         first = first_step(start, timestep)
         wanted.add(first)
-        if expectation.watched:
+        if expectation.watched or expectation.watches:
             wanted.add(first - 1)
         if end is not None:
             wanted.add(last_step(end, timestep))

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from escort_mj import palette
 from escort_mj.control.setup import FunctionOfTime, Setup
+from escort_mj.expectations.expectation import watches_of
 from escort_mj.memory.layout import state_size
 from escort_mj.memory.packing import pack
+from escort_mj.metrics.watching import Watch, asked_of
 from escort_mj.mjcf import child_named, section, set_attributes
 from escort_mj.monitor.clearances import FAR_AWAY
 from escort_mj.monitor.sampling import samples_kept
@@ -47,6 +49,8 @@ INTEGRATORS = {"euler": "Euler", "implicitfast": "implicitfast", "implicit": "im
 SOLVERS = {"newton": "Newton", "cg": "CG", "pgs": "PGS"}
 PATH_SAMPLES = 500
 NEARBY, ROOM = 1.0, 1.1  # m, and times each bound: from here on clearances of robots of geoms are exact
+PLAYED = frozenset({"q", "target_position", "lost", "kept_radius", "obstacle_distance", "robot_distance_min"})
+"""Signals that are found of motion that is known instead of simulated."""
 FRICTIONLESS = 1  # condim of a contact that only pushes
 ARENA, ARENA_PER_ROBOT = 16_384, 64  # room for contacts of a crowd [KiB]; balls squeezed together use 10 each
 
@@ -67,6 +71,8 @@ class World:
         exact_within: Clearances of robots of `geoms` are exact below, and at least as large beyond [m].
         schedule: When samples are taken.
         sizes: Size of each dimension of the record.
+        scenario: What it was made from.
+        watches: What expectations ask about every physics step.
         assets: Files that the tree names.
     """
 
@@ -80,7 +86,14 @@ class World:
     exact_within: float
     schedule: Schedule
     sizes: dict[str, int]
+    scenario: Scenario = field(repr=False)
+    watches: tuple[Watch, ...] = ()
     assets: dict[str, bytes] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def asked(self) -> tuple[str, ...]:
+        """Names of the signals that these are found from."""
+        return asked_of(self.watches, self.sizes)
 
     @cached_property
     def record_size(self) -> int:
@@ -120,6 +133,7 @@ class Draft(NamedTuple):
         bodies: What can touch.
         schedule: When samples are taken.
         sizes: Size of each dimension of the record.
+        watches: What expectations ask about every physics step.
     """
 
     scenario: Scenario
@@ -130,6 +144,7 @@ class Draft(NamedTuple):
     bodies: Bodies
     schedule: Schedule
     sizes: dict[str, int]
+    watches: tuple[Watch, ...]
 
 
 def build(
@@ -172,7 +187,7 @@ def build(
     thin = thickness(model, draft.bodies.names)
     return World(
         model, tree, draft.setup, draft.robots, draft.bodies, thin, _shapes(draft, solids),
-        _exact_within(scenario), draft.schedule, draft.sizes, assets,
+        _exact_within(scenario), draft.schedule, draft.sizes, scenario, draft.watches, assets,
     )  # fmt: skip
 
 
@@ -214,15 +229,18 @@ def _draft(
         "group": len(bodies.watched),
     }
     sizes |= truth_sizes(scenario.axes, scenario.recording.truth, setup.has_lyapunov)
+    watches = watches_of(scenario.expect)
+    if seen is not None:  # of all else the log knows no more than at its own times
+        watches = tuple(watch for watch in watches if PLAYED.issuperset(watch.course.signals))
     slots = setup.radio.senders.shape[1] if setup.radio is not None else 0
     lidar = setup.sensing.lidar
     rays = len(lidar.rays) if lidar is not None and lidar.recorded else 0
     sizes |= channel_sizes(
         setup.driven, setup.headed, setup.informed, scenario.axes, slots, rays, len(setup.opponents),
-        len(setup.teams), len(setup.movers),
+        len(setup.teams), len(setup.movers), resized=bool(setup.radii), watches=len(watches),
     )  # fmt: skip
     schedule = schedule_of(scenario, seen.edges if seen is not None else ())
-    return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule, sizes)
+    return Draft(scenario, robots, setup, obstacles, stages, bodies, schedule, sizes, watches)
 
 
 def _plan(draft: Draft, solids: Solids) -> Array:
@@ -240,6 +258,8 @@ def _plan(draft: Draft, solids: Solids) -> Array:
         schedule.extra,
         np.where(solids.several, -FAR_AWAY, draft.setup.robot_radius) if solids.any else None,
         _exact_within(draft.scenario) if solids.any else 0.0,
+        len(draft.watches),
+        asked_of(draft.watches, sizes),
     )
 
 
