@@ -40,13 +40,17 @@ class Kalman(Estimator):
         return self.noise**2
 
     def update(self, view: EstimatorView, robot: int) -> None:
-        """Correct the belief by all that is measured, x + K y and P - K H P, or mix in what is heard."""
+        """Correct the belief by one measured number after the other, or mix in what is heard."""
         time, p = float(view.time[0]), view.q_measured.shape[1]
         now = believed(view, robot).at(time, p, self.density)
         if view.message[0] < 0:
-            h, y, r = linearized(now.x, view, robot)
-            gain = np.linalg.solve(h @ now.covariance @ h.T + np.diag(r), h @ now.covariance).T
-            found = Belief(now.x + gain @ y, now.covariance - gain @ h @ now.covariance, time, time)
+            x, covariance = now.x, now.covariance
+            for h, y, r in zip(*linearized(now.x, view, robot), strict=True):
+                column = covariance @ h
+                variance = r + h @ column
+                x = x + column * (y - h @ (x - now.x)) / variance
+                covariance = covariance - np.outer(column, column) / variance
+            found = Belief(x, covariance, time, time)
         else:
             said = heard(view)
             found = self.mixture(now, said.at(time, p, self.density), p)
@@ -224,9 +228,9 @@ def linearized(x: Array, view: EstimatorView, robot: int) -> tuple[Array, Array,
     across = np.eye(p) - np.outer(unit, unit)
     parts = {
         POSITION: (np.hstack([np.eye(p), none]), view.seen_position[robot] - x[:p]),
-        VELOCITY: (moving, view.seen_velocity[robot] - moving @ x),
         RANGE: (np.hstack([unit, none[0]])[None], np.array([view.seen_range[robot] - distance])),
         BEARING: (np.hstack([across / distance, none]), across @ view.seen_bearing[robot]),
+        VELOCITY: (moving, view.seen_velocity[robot] - moving @ x),
     }
     errors = list(view.sight_variance)
     errors[BEARING] += view.way_variance / distance**2

@@ -1,4 +1,4 @@
-"""The Lyapunov function of the paper's proof (eq. 13), and why it changes: an account per robot and step.
+"""The Lyapunov function of the paper's proof (eqs. 11-16), and why it changes, per robot and step.
 
 V1 = (s.M s + (kp + slope kd) |e|^2 + |rho - rho_hat|^2 / mu) / 2, of true states. Its change over a step is
 booked under `CAUSES`; `docs/theory.md` derives them.

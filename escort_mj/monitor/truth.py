@@ -1,6 +1,6 @@
 """What the simulator knows and the law does not: mass matrix, bias, external force, reference torque.
 
-Observed after the solve of every physics step, when the scenario asks for it; the law reads none of it.
+Observed after the solve of every physics step (eqs. 1, 25), when the scenario asks for it; no law reads it.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def _coupling(dof: int, p: int, end: int, mass: int, row_sizes: int, row_starts:
 
 @merged
 def _reference_torque(i: int, plan: Plan, state: State, first: bool) -> None:
-    """Rho = M q_r'' + C q_r' + g with q_r' = v_d + slope e (eq. 8), of true states.
+    """Rho = M q_r'' + C q_r' + g with q_r' = v_d + slope e (eqs. 6, 8), of true states.
 
     With q_r' = v + s it is M (v_d' + slope (v_d - v)) + (C v + g) + C s. The bracket is the bias force, and C
     is M'/2 but for its skew rest, which does no work on s. Derivatives are differences from the step before;

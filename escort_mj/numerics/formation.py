@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-# Paper section 5: place j keeps its distance to place CYCLES[c][j]; (0,5), (1,3), (2,4) are opposite.
+# Paper eq. 26: place j keeps its distance to place CYCLES[c][j]; (0,5), (1,3), (2,4) are opposite.
 OCTAHEDRON_CYCLES = ((1, 4, 3, 0, 5, 2), (2, 5, 1, 4, 0, 3))
 OCTAHEDRON = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0], [0, 0, -1], [-1, 0, 0]], dtype=float)
 

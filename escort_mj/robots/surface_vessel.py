@@ -20,7 +20,8 @@ MODEL_INERTIA = 1.76 - MODEL_MASS * MODEL_CENTER**2  # [kg m^2]; given as 1.76 a
 MODEL_ADDED = (2.0, 10.0, 1.0, 0.0)  # in surge, sway, yaw, and of sway with yaw [kg, kg, kg m^2, kg m]
 # Of CyberShip II: Skjetne, Smogeli and Fossen, "A nonlinear ship manoeuvering model: identification and
 # adaptive control with experiments for a model ship", Modeling, Identification and Control 25(1), 2004,
-# tables 2 and 4. The sway force by yaw (Y_r, ...) is left out: with it D is not positive definite at rest.
+# tables 2 and 4. The whole sway force by yaw is left out: Y_r = -7.250 kg m/s, Y_|v|r = -0.845 kg and
+# Y_|r|r = -3.450 kg m. With Y_r, D is not positive definite at rest; the other two were fitted with it.
 MODEL_SURGE = (0.72253, 1.32742, 5.86643)
 MODEL_SWAY = (0.88965, 36.47287, 0.805, 0.0, 0.0, 0.0)
 MODEL_YAW = (-0.0313, -3.95645, -0.130, 1.900, -0.080, 0.750)
@@ -41,8 +42,8 @@ class SurfaceVessel(RobotKind):
     The law acts at the hand point ahead of midship, where the sum of the thrusts acts along the vessel and
     their moment acts across it. The hull is a sphere with the robot's radius about the hand point; it
     contains the vessel. Null values of inertia, added mass and damping are those of the model ship CyberShip
-    II (1.255 m, 23.8 kg), scaled to the vessel's length and mass by Froude's law. u and v are the velocities
-    in surge and sway, and r is the yaw rate.
+    II (1.255 m, 23.8 kg), scaled to the vessel's length and mass by Froude's law, without its sway force due
+    to yaw. u and v are the velocities in surge and sway, and r is the yaw rate.
     """
 
     part: ClassVar[str] = "surface_vessel"
