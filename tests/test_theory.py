@@ -68,7 +68,7 @@ def test_eqs_2_and_26_from_positions_are_the_recorded_velocities(compiled: None,
 
 def test_the_form_of_eq_21_is_the_rate_of_eq_18(compiled: None) -> None:
     """Also where avoidance is active: robots of case 1 among obstacles that stand on their way."""
-    obstacles = "obstacles=[{position: [1, 4.5], radius: 0.3}, {position: [6, 2], radius: 0.3}]"
+    obstacles = "obstacles=[{position: [3, 6.5], radius: 0.3}, {position: [-1.5, -3.5], radius: 0.3}]"
     trace = fly(
         load_scenario("paper/case1_2d", [*QUIET, obstacles, "duration=5", "recording.rate=500", "expect=[]"])
     ).trace

@@ -214,3 +214,25 @@ def test_a_file_of_an_estimator_says_all_of_it(kind: type) -> None:
     name = kind.model_fields["estimator"].default
     assert kind.__module__ == f"escort_mj.estimators.{name}"
     assert kind().needs and kind().orders in (2, 3)
+
+
+@pytest.mark.parametrize("measured", [(0, 1, 2, 3), (0, 2, 3), (0, 2)], ids=str)
+@pytest.mark.parametrize("axes", [2, 3])
+def test_exact_measurements_of_the_same_do_not_lead_astray(axes: int, measured: tuple[int, ...]) -> None:
+    """A joint correction of all numbers at once is singular to rounding; one after the other is not."""
+    kalman, view, step = Kalman(model="acceleration", noise=0.5), blank_view(1, axes, 3 * axes), 0.002
+    random = np.random.default_rng(3)
+    believe(Belief(0.5 * random.normal(size=3 * axes), np.eye(3 * axes), 0.0, 0.0), view, 0)
+    view.sight_variance[:] = [0.0 if k in measured else -1.0 for k in range(4)]
+    view.message[0] = -1
+    for t in step * np.arange(1, 300):
+        place = np.array([2.0 * np.sin(0.5 * t), np.cos(0.7 * t), 0.3 * t])[:axes]
+        eye = 3.0 * np.array([np.cos(t), np.sin(t), 0.1])[:axes]
+        way = place - eye
+        distance = float(np.linalg.norm(way))
+        view.time[0], view.q_measured[0] = t, eye
+        view.seen_position[0], view.seen_range[0], view.seen_bearing[0] = place, distance, way / distance
+        view.seen_velocity[0] = np.array([np.cos(0.5 * t), -0.7 * np.sin(0.7 * t), 0.3])[:axes]
+        kalman.update(view, 0)
+        if t > 0.04:
+            np.testing.assert_allclose(view.belief[0, :axes], place, rtol=0, atol=0.05)
