@@ -41,7 +41,7 @@ class EscortError(Exception):
     exit_code = 3
 
 
-MOST_SHOWN = 100  # faults in words; beyond, something is wrong with the file as a whole
+MOST_SHOWN = 20  # faults in words; beyond, something is wrong with the file as a whole
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,13 @@ class Fault:
         return one_line(": ".join(part for part in (place, self.key, self.message) if part))
 
 
+def _first_of(faults: Sequence[object]) -> str:
+    """Return the first faults, one a line, and how many more there are."""
+    more = len(faults) - MOST_SHOWN
+    rest = [f"... and {more} more fault{'s' * (more > 1)}"] if more > 0 else []
+    return "\n".join([*map(str, faults[:MOST_SHOWN]), *rest])
+
+
 class ScenarioError(EscortError, ValueError):
     """An invalid scenario, with all its faults.
 
@@ -82,10 +89,7 @@ class ScenarioError(EscortError, ValueError):
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
-        lines = [str(fault) for fault in self.faults[:MOST_SHOWN]]
-        if more := len(self.faults) - len(lines):
-            lines.append(f"... and {more} more faults")
-        super().__init__("\n".join(lines))
+        super().__init__(_first_of(self.faults))
 
 
 class UsageError(EscortError, ValueError):
@@ -119,8 +123,7 @@ class LogError(UsageError):
 
     def __init__(self, log: str | os.PathLike[str], faults: Sequence[str]) -> None:
         self.faults = tuple(faults)
-        place = f"{os.fspath(log)}: "
-        super().__init__("\n".join(one_line(place + fault) for fault in self.faults))
+        super().__init__(_first_of([one_line(f"{os.fspath(log)}: {fault}") for fault in self.faults]))
 
 
 class NotLoggedError(EscortError, LookupError):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -15,10 +16,16 @@ from escort_mj.scenario.schema.fields import PATTERNS
 from escort_mj.scenario.schema.scenario import Scenario
 
 
+MOST_EXPLAINED = 100  # faults of a table; of the others it is said how many there are
+
+
 def findings_of(error: ValidationError, data: Any, root: type[BaseModel] = Scenario) -> list[Finding]:
     """What pydantic found wrong with plain data that was to become a scenario, or another kind of table."""
-    return [
-        _finding(details, data, root) for details in error.errors(include_url=False) if not _is_echo(details)
+    every = [details for details in error.errors(include_url=False) if not _is_echo(details)]
+    found = [_finding(details, data, root) for details in every[:MOST_EXPLAINED]]
+    rest = Counter(details["loc"][:1] for details in every[MOST_EXPLAINED:])
+    return found + [
+        Finding(key, f"holds {count} more faults", at_key=True) for key, count in rest.items() if key
     ]
 
 

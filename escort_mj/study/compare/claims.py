@@ -167,8 +167,8 @@ def avoids(case: str) -> Callable[[Runs], Conclusion]:
     return decide
 
 
-def meets(case: str, robots: tuple[int, ...]) -> Callable[[Runs], Conclusion]:
-    """Rule: avoidance was active for these robots, one at each obstacle."""
+def meets(case: str) -> Callable[[Runs], Conclusion]:
+    """No rule: who avoids which obstacle. Signs of positions that the text lost were chosen by that."""
 
     def decide(runs: Runs) -> Conclusion:
         run = runs[case, "apd_smc"]
@@ -179,8 +179,7 @@ def meets(case: str, robots: tuple[int, ...]) -> Callable[[Runs], Conclusion]:
             f" {'robot ' + ', '.join(map(str, near.avoided)) if near.avoided else 'no robot'}"
             for index, near in enumerate(run.approaches, 1)
         ]
-        met = [robot in near.avoided for robot, near in zip(robots, run.approaches, strict=True)]
-        return Conclusion(all(met), "; ".join(words))
+        return Conclusion(None, "; ".join(words))
 
     return decide
 
@@ -279,8 +278,8 @@ CLAIMS = (
         "5.2.1",
         "9, 10",
         "Obstacles enter the safe distance of robots 1 and 4",
-        "avoidance is active for robot 1 at obstacle 1 and for robot 4 at obstacle 2",
-        meets("case2_2d_obstacles", (1, 4)),
+        "not judged: signs of positions that the printed text lost were chosen so that it holds",
+        meets("case2_2d_obstacles"),
     ),
     Claim(
         "5.2.1", "9, 10", "Robots avoid both obstacles and each other", _CLEAR, avoids("case2_2d_obstacles")

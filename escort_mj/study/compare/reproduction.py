@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from escort_mj.errors import UsageError
 from escort_mj.scenario import Scenario, load_file
@@ -30,17 +30,19 @@ class Reading(NamedTuple):
         words: For tables and titles.
         limited: Whether the paper's limit of 10 N holds.
         anti_windup: Whether the law knows of it.
+        gain: Of avoidance: as eq. 24 prints it, or as eq. 23 requires.
     """
 
     words: str
     limited: bool
     anti_windup: bool
+    gain: Literal["printed", "consistent"]
 
 
 READINGS = {
-    "unlimited": Reading("as printed, no force limit", False, False),
-    "limited": Reading("as printed, 10 N limit", True, False),
-    "anti_windup": Reading("10 N limit, anti-windup", True, True),
+    "unlimited": Reading("as printed, no force limit", False, False, "printed"),
+    "limited": Reading("as printed, 10 N limit", True, False, "printed"),
+    "anti_windup": Reading("10 N limit, anti-windup", True, True, "consistent"),
 }
 
 
@@ -144,6 +146,10 @@ def paper_scenario(simulation: PaperRun, scenarios: Path) -> Scenario:
     overrides: dict[str, Any] = {
         "name": simulation.name,
         "controller": controller_of(base, simulation.law).model_dump() | {"anti_windup": reading.anti_windup},
+        "mission.behaviors": [
+            behavior.model_dump() | ({"gain": reading.gain} if behavior.behavior == "avoid_obstacles" else {})
+            for behavior in base.mission.behaviors
+        ],
         "expect": [],  # what the shipped files expect is expected of their own law and reading
     }
     if not reading.limited:

@@ -53,8 +53,13 @@ def test_only_law_reading_and_name_differ_from_the_papers_scenario(simulation):
         assert ours.controller.proportional_gain == paper.controller.proportional_gain == 30
     if simulation.law != "pd_smc":
         assert ours.controller.initial_estimate == paper.controller.initial_estimate
-    changed = {"name", "controller", "robots", "expect"}
+    changed = {"name", "controller", "robots", "mission", "expect"}
     assert ours.model_dump(exclude=changed) == paper.model_dump(exclude=changed)
+    assert ours.mission.model_dump(exclude={"behaviors"}) == paper.mission.model_dump(exclude={"behaviors"})
+    for mine, theirs in zip(ours.mission.behaviors, paper.mission.behaviors, strict=True):
+        assert mine.model_dump(exclude={"gain"}) == theirs.model_dump(exclude={"gain"})
+    assert (ours.mission.behaviors[0].gain == "printed") is (simulation.reading != "anti_windup")
+    assert [each.gain for each in ours.mission.behaviors[1:]] == [0.8, 0.8]
     same = {"force_limit"}
     assert ours.robots.model_dump(exclude=same) == paper.robots.model_dump(exclude=same)
 
@@ -190,6 +195,7 @@ def reading(reading="unlimited", ours=None, theirs=None, lost=()):
     }
 
 
+NOT_JUDGED = [claim for claim in CLAIMS if claim.rule.startswith("not judged")]
 WORSE = {"settling_time": 6.0, "tracking_time": 2.0, "e_dot_rms": 0.08, "obstacle_distance": 1.9}
 
 
@@ -199,7 +205,7 @@ def test_values_measured_are_those_of_the_table():
 
 def test_every_claim_holds_where_the_paper_is_right():
     findings = [claim(reading("limited", theirs=WORSE)) for claim in CLAIMS]
-    assert [finding.holds for finding in findings] == [True] * len(CLAIMS)
+    assert [finding.holds for finding in findings] == [None if claim in NOT_JUDGED else True for claim in CLAIMS]
 
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: f"{claim.section} {claim.words}")
@@ -208,7 +214,7 @@ def test_every_claim_fails_where_the_paper_is_wrong(claim):
     runs = reading("limited", ours=bad, lost=[("case3_2d", "apd_smc")])
     for key in [key for key in runs if "obstacles" in key[0]]:
         runs[key] = runs[key].__class__(*list(vars(runs[key]).values())[:-1], [Approach(2, 1.9, [2])] * 2)
-    assert claim(runs).holds is False
+    assert claim(runs).holds is (None if claim in NOT_JUDGED else False)
     assert claim(runs).measured
 
 
