@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import stat
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -29,6 +30,20 @@ def scenarios_folder() -> Path:
     return package / "scenarios" if (package / "scenarios").is_dir() else package.parent / "scenarios"
 
 
+def irregular(path: Path) -> str:
+    """Return what a path is that is no file or folder, such as a FIFO; empty for these, and for nothing.
+
+    A FIFO without a writer, or a terminal, would be waited for until the program is stopped.
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return ""
+    kinds = {"a FIFO": stat.S_ISFIFO, "a socket": stat.S_ISSOCK}
+    kinds |= {"a device": lambda one: stat.S_ISCHR(one) or stat.S_ISBLK(one)}
+    return next((kind for kind, is_one in kinds.items() if is_one(mode)), "")
+
+
 def is_scenario(path: Path, asked: bool = False) -> bool:
     """Whether a YAML file is a scenario, by its first lines.
 
@@ -41,6 +56,8 @@ def is_scenario(path: Path, asked: bool = False) -> bool:
         asked: Whether scenarios were asked for.
     """
     if path.suffix not in SUFFIXES:
+        return False
+    if irregular(path):
         return False
     try:
         with path.open("rb") as file:

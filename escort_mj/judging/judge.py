@@ -22,6 +22,7 @@ from escort_mj.judging.tables import CSV, PARQUET, read_table
 from escort_mj.metrics.metric import in_words
 from escort_mj.mission import Flight, Progress, sum_up
 from escort_mj.numerics.steps import SLACK, last_step
+from escort_mj.recognize import irregular
 from escort_mj.record.outcome import Outcome
 from escort_mj.record.recording import GAPS, LOG, LOG_END, LOG_OF, NOT_LOGGED, NOT_SEEN, record
 from escort_mj.scenario import Scenario
@@ -184,6 +185,9 @@ def read_log(path: Path, wanted: Wanted) -> Log:
     """
     if not path.exists():
         raise UsageError(f"{path}: there is no such file or folder")
+    inside = sorted(path.iterdir()) if path.is_dir() else []
+    if kind := next(filter(None, map(irregular, [path, *inside])), ""):
+        raise UsageError(f"{path}: is {kind}, not a file" if not inside else f"{path}: holds {kind}")
     if path.suffix in (CSV, PARQUET):
         return read_table(path, wanted)
     if is_messages(path):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from escort_mj.errors import RunFolderError, WriteError
+from escort_mj.recognize import irregular
 
 TEMPORARY = ".partial"
 
@@ -114,6 +115,8 @@ def read_json(path: Path) -> Any:
     Raises:
         RunFolderError: If the file is missing or is not JSON.
     """
+    if kind := irregular(path):
+        raise RunFolderError(f"{path}: is {kind}, not a file")
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from escort_mj.errors import RunFolderError
-from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO
+from escort_mj.recognize import OUTCOME, RESOLVED, SCENARIO, irregular
 from escort_mj.record.files import read_json, write_json
 from escort_mj.record.intact import check_metrics, check_outcome, check_trace, check_verdicts
 from escort_mj.record.journal import journal_of, read_journal
@@ -187,6 +187,8 @@ def _bury(folder: Path, outcome: dict[str, Any], trace: Recorded | None) -> dict
 
 def _read_scenario(path: Path) -> str:
     """The scenario's text; empty where the run never came to write it."""
+    if kind := irregular(path):
+        raise RunFolderError(f"{path}: is {kind}, not a file")
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:

@@ -273,7 +273,8 @@ def test_how_far_constraints_that_can_be_kept_are_violated() -> None:
             rows = random.normal(size=(count, 2))
             rows /= np.linalg.norm(rows, axis=1, keepdims=True)
             inside = random.normal(size=2)
-            bounds, wanted = rows @ inside - random.exponential(0.3, count), inside + 2.0 * random.normal(size=2)
+            bounds = rows @ inside - random.exponential(0.3, count)
+            wanted = inside + 2.0 * random.normal(size=2)
             v, moved = nearest(rows, bounds, wanted)
             if moved:
                 share = float((bounds - rows @ v).max() / np.linalg.norm(v - wanted))

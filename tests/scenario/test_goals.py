@@ -66,3 +66,10 @@ def test_what_needs_a_target_is_refused_without_one() -> None:
     assert "supervisor[0].behaviors[0]: found orbit" in words
     assert "when.quantity: found target_distance; this mission has no target" in words
     assert "found target; this scenario has none" in words
+
+
+def test_waypoints_of_different_lengths_are_named_one_by_one() -> None:
+    with pytest.raises(ScenarioError) as caught:
+        scenario_of(keys([[1.0, 5.0], [[2.0, 6.0], [-3.0]], [5.0, 5.0]]))
+    (fault,) = caught.value.faults
+    assert fault.key == "mission.behaviors[0].goals[1][1]" and "expected 2" in fault.message

@@ -1,5 +1,6 @@
 """Robots from files that cannot be used: one error each, which says what was found and what is allowed."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ TURNS = "".join(
     f'<motor name="turn_{gear}" site="middle" gear="0 0 0 {gear}" ctrlrange="-1 1" ctrllimited="true"/>'
     for gear in ("1 0 0", "0 1 0", "0 0 1")
 )
+WEAK = TURNS.replace('"-1 1"', '"-1e-9 1e-9"')
 WHEELS = "".join(
     f'<body name="{side}" pos="0 {y} -0.05"><joint name="{side}" axis="0 1 0"/>'
     '<geom type="cylinder" size="0.06 0.01" zaxis="0 1 0" mass="0.2"/></body>'
@@ -40,6 +42,26 @@ WRONG: dict[str, tuple[str, str, str]] = {
     "a document type": ("<!DOCTYPE x [<!ENTITY a 'b'>]><mujoco/>", "", "found a document type"),
     "refused by MuJoCo": (model(more="<optoin/>"), "", "MuJoCo refuses it"),
     "no actuator": (model(actuators=""), "", "has no actuator"),
+    "too many elements in each other": (
+        model("<body>" * 5000 + "</body>" * 5000),
+        "",
+        "found more than 100 elements in each other",
+    ),
+    "too many bodies": (
+        model(BODY.format('<replicate count="3000"><body><geom size="0.01"/></body></replicate>')),
+        "",
+        "found more than 2000 bodies, repeated ones counted",
+    ),
+    "numbers too large": (
+        model(BODY.format('<site name="middle"/>'), LIFT.format("1e200") + TURNS),
+        "",
+        "too large or too small to compute with",
+    ),
+    "no torque": (
+        model(BODY.format('<site name="middle"/>'), LIFT.format("50") + WEAK),
+        "",
+        "its rotors turn it about x or y with at most",
+    ),
     "no free base": (model('<body name="base"><geom size="0.1"/></body>', ""), "", "has no base"),
     "a base on one rail": (
         model('<body><joint name="x" type="slide"/><geom size="1"/></body>', '<motor joint="x"/>'),
@@ -163,3 +185,14 @@ def test_a_model_that_is_not_here(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     path.write_text("duration: 1\nrobots: {count: 2, kind: {kind: menagerie, model: skydio_x2}}\n")
     with pytest.raises(ScenarioError, match="the Menagerie's package is not installed: pip install"):
         load_file(path)
+
+
+@pytest.mark.parametrize(
+    "key", ["robots: {count: 2, kind: {kind: mjcf, file: pipe.xml}}", "target: {waypoints: pipe.csv}"]
+)
+def test_a_fifo_is_not_waited_for(tmp_path: Path, key: str) -> None:
+    for suffix in (".xml", ".csv"):
+        os.mkfifo(tmp_path / f"pipe{suffix}")
+    (tmp_path / "s.yaml").write_text(f"duration: 1\n{key}\n")
+    with pytest.raises(ScenarioError, match="is a FIFO, not a file"):
+        load_file(tmp_path / "s.yaml")

@@ -1,4 +1,4 @@
-"""Avoidance by velocities: a half-space of them for each body in the way (Ames et al. 2017, Moe et al. 2016)."""
+"""Avoidance by velocities: a half-space of them for each body (Ames et al. 2017; Moe et al. 2016)."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ if TYPE_CHECKING:
 
 
 class SetBased(OuterLoop):
-    """Escort behaviors by priority, restricted to velocities that keep every distance safe (Ames et al. 2017).
+    """Escort behaviors by priority, restricted to velocities that keep distances safe (Ames et al. 2017).
 
     A robot may approach a body (an obstacle, a teammate or the target) only as fast as the margin, the
     distance to the body minus the safe distance of avoid_obstacles, allows. With u the velocity of the body

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -125,15 +126,22 @@ def check_goals(scenario: Scenario) -> Iterator[Finding]:
                 )
                 continue
             wrong = [
-                Finding((*path, robot), _dimension(len(point), axes))
+                Finding((*path, robot, *place), _dimension(len(point), axes))
                 for robot, entry in enumerate(goal.goals)
-                for point in np.atleast_2d(np.array(entry, dtype=object))
+                for place, point in points_in(entry)
                 if len(point) != axes
             ]
             yield from wrong
             if wrong:
                 continue
         yield from _fitting(scenario, goal, path)
+
+
+def points_in(entry: Sequence[Any]) -> list[tuple[Path, Sequence[float]]]:
+    """Return the points of a goal, and where each stands in it: a point, or a list of waypoints."""
+    if isinstance(entry[0], list | tuple):
+        return [((place,), point) for place, point in enumerate(entry)]
+    return [((), entry)]
 
 
 def _dimension(found: int, axes: int) -> str:

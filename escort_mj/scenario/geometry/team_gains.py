@@ -87,7 +87,8 @@ def _robot(scenario: Scenario, robots: Placement, index: int) -> Robot | None:
         if craft is None and math.isfinite(drive.bandwidth):
             delay += 1.0 / drive.bandwidth
     if craft is not None:
-        delay += max(craft.damping_x / craft.stiffness_x, craft.damping_y / craft.stiffness_y)
+        loops = (craft.damping_x, craft.stiffness_x), (craft.damping_y, craft.stiffness_y)
+        delay += max((damping / stiffness for damping, stiffness in loops if stiffness > 0.0), default=0.0)
     per_axis = 1.0 / math.sqrt(scenario.axes + 2.0)  # of a ball's radius, from which errors are drawn
     noise, speed_noise = sensing.position.noise * per_axis, sensing.velocity.noise * per_axis
     most = scenario.mission.max_speed or math.inf

@@ -15,7 +15,6 @@ from escort_mj.scenario.reader.files.paths import Location, locate, member_name
 from escort_mj.scenario.schema.fields import PATTERNS
 from escort_mj.scenario.schema.scenario import Scenario
 
-
 MOST_EXPLAINED = 100  # faults of a table; of the others it is said how many there are
 
 

@@ -242,7 +242,7 @@ def _same(digest: str, source: PluginSource, name: str) -> str:
 def _digest_of(module: ModuleType) -> str:
     """Digest of a module's file, or of all Python files of a package."""
     file = Path(str(module.__file__))
-    files = sorted(file.parent.rglob("*.py")) if file.name == "__init__.py" else [file]
+    files = sorted(filter(Path.is_file, file.parent.rglob("*.py"))) if file.name == "__init__.py" else [file]
     digest = hashlib.sha256()
     for each in files:
         content = each.read_bytes()

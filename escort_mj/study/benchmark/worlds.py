@@ -22,6 +22,7 @@ from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, Validati
 
 from escort_mj.components.parameters import Mass, Parameters, Radius, Vector
 from escort_mj.errors import Fault, ScenarioError, UsageError
+from escort_mj.recognize import irregular
 from escort_mj.scenario.findings import key_path, listed, shown
 from escort_mj.scenario.reader.explain import findings_of
 from escort_mj.scenario.reader.load import tuples
@@ -127,6 +128,8 @@ def read_worlds(source: str | os.PathLike[str]) -> Worlds:
     """
     name = os.fspath(source)
     path = Path(str(files(__package__))) / "worlds" / SHIPPED[name] if name in SHIPPED else Path(source)
+    if kind := irregular(path):
+        raise UsageError(f"{name}: is {kind}, not a file")
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:

@@ -138,9 +138,10 @@ def claims_markdown(runs: Sequence[Measured]) -> str:
         "",
         "Here, q and v are the position and the velocity of a robot, q_d and v_d their references,",
         "e = q_d - q and e_dot = v_d - v with measured q and v, c is the position of the target, and R is",
-        "the radius of the formation. With anti-windup, q_d moves with the robot while a motor saturates, so",
-        "q_d is not the integral of v_d as in the paper: |e|, the tracking time and the peak of e are then not",
-        "the quantities of its figures 5c to 15c. ASMC saturates most of the time; its |e| is the least alike.",
+        "the radius of the formation. With anti-windup, q_d moves with the robot while a motor saturates,",
+        "so q_d is not the integral of v_d as in the paper: |e|, the tracking time and the peak of e are",
+        "then not the quantities of its figures 5c to 15c. ASMC saturates most of the time; its |e| is the",
+        "least alike.",
         "",
     ]
     lines += [f"- {HEADS[name]} [{q.unit}]: {q.meaning}" for name, q in QUANTITIES.items()]

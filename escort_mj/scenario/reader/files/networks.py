@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from escort_mj.recognize import irregular
+
 SUFFIX = ".npz"
 LARGEST = 2**20  # bytes of all arrays
 
@@ -21,6 +23,8 @@ def read_network(file: Path) -> list[dict[str, Any]]:
     """
     if file.suffix != SUFFIX:
         raise ValueError(f": a network is a list of layers, or the name of a file with the suffix {SUFFIX}")
+    if kind := irregular(file):
+        raise ValueError(f": is {kind}, not a file")
     try:
         with zipfile.ZipFile(file) as members:
             size = sum(member.file_size for member in members.infolist())
@@ -30,10 +34,9 @@ def read_network(file: Path) -> list[dict[str, Any]]:
             found = {name: arrays[name] for name in arrays.files}
     except FileNotFoundError:
         raise ValueError(": there is no such file beside the scenario") from None
-    except (OSError, zipfile.BadZipFile, EOFError, KeyError) as error:
-        raise ValueError(f": cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    except ValueError as error:
-        raise ValueError(error if str(error).startswith(":") else f": cannot be read: {error}") from None
+    except Exception as error:  # whatever the libraries stumble over, it is the file's fault
+        words = str(getattr(error, "strerror", None) or error).partition("\n")[0] or type(error).__name__
+        raise ValueError(words if words.startswith(": ") else f": cannot be read: {words}") from None
     layers: list[dict[str, Any]] = []
     for number in count(1):
         names = f"weights_{number}", f"bias_{number}"

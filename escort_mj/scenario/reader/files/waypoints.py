@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
+from escort_mj.recognize import irregular
 from escort_mj.scenario.findings import Finding, Path, shortened
 from escort_mj.scenario.reader.files.networks import read_network
 from escort_mj.scenario.reader.files.roots import Roots
@@ -99,6 +100,8 @@ def _read(file: FilePath) -> list[dict[str, Any]]:
     """
     if file.suffix != SUFFIX:
         raise ValueError(f": waypoints are a list, or the name of a file with the suffix {SUFFIX}")
+    if kind := irregular(file):
+        raise ValueError(f": is {kind}, not a file")
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError:

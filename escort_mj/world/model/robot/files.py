@@ -9,11 +9,15 @@ from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 from escort_mj.errors import OutsideError, RobotError
+from escort_mj.recognize import irregular
 from escort_mj.robots.modeled import Source
 from escort_mj.scenario.findings import did_you_mean, shortened
 
 MOST_TEXT, MOST_ASSET = 5_000_000, 50_000_000  # bytes of MJCF, and of one asset
 MOST_DEPTH = 20  # of includes
+MOST_NESTED = 100  # elements in each other
+MOST_ELEMENTS, MOST_BODIES = 50_000, 2000  # of the text, and of bodies with all that <replicate> repeats
+REPEATING = ("replicate", "composite")
 FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
 FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 REFUSED = ("plugin", "flexcomp", "flex", "skin", "hfield", "extension", "deformable")
@@ -46,11 +50,13 @@ def read_files(source: Source) -> Files:
         file = Path(source.file)
         root = _parsed(file, _content(file, source, MOST_TEXT, file.name), name)
         _include(root, file.parent, source, (file.resolve(),))
+        if found := _excess(root):
+            raise RobotError(f"{name}: {found}")
     else:
         file = Path()
         root = _parsed(file, source.text.encode(), name)
-    if found := next((each for each in root.iter() if each.tag in REFUSED), None):
-        raise RobotError(f"{name}: found <{found.tag}>; a robot has bodies, geoms, joints and actuators")
+    if wrong := next((each for each in root.iter() if each.tag in REFUSED), None):
+        raise RobotError(f"{name}: found <{wrong.tag}>; a robot has bodies, geoms, joints and actuators")
     assets = _assets(root, file.parent, source)
     digest = hashlib.sha256(ElementTree.tostring(root))
     for each in sorted(assets):
@@ -65,6 +71,8 @@ def _content(file: Path, source: Source, most: int, written: str) -> bytes:
         where += f": {shortened(written)}"
     if source.folder and not file.resolve().is_relative_to(Path(source.folder).resolve()):
         raise OutsideError(where, file)
+    if kind := irregular(file):
+        raise RobotError(f"{where}: is {kind}, not a file")
     try:
         if file.stat().st_size > most:
             size = f"{file.stat().st_size / 1e6:.0f} MB"
@@ -88,10 +96,40 @@ def _parsed(file: Path, content: bytes, name: str) -> Element:
         root = ElementTree.fromstring(content)
     except (ElementTree.ParseError, ValueError) as error:
         raise RobotError(f"{where}: this is not XML: {error}") from None
+    if found := _excess(root):
+        raise RobotError(f"{where}: {found}")
     if root.tag not in ("mujoco", "mujocoinclude"):
         hint = "; URDF is converted by MuJoCo's compiler" if root.tag == "robot" else ""
         raise RobotError(f"{where}: found <{root.tag}>; a robot is MJCF, <mujoco>{hint}")
     return root
+
+
+def _excess(root: Element) -> str:
+    """Return what there is too much of for a robot; empty where there is not. It counts without recursion."""
+    left, elements, bodies = [(root, 1, 1)], 0, 0
+    while left:
+        element, depth, times = left.pop()
+        elements += 1
+        bodies += times * (element.tag in ("body", *REPEATING))
+        if depth > MOST_NESTED:
+            return f"found more than {MOST_NESTED} elements in each other; a robot has fewer"
+        if elements > MOST_ELEMENTS:
+            return f"found more than {MOST_ELEMENTS} elements; a robot has fewer"
+        if element.tag in REPEATING:
+            times *= _repeated(element.get("count", "1"))
+            bodies += times
+        if bodies > MOST_BODIES:
+            return f"found more than {MOST_BODIES} bodies, repeated ones counted; a robot has fewer"
+        left += [(child, depth + 1, times) for child in element]
+    return ""
+
+
+def _repeated(count: str) -> int:
+    """Return how often the content of an element is there, by its attribute; 1 where that is no number."""
+    total = 1
+    for word in count.split()[:3]:
+        total *= int(word) if word.isascii() and word.isdigit() and len(word) < 10 else 1
+    return total
 
 
 def _include(parent: Element, folder: Path, source: Source, files: tuple[Path, ...]) -> None:

@@ -39,6 +39,7 @@ Array = NDArray[np.float64]
 Found = NDArray[np.int64]
 
 TILT_TIME, LEAST_TILT = 0.5, 0.05  # s and rad
+LEAST_TURN = 0.01  # angular acceleration about x and y of a robot that flies [rad/s^2]
 SPARE = 1.05  # thrust over weight that flying takes
 
 
@@ -182,7 +183,12 @@ def _thrust(machine: Machine, keys: DriveKeys, motors: Found, point: Array, wren
     hover = tuple(row._replace(trim=row.mix_1 * weight) for row in inputs)
     torques = [reach(hover, k) for k in (1, 2, 3)]
     torques = [torque if k in turning else 0.0 for k, torque in zip((3, 4, 5), torques, strict=True)]
-    slowest = min(torques[:2] / np.diag(machine.inertia)[:2])
+    slowest = float(min(torques[:2] / np.diag(machine.inertia)[:2]))
+    if slowest < LEAST_TURN:
+        raise RobotError(
+            f"{machine.name}: its rotors turn it about x or y with at most {slowest:.3g} rad/s^2; expected "
+            f"{LEAST_TURN:g} rad/s^2 or more, to keep it upright"
+        )
     tilt = keys.tilt_limit or min(MOST_TILT, max(LEAST_TILT, 0.25 * slowest * TILT_TIME**2))
     craft = craft_of(machine, torques, keys.attitude_frequency, tilt)
     across = weight * math.tan(tilt)

@@ -52,10 +52,17 @@ def read_model(source: Source) -> RobotModel:
         )
     model, tree = compiled(files, name)
     base = _base(model, source.body, name)
-    machine = Machine(model, _start(model), base, name)
-    _check(machine)
-    drive = find_drive(machine, DriveKeys.model_validate_json(source.drive))
-    return _robot(machine, tree, files, drive)
+    try:
+        machine = Machine(model, _start(model), base, name)
+        _check(machine)
+        drive = find_drive(machine, DriveKeys.model_validate_json(source.drive))
+        return _robot(machine, tree, files, drive)
+    except mujoco.FatalError as error:
+        raise RobotError(f"{name}: MuJoCo refuses it: {' '.join(str(error).split())[:300]}") from None
+    except (ArithmeticError, np.linalg.LinAlgError):
+        raise RobotError(
+            f"{name}: its sizes, masses, gears or limits are too large or too small to compute with"
+        ) from None
 
 
 def compiled(files: Files, name: str) -> tuple[mujoco.MjModel, Element]:
