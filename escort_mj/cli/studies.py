@@ -314,6 +314,52 @@ def falsify_command(
     _finish("falsify", as_json, result, "falsify.json", GOOD if result.passed else VERDICT_FAILED)
 
 
+@app.command("shrink")
+def shrink_command(
+    source: Annotated[
+        str,
+        typer.Argument(
+            help="Run folder of a run that failed, or scenario that fails (a file or a shipped one).",
+            autocompletion=complete.runs_or_scenarios,
+        ),
+    ],
+    overrides: SetOption = None,
+    plugins: PluginOption = None,
+    runs: Annotated[int, typer.Option(min=1, help="Largest number of runs.")] = 200,
+    out: Annotated[
+        Path | None, typer.Option(help="Run folder of the smallest scenario [default: renders/shrink/NAME].")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make a failing scenario as small as possible, so that the same verdict still fails.
+
+    Robots, obstacles and keys that are not needed are left out; the result is scenario.yaml of the run
+    folder.
+
+    Exit codes: 0 if the scenario fails (as small as it was found), 2 if it passes.
+
+    Example: escort-mj shrink renders/check/depot-seed-3; escort-mj shrink depot.yaml --set seed=3
+    """
+    from escort_mj.api import load_scenario
+    from escort_mj.record.folder import read_run
+    from escort_mj.scenario.reader.load import stored_scenario
+    from escort_mj.study.search.smallest import shrink_scenario, shrunk_lines
+
+    if (folder := Path(source)).is_dir():
+        if overrides or plugins:
+            raise UsageError("--set and --plugin change a scenario, not a run folder")
+        scenario = stored_scenario(read_run(folder).scenario_yaml, folder)
+    else:
+        scenario = load_scenario(source, overrides or (), plugins or ())
+    place = Path("renders/shrink") / scenario.name if out is None else out
+    with progress_bar("shrinking", " runs") as progress:
+        found = shrink_scenario(scenario, place, runs, progress)
+    lines = [*shrunk_lines(found), f"wrote {shown_path(found.folder)}: scenario.yaml and its run"]
+    names = ("broken", "message", "robots", "obstacles", "duration", "keys", "runs", "finished")
+    told = {name: getattr(found, name) for name in names}
+    finish("shrink", as_json, lines, folder=shown_path(found.folder), **told)
+
+
 @app.command("report")
 def report_command(
     folder: Annotated[
