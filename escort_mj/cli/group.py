@@ -12,7 +12,19 @@ from typer.core import TyperGroup
 from escort_mj.cli.streams import OUTPUT, Output
 
 SECTIONS = {
-    "Run and inspect": ("run", "check", "validate", "show", "render", "report", "view", "rerun", "judge"),
+    "Run and inspect": (
+        "run",
+        "check",
+        "validate",
+        "show",
+        "render",
+        "report",
+        "view",
+        "rerun",
+        "diff",
+        "shrink",
+        "judge",
+    ),
     "Compare and search": ("compare", "sweep", "gains", "tune", "falsify", "reproduce", "benchmark"),
     "Write and convert": ("new", "export", "schema"),
     "Bring your own": ("check-robot", "check-plugin"),
