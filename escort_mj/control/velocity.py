@@ -26,6 +26,7 @@ class OuterLoopParameters(Fields):
     outer_place: Annotated[int, Value("1", "where its block in `parameters` begins")]
     outer_composes: Annotated[bool, Value("1", "whether behaviors are composed by priority first")]
     outer_avoids: Annotated[bool, Value("1", "whether it leaves avoid_obstacles out of that")]
+    outer_meets: Annotated[bool, Value("1", "whether the velocities of teammates matter to it")]
 
     @classmethod
     def packed(cls, setup: Setup) -> dict[str, Any]:
@@ -34,6 +35,7 @@ class OuterLoopParameters(Fields):
             "outer": OUTSIDE if setup.outside else number_of(setup.outer, OUTER_LOOPS),
             "outer_composes": setup.outer.composes,
             "outer_avoids": setup.outer.avoids,
+            "outer_meets": setup.outer.meets,
         }
 
 

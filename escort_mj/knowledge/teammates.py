@@ -43,6 +43,9 @@ class TeammateState(Fields):
     heard_margin: Annotated[
         Array, "hearing", Value("m", "distance beyond the safe one to the nearest that is heard, scratch")
     ]
+    heard_pace: Annotated[
+        Array, "hearing", Value("m/s", "most by which a velocity that is heard differs from `v_d`, scratch")
+    ]
 
 
 @inlined
@@ -158,19 +161,32 @@ def find_nearest_heard(i: int, safe: float, to_surface: float, plan: Plan, state
         safe: Distance that robots keep [m].
         to_surface: 1 if distances are measured between surfaces, 0 between centers.
         plan: Gives the limits of teammates.
-        state: `heard_margin` and `wished_direction`, unit vectors, are written.
+        state: `heard_margin`, `heard_pace` and `wished_direction`, unit vectors, are written.
     """
     n, p = state.q.shape
     away = vector_at(stack_memory(), p)
     for robot in range(i, min(i + WIDTH, n)):
-        state.heard_margin[robot] = UNLIMITED
+        state.heard_margin[robot], square = UNLIMITED, 0.0
         for place in range(places_of(state)):
             mate, distance, covered = may_be(robot, place, to_surface, plan, state, away)
             margin = distance - (safe + covered)
-            if mate >= 0 and margin < state.heard_margin[robot]:
+            if mate < 0:
+                continue
+            square = max(square, _difference(robot, place, state))
+            if margin < state.heard_margin[robot]:
                 state.heard_margin[robot] = margin
                 for k in range(p):
                     state.wished_direction[robot, k] = away[k]
+        state.heard_pace[robot] = math.sqrt(square)
+
+
+@inlined
+def _difference(robot: int, place: int, state: State) -> float:
+    """Return the square of the difference between a velocity that is heard and the reference [m^2/s^2]."""
+    square, link = 0.0, robot * state.link_from.shape[1] + place
+    for k in range(state.q.shape[1]):
+        square += (state.heard_velocity[link, k] - state.v_d[robot, k]) ** 2
+    return square
 
 
 # The same in plain NumPy.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,10 @@ from escort_mj.control.outer_loops.passing import (
 )
 from escort_mj.knowledge.belief import target_place, target_speed
 from escort_mj.knowledge.teammates import may_be, places_of
-from escort_mj.native.kernels import DOUBLE, inlined, stack_memory, vector_at
+from escort_mj.native.fields import Array as Field
+from escort_mj.native.fields import Fields, Value
+from escort_mj.native.kernels import DOUBLE, inlined, merged, stack_memory, vector_at
+from escort_mj.native.lanes import WIDTH, everywhere, gather, greatest, largest, least, there, where
 from escort_mj.numerics.neighbors import ALL, find_near
 from escort_mj.numerics.vectors import length_of, make_unit
 from escort_mj.sensing.measure import in_range
@@ -40,6 +43,26 @@ Mask = NDArray[np.bool_]
 MOST = 24  # constraints of one robot: those that demand most
 SHARED = 0.5  # marks constraints by teammates with goals of their own
 NEAR = 64  # teammates that may be near enough to demand something; of more, all are looked at
+
+
+class PaceState(Fields):
+    """How fast robots are at most, which says how far away a teammate matters."""
+
+    slowest_velocity: Annotated[Field, "p", Value("m/s", "least measured velocity of a robot on each axis")]
+    fastest_velocity: Annotated[Field, "p", Value("m/s", "the greatest, likewise")]
+
+
+@merged
+def bound_velocities(state: State) -> None:
+    """Write the box of all measured velocities."""
+    n, p = state.q.shape
+    for k in range(p):
+        low, high = everywhere(math.inf), everywhere(-math.inf)
+        for i in range(0, n, WIDTH):
+            v = gather(state.v_measured, i * p + k, p)
+            low = least(low, where(there(n - i), v, low))
+            high = greatest(high, where(there(n - i), v, high))
+        state.slowest_velocity[k], state.fastest_velocity[k] = -largest(-low), largest(high)
 
 
 @inlined
@@ -81,7 +104,8 @@ def find_constraints(
     spare, motion = vector_at(memory + DOUBLE * (p + NEAR), MOST), vector_at(stack_memory(), p)
     own, to_surface, mates = plan.robot_radius[robot], float(avoid.measure), int(ALL)
     if plan.failure_start.shape[0] == 0:
-        look = avoid.teammate_distance + to_surface * own + horizon(2.0 * beside, rules)
+        closing = max(2.0 * beside, beside + _fastest_beside(robot, rules, plan, state))
+        look = avoid.teammate_distance + to_surface * own + horizon(closing, rules)
         mates = 0
         if avoid.teammate_distance > 0.0:
             mates = find_near(robot, look, to_surface, plan.robot_radius, state, near)
@@ -128,6 +152,16 @@ def team_spread(robot: int, plan: Plan, state: State) -> float:
                 square += (state.team_velocity[a, k] - state.team_velocity[b, k]) ** 2
             most = max(most, square)
     return 0.5 * math.sqrt(most)
+
+
+@inlined
+def _fastest_beside(robot: int, rules: Rules, plan: Plan, state: State) -> float:
+    """Return a speed relative to its team's motion that no robot exceeds [m/s]; 0 where none matters."""
+    square = 0.0
+    for k in range(state.q.shape[1]):
+        motion = team_motion(robot, k, rules, plan, state)
+        square += max(state.fastest_velocity[k] - motion, motion - state.slowest_velocity[k]) ** 2
+    return rules.foresees * math.sqrt(square)
 
 
 @inlined
@@ -212,12 +246,13 @@ def _consider(
         wide = breadth(plan.obstacle_extent[other], motion)
     lead *= reach + wide
     full = approach(margin - lead, rules)
-    could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - share * full
+    allowed = share * full
+    bound = rules.foresees * along - allowed
+    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
+        bound, allowed = max(bound, pursuit - full), min(allowed, full + along - pursuit)
+    could = (beside if share < 1.0 else speed + rules.foresees * math.sqrt(square)) - allowed
     if could < 0.0:
         return count
-    bound = rules.foresees * along - share * full
-    if share < 1.0 and rules.foresees != 0.0:  # one that does not do its half is met in full
-        bound = max(bound, pursuit - full)
     if lead > 0.0:
         if wide > 0.0:
             apart = _from_point(robot, q, state.obstacle_position[other], direction)
@@ -272,7 +307,8 @@ class Constraints(NamedTuple):
     Attributes:
         rows: r, shape (k, p).
         bounds: b, shape (k,) [m/s].
-        closing: Speed relative to the body below which it is satisfied in any case, shape (k,) [m/s].
+        closing: Speed relative to the body's motion below which it is satisfied in any case, shape (k,)
+            [m/s].
         motion: Speed of the body, shape (k,) [m/s].
         mates: Whether it is a teammate that has not failed, shape (k,).
         gaps: How far the robot goes before each body could touch it, shape (k,) [m].
@@ -365,6 +401,7 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
         between = between / (1.0 + np.maximum(along, 0.0) * (shares == 1.0) / setup.max_speed)
         shared = (shares < 1.0) & (rules.foresees != 0.0)
         bounds = np.where(shared, np.maximum(bounds, pursuit - full), bounds)
+        closing = np.where(shared, np.minimum(shares * full, full + along - pursuit), shares * full)
         for j in np.flatnonzero(lead):
             x, straight = rows[j] * (margin[j] + reach[j]), along[j] - approach(float(margin[j]), rules)
             x = q[i] - setup.obstacle_position[kinds[j]] if wide[j] > 0.0 else x
@@ -373,10 +410,12 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
             bounds[j] = min(bounds[j], aside_of(straight, setup.max_speed))
             if bounds[j] > 0.0:
                 rows, bounds = np.vstack([rows, velocity[j] / speed[j]]), np.append(bounds, straight)
-                full, speed, shares, between = (np.append(x, x[j]) for x in (full, speed, shares, between))
+                closing, speed, shares, between = (
+                    np.append(x, x[j]) for x in (closing, speed, shares, between)
+                )
         same = np.concatenate([np.zeros(m, dtype=bool), alike[i], [False]])[kinds]
         followed = np.append(same, np.zeros(len(rows) - len(same), dtype=bool))
         found.append(
-            Constraints(rows, bounds, shares * full, speed, shares < 1.0, between, followed, spread[i])
+            Constraints(rows, bounds, closing, speed, shares < 1.0, between, followed, spread[i])
         )
     return found

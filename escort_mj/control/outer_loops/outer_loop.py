@@ -36,6 +36,8 @@ class OuterLoop(Component):
     """Whether it avoids obstacles in its own way, with the parameters of avoid_obstacles."""
     looks_far: ClassVar[bool] = False
     """Whether it matters how far away an obstacle is, however far that is."""
+    meets: ClassVar[bool] = False
+    """Whether the velocities of teammates matter to it."""
 
     loop: str
 

@@ -57,6 +57,7 @@ from escort_mj.native.lanes import (
     Lanes,
     any_of,
     everywhere,
+    greatest,
     lane_numbers,
     load,
     load_rows,
@@ -91,6 +92,7 @@ class SetBased(OuterLoop):
     title: ClassVar[str] = "set-based"
     avoids: ClassVar[bool] = True
     looks_far: ClassVar[bool] = True
+    meets: ClassVar[bool] = True
     loop: Literal["set_based"] = "set_based"
     activation: Literal["smooth", "tangent_cone"] = "smooth"
     """When the condition on v applies: always, so that a robot slows down early (`smooth`), or only within
@@ -172,6 +174,7 @@ class SetBased(OuterLoop):
         speed, beside = float(np.linalg.norm(wanted)), float(np.linalg.norm(wanted - frame))
         elapsed, fastest = now.time - memory["detour_time"][i], speed
         memory["detour_time"][i] = now.time
+        decided, most = False, now.setup.max_speed
         if self.patience is not None:
             beside += 2.0 * float(np.linalg.norm(now.c_dot[i]))
         while True:
@@ -182,26 +185,28 @@ class SetBased(OuterLoop):
             if reached > fastest or relative > beside:
                 fastest, beside = max(fastest, reached), max(beside, relative)
                 continue
-            if self.patience is None or side != 0.0:
-                break
-            square = max(speed * speed, 1e-300)
-            advance = float(now.v[i] @ wanted) / math.sqrt(square)
-            found = next_detour(
-                Detour(*(float(memory[name][i]) for name in NAMES)), elapsed, moved,
-                float(v @ wanted) / square, advance,
-                float((1.0 - shared)[bounds >= -speed].max(initial=0.0)), self.patience, self.turn_back,
-            )  # fmt: skip
-            for name, value in zip(NAMES, found, strict=True):
-                memory[name][i] = value
-            side = found.side
-            if side == 0.0:
-                break
-            nominal = boundary(side, speed, rows, bounds, shared)
-        most = now.setup.max_speed
-        kept = None if contradicting(rows, bounds, start, v) else kept_limit(rows, bounds, most, v)
-        if kept is None:
-            kept = broken_least(rows, bounds, gaps, avoid.safe_distance, most, start)
-        return kept, moved or side != 0.0
+            if self.patience is not None and not decided:
+                decided = True
+                square = max(speed * speed, 1e-300)
+                advance = float(now.v[i] @ wanted) / math.sqrt(square)
+                found = next_detour(
+                    Detour(*(float(memory[name][i]) for name in NAMES)), elapsed, moved,
+                    float(v @ wanted) / square, advance,
+                    float((1.0 - shared)[bounds >= -speed].max(initial=0.0)), self.patience, self.turn_back,
+                )  # fmt: skip
+                for name, value in zip(NAMES, found, strict=True):
+                    memory[name][i] = value
+                side = found.side
+                if side != 0.0:
+                    nominal = boundary(side, speed, rows, bounds, shared)
+                    continue
+            kept = None if contradicting(rows, bounds, start, v) else kept_limit(rows, bounds, most, v)
+            if kept is None:
+                kept = broken_least(rows, bounds, gaps, avoid.safe_distance, most, start)
+            reached, relative = float(np.linalg.norm(kept)), float(np.linalg.norm(kept - frame))
+            if not (reached > fastest or relative > beside):
+                return kept, moved or side != 0.0
+            fastest, beside = max(fastest, reached), max(beside, relative)
 
     def velocity_lanes(self: Any, i: int, phase: int, plan: Plan, state: State) -> None:
         """The same for robots i to i + 7, compiled: what the escort behaviors want stands in `v_d`."""
@@ -228,7 +233,7 @@ class SetBased(OuterLoop):
 def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lanes:
     """Return 1 for those of robots i to i + 7 that something is near enough to that it may bind, else 0.
 
-    As near as the speed needs, by the inverse of `approach`; without the length of a single way.
+    As near as the speeds of both need, by the inverse of `approach`.
     """
     n, p = state.q.shape
     q, own, to_surface = state.q_measured, load(plan.robot_radius, i), float(avoid.measure)
@@ -238,8 +243,11 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
     load_rows(q, i, here)
     load_rows(state.v_d, i, wanted)
     square, relative, pace = everywhere(0.0), everywhere(0.0), everywhere(0.0)
-    to_target, found = everywhere(0.0), everywhere(0.0)
+    to_target, found, closing = everywhere(0.0), everywhere(0.0), everywhere(0.0)
     for k in range(p):
+        away = row_of(wanted, k)
+        away = greatest(state.fastest_velocity[k] - away, away - state.slowest_velocity[k])
+        closing = closing + away * away
         carried = row_of(drift, k)
         square = square + row_of(wanted, k) * row_of(wanted, k)
         relative = relative + (row_of(wanted, k) - carried) * (row_of(wanted, k) - carried)
@@ -267,7 +275,8 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
             look = look + lead * (look + breadth_of(plan.obstacle_extent[j]))
         look = look + horizon
         found = where(square < look * look, 1.0, found)
-    horizon = _horizon(2.0 * (relative if plan.target_feedforward else speed), rules)
+    alike = 2.0 * (relative if plan.target_feedforward else speed)
+    horizon = _horizon(greatest(alike, root(closing)), rules)
     lists = seen_neighbors(state)
     if avoid.teammate_distance > 0.0 and lists.shape[0] > 0:
         store(state.detour_near, i, avoid.teammate_distance + horizon)
@@ -278,7 +287,8 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
         found = where(load(state.detour_near, i) > 0.5, 1.0, found)
     if avoid.heard_distance > 0.0:
         find_nearest_heard(i, avoid.heard_distance, to_surface, plan, state)
-        found = where(load(state.heard_margin, i) < horizon, 1.0, found)
+        ahead = _horizon(greatest(alike, load(state.heard_pace, i)), rules)
+        found = where(load(state.heard_margin, i) < ahead, 1.0, found)
     failing = plan.failure_start.shape[0] > 0
     if failing or (avoid.teammate_distance > 0.0 and lists.shape[0] == 0):
         for j in range(n):
@@ -295,8 +305,21 @@ def _may_bind(i: int, avoid: Any, rules: Rules, plan: Plan, state: State) -> Lan
                 square = square + way * way
             look = nearer * (safe + to_surface * (own + plan.robot_radius[j])) + ahead
             near = (square < look * look) & (abs(lane_numbers() + float(i - j)) > 0.5)
+            if any_of(near) and state.lost[j] == 0.0:
+                look = look - ahead + _horizon(greatest(alike, _closing(j, wanted, state)), rules)
+                near = near & (square < look * look)
             found = where(near, 1.0, found)
     return found
+
+
+@inlined
+def _closing(j: int, wanted: Array, state: State) -> Lanes:
+    """Return how fast robot j moves relative to what eight robots want [m/s]."""
+    square = everywhere(0.0)
+    for k in range(wanted.shape[0]):
+        way = state.v_measured[j, k] - row_of(wanted, k)
+        square = square + way * way
+    return root(square)
 
 
 @inlined
@@ -324,8 +347,8 @@ def _keep_clear(
     for k in range(p):
         wanted[k] = nominal[k] = v[k]
     speed = fastest = length_of(v)
-    beside, side = _beside(robot, v, rules, plan, state), 0.0
-    if patience > 0.0:  # it may go in any direction
+    beside, side, decided = _beside(robot, v, rules, plan, state), 0.0, patience == 0.0
+    if not decided:  # it may go in any direction
         beside += 2.0 * length_of(target_speed(robot, plan, state))
     while True:
         count = find_constraints(
@@ -342,29 +365,34 @@ def _keep_clear(
         if now > fastest or relative > beside:  # it is led away: what is behind it counts, too
             fastest, beside = max(fastest, now), max(beside, relative)
             continue
-        state.avoidance_active[robot] = 1.0 if moved else 0.0
-        if patience == 0.0 or side != 0.0:
-            break
-        square, share, advance, near = max(speed * speed, 1e-300), 0.0, 0.0, 0.0
-        for k in range(p):
-            share += v[k] * wanted[k] / square
-            advance += state.v_measured[robot, k] * wanted[k] / math.sqrt(square)
-        for j in range(count):
-            if bounds[j] >= -speed:
-                near = max(near, 1.0 - shared[j])
-        found = next_detour(
-            detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance, near,
-            patience, turn_back,
-        )  # fmt: skip
-        keep_detour(robot, found, state)
-        side = found.side
-        if side == 0.0:
-            break
-        follow_boundary(side, speed, rows, bounds, shared, count, nominal)
-    if contradict(rows, bounds, count, start, v) or not keep_limit(rows, bounds, count, plan.max_speed, v):
-        for k in range(p):
-            v[k] = start[k]
-        break_least(rows, bounds, gaps, count, avoid.safe_distance, plan.max_speed, v)
+        if not decided:
+            decided = True
+            square, share, advance, near = max(speed * speed, 1e-300), 0.0, 0.0, 0.0
+            for k in range(p):
+                share += v[k] * wanted[k] / square
+                advance += state.v_measured[robot, k] * wanted[k] / math.sqrt(square)
+            for j in range(count):
+                if bounds[j] >= -speed:
+                    near = max(near, 1.0 - shared[j])
+            found = next_detour(
+                detour_of(robot, state), state.time[0] - state.detour_time[robot], moved, share, advance,
+                near, patience, turn_back,
+            )  # fmt: skip
+            keep_detour(robot, found, state)
+            side = found.side
+            if side != 0.0:
+                follow_boundary(side, speed, rows, bounds, shared, count, nominal)
+                continue
+        torn = contradict(rows, bounds, count, start, v)
+        if torn or not keep_limit(rows, bounds, count, plan.max_speed, v):
+            for k in range(p):
+                v[k] = start[k]
+            break_least(rows, bounds, gaps, count, avoid.safe_distance, plan.max_speed, v)
+        now, relative = length_of(v), _beside(robot, v, rules, plan, state)
+        if not (now > fastest or relative > beside):
+            state.avoidance_active[robot] = 1.0 if moved else 0.0
+            return
+        fastest, beside = max(fastest, now), max(beside, relative)
 
 
 @inlined
