@@ -415,7 +415,5 @@ def constraints_of(avoid: AvoidObstacles, rules: Rules, now: Situation) -> list[
                 )
         same = np.concatenate([np.zeros(m, dtype=bool), alike[i], [False]])[kinds]
         followed = np.append(same, np.zeros(len(rows) - len(same), dtype=bool))
-        found.append(
-            Constraints(rows, bounds, closing, speed, shares < 1.0, between, followed, spread[i])
-        )
+        found.append(Constraints(rows, bounds, closing, speed, shares < 1.0, between, followed, spread[i]))
     return found
