@@ -10,13 +10,14 @@ from scipy.optimize import linprog
 
 from escort_mj.control.nsb import AVOID_OBSTACLES, avoidance_of
 from escort_mj.control.outer_loops.constraints import MOST, find_constraints
+from escort_mj.control.outer_loops.nearest_velocity import STIFFNESS
 from escort_mj.control.outer_loops.passing import Rules
 from escort_mj.memory.layout import unpack_plan, unpack_state
 from escort_mj.native.compiler.declarations import jitted
 from escort_mj.scenario import Scenario
 from escort_mj.scenario.setup import controller_setup
 from tests.control.twins import Kernel
-from tests.independent.conditions import Condition, World, conditions
+from tests.independent.conditions import Condition, World, approach, conditions
 
 STEP = 0.01
 SAMPLES = 10  # of each mission that is drawn
@@ -57,7 +58,11 @@ class Drawn:
         self.safe, self.mates = rng.uniform(0.2, 0.6, 2).round(3)
         self.sight = float(rng.choice([2.0, 1e3]))
         failed = [int(i) + 1 for i in rng.choice(n, int(rng.integers(0, 3)) if n > 3 else 0, replace=False)]
-        self.home = rng.uniform(-self.size, self.size, (n, axes)).round(3)
+        self.home = np.zeros((0, axes))
+        while len(self.home) < n:
+            place = rng.uniform(-self.size, self.size, axes).round(3)
+            if (np.linalg.norm(self.home - place, axis=1) > 0.25).all():
+                self.home = np.vstack([self.home, place])
         places = [[50.0 + 2.0 * i, *[0.0] * (axes - 1)] for i in range(n)]  # until they are put elsewhere
         robots: dict[str, Any] = {"positions": places, "radius": 0.1, "force_limit": FORCE, "mass": MASS}
         if failed and rng.random() < 0.6:
@@ -182,8 +187,7 @@ class Drawn:
                 if self.is_due(i, each, world) and not _crosses(rows, each.outrun).any():
                     return [each], 1
                 continue
-            least = each.r @ world.frame[i] - world.most - frame if each.mate else -world.most
-            if least < each.b - 1e-9:
+            if -world.most < each.b - 1e-9:
                 needed.append(each)
         same = [
             (np.abs(rows - each.r).max(axis=1, initial=0.0) < 1e-9) & (np.abs(bounds - each.b) < 1e-9)
@@ -195,18 +199,22 @@ class Drawn:
         """Whether a body that cannot be outrun arrives before the robot has left its path."""
         assert each.outrun is not None
         speed = float(np.linalg.norm(each.outrun))
-        places = [(np.linalg.norm(world.q[i] - place), radius) for place, u, radius in world.bodies
-                  if np.array_equal(u, each.outrun)]  # fmt: skip
-        if each.who.endswith("target"):
-            return False  # the same rule, and there is another distance
-        if each.who.startswith("failed"):
-            return False
-        distance, radius = min(places)
-        bodies = world.radius[i] + radius
-        return bool((distance - bodies - world.safe) / speed < (world.safe + bodies) / world.most)
+        if "of body" not in each.who:
+            return False  # the same rule, with other distances
+        place, _, radius = world.bodies[int(each.who.split()[-1])]
+        x, reach = world.q[i] - place, world.radius[i] + radius + world.safe
+        distance, along = float(np.linalg.norm(x)), float(x @ each.outrun) / speed
+        beside = math.sqrt(max(distance**2 - along**2, 0.0))
+        beside += float(np.linalg.norm(world.v[i])) * distance / speed  # as far as it gets until then
+        arrives = (distance - reach) / speed < reach / world.most
+        return arrives and approach(beside - reach, world) < world.most
 
     def torn(self, i: int, world: World) -> float:
-        """Return by how much a robot's reference velocity breaks a condition that others leave possible."""
+        """Return by how much a robot's reference velocity breaks a condition that others leave possible.
+
+        A slack gives way by its Lagrange multiplier divided by the stiffness. Where a velocity v keeps all
+        conditions with some room, the multipliers are at most |v - nominal|^2 / 2 divided by this room.
+        """
         rows, bounds = self.machine(i, world.most, world.most + float(np.linalg.norm(world.frame[i])))
         every = conditions(i, world)
         slow = [each for each in every if each.outrun is None]
@@ -217,10 +225,11 @@ class Drawn:
         for u in (each.outrun for each in every if each.outrun is not None):
             fleeing = _crosses(rows, u) | (np.abs(rows @ u / np.linalg.norm(u) - 1.0) < 1e-9)
             r, b = np.vstack([r, rows[fleeing]]), np.append(b, bounds[fleeing])
-        return broken if broken > BROKEN and slack(r, b, world.most) > 0.0 else 0.0
-
-
-BROKEN = 1e-3  # m/s; a condition gives way by 2e-4 of the change of velocity
+        if broken < 1e-6:
+            return 0.0
+        room = slack(r, b, world.most)
+        gives = (2.5 * world.most) ** 2 / (2.0 * STIFFNESS * room) if room > 0.0 else math.inf
+        return broken if broken > gives else 0.0
 
 
 def _crosses(rows: np.ndarray, u: np.ndarray) -> np.ndarray:

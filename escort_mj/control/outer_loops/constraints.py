@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-MOST = 24  # constraints of one robot: those that demand most
+MOST = 24  # constraints of one robot: those with the greatest bounds
 SHARED = 0.5  # marks constraints by teammates with goals of their own
 NEAR = 64  # teammates that may be near enough to demand something; of more, all are looked at
 
@@ -93,7 +93,7 @@ def find_constraints(
             to meet it, shape (MOST,) [m]. A teammate that is heard is where it is most likely to be.
 
     Returns:
-        Number of constraints; where there are more than MOST, those that could be violated most are kept.
+        Number of constraints; where there are more than MOST, those with the greatest bounds are kept.
     """
     n, p = state.q.shape
     m, position, count = plan.obstacle_radius.shape[0], obstacles_seen(robot, plan, state), 0
@@ -101,7 +101,7 @@ def find_constraints(
         beside += rules.foresees * team_spread(robot, plan, state)
     memory = stack_memory()
     direction, near = vector_at(memory, p), vector_at(memory + DOUBLE * p, NEAR)
-    spare, motion = vector_at(memory + DOUBLE * (p + NEAR), MOST), vector_at(stack_memory(), p)
+    motion = vector_at(memory + DOUBLE * (p + NEAR), p)
     own, to_surface, mates = plan.robot_radius[robot], float(avoid.measure), int(ALL)
     if plan.failure_start.shape[0] == 0:
         closing = max(2.0 * beside, beside + _fastest_beside(robot, rules, plan, state))
@@ -128,7 +128,7 @@ def find_constraints(
                 continue
         count = _consider(
             robot, other, speed, beside, avoid, rules, position, direction, motion, plan, state, rows, bounds,
-            shared, gaps, spare, count,
+            shared, gaps, count,
         )  # fmt: skip
     return count
 
@@ -180,7 +180,7 @@ def fastest_obstacle(state: State) -> float:
 def _consider(
     robot: int, other: int, speed: float, beside: float, avoid: Any, rules: Rules, position: Array,
     direction: Array, motion: Array, plan: Plan, state: State, rows: Array, bounds: Array, shared: Array,
-    gaps: Array, spare: Array, count: int,
+    gaps: Array, count: int,
 ) -> int:  # fmt: skip
     """Add the constraint of one body; return their number.
 
@@ -259,32 +259,34 @@ def _consider(
         bound = leave_path(apart, reach + wide, state.v_measured[robot], motion, rules, direction)
         straight = min(along - approach(margin, rules), plan.max_speed * plan.max_speed / math.sqrt(square))
         bound = min(bound, aside_of(straight, plan.max_speed))
+    if bound < -speed:
+        return count
     if share == 1.0:
         gap /= 1.0 + max(rules.foresees * along, 0.0) / plan.max_speed
     with_whom = 0.0 if share == 1.0 else 1.0 if followed else SHARED
-    count = _keep(direction, bound, could, with_whom, gap, rows, bounds, shared, gaps, spare, count)
+    count = _keep(direction, bound, with_whom, gap, rows, bounds, shared, gaps, count)
     if lead > 0.0 and bound > 0.0:
         for k in range(p):
             motion[k] /= math.sqrt(square)
-        count = _keep(motion, straight, could, 0.0, gap, rows, bounds, shared, gaps, spare, count)
+        count = _keep(motion, straight, 0.0, gap, rows, bounds, shared, gaps, count)
     return count
 
 
 @inlined
 def _keep(
-    direction: Array, bound: float, could: float, with_whom: float, gap: float, rows: Array, bounds: Array,
-    shared: Array, gaps: Array, spare: Array, count: int,
+    direction: Array, bound: float, with_whom: float, gap: float, rows: Array, bounds: Array, shared: Array,
+    gaps: Array, count: int,
 ) -> int:  # fmt: skip
-    """Add a constraint, in place of the one that could be violated least where there are MOST of them."""
+    """Add a constraint, in place of the one with the least bound where there are MOST of them."""
     place = count
     if count == MOST:
         place = 0
         for at in range(1, MOST):
-            if spare[at] < spare[place]:
+            if bounds[at] < bounds[place]:
                 place = at
-        if could <= spare[place]:
+        if bound <= bounds[place]:
             return count
-    bounds[place], spare[place], shared[place], gaps[place] = bound, could, with_whom, gap
+    bounds[place], shared[place], gaps[place] = bound, with_whom, gap
     for k in range(direction.shape[0]):
         rows[place, k] = direction[k]
     return min(count + 1, MOST)
@@ -328,8 +330,8 @@ class Constraints(NamedTuple):
     def within(self, speed: float, beside: float) -> tuple[Array, Array, Array, Array]:
         """Return the rows and bounds that count up to two speeds, with whom each is shared, and the gaps."""
         could = np.where(self.mates, beside + self.spread, speed + self.motion) - self.closing
-        kept = np.flatnonzero(could >= 0.0)
-        kept = kept[np.argsort(-could[kept], kind="stable")][:MOST]
+        kept = np.flatnonzero((could >= 0.0) & (self.bounds >= -speed))
+        kept = kept[np.argsort(-self.bounds[kept], kind="stable")][:MOST]
         shared = np.where(self.mates, np.where(self.followed, 1.0, SHARED), 0.0)
         return self.rows[kept], self.bounds[kept], shared[kept], self.gaps[kept]
 

@@ -95,6 +95,6 @@ if TYPE_CHECKING:
 else:
     Behavior = one_of_kinds(BEHAVIORS, "behavior")
     Law = one_of_kinds(LAWS, "law", "apd_smc")
-    OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "nsb")
+    OuterLoop = one_of_kinds(OUTER_LOOPS, "loop", "set_based")
     Policy = one_of_kinds(POLICIES, "policy")
 Behaviors = Annotated[tuple[Behavior, ...], Field(min_length=1, max_length=MAX_LEVELS)]

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field, NonNegativeFloat, PositiveFloat
 
 from escort_mj.behaviors import AvoidObstacles, Surface, Vertices
 from escort_mj.components.parameters import TEXT, Parameters, Radius, Vector
-from escort_mj.control.outer_loops import Nsb
+from escort_mj.control.outer_loops import SetBased
 from escort_mj.control.supervisor import Condition
 from escort_mj.control.trigger import Trigger
 from escort_mj.laws import ApdSmc
@@ -112,9 +112,9 @@ class Mission(Parameters):
     phases, `behaviors` applies."""
     trigger: Trigger | None = None
     """Condition for updates of the reference velocity; null: at every physics step."""
-    outer: OuterLoop = Nsb()
-    """Composition of the behaviors into one velocity: `nsb` (the paper) or a baseline, given as a name or as
-    a table with gains."""
+    outer: OuterLoop = SetBased()
+    """Composition of the behaviors into one velocity: `set_based`, `nsb` (the paper) or a baseline, given as a
+    name or as a table with parameters (without the key `loop`, it is `set_based`)."""
     target_feedforward: bool = True
     """Whether the target's measured velocity is added to the velocities of the escort behaviors (not in the
     paper)."""
