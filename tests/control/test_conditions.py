@@ -22,6 +22,7 @@ from tests.independent.conditions import Condition, World, approach, conditions
 STEP = 0.01
 SAMPLES = 10  # of each mission that is drawn
 FORCE, MASS = 20.0, 1.0
+WISHED = 20.0  # m/s
 
 
 def _finder(axes: int) -> Any:
@@ -213,9 +214,10 @@ class Drawn:
         """Return by how much a robot's reference velocity breaks a condition that others leave possible.
 
         A slack gives way by its Lagrange multiplier divided by the stiffness. Where a velocity v keeps all
-        conditions with some room, the multipliers are at most |v - nominal|^2 / 2 divided by this room.
+        conditions with some room, the multipliers are at most |v - nominal|^2 / 2 divided by this room. The
+        paths of fast bodies are left in time for what behaviors wish, which may be more than the limit.
         """
-        rows, bounds = self.machine(i, world.most, world.most + float(np.linalg.norm(world.frame[i])))
+        rows, bounds = self.machine(i, WISHED, WISHED + float(np.linalg.norm(world.frame[i])))
         every = conditions(i, world)
         slow = [each for each in every if each.outrun is None]
         r = np.array([each.r for each in slow]).reshape(-1, self.axes)
