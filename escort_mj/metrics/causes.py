@@ -10,7 +10,8 @@ in the time t between: from one that turns or speeds up faster, no way to flee s
 while the robot accelerates against all that its motors give, as one that skids or has to turn around first.
 From the alarm the rules fly the robot again, among the bodies as they moved: its velocity turns at the rate a
 into a constant one of at most max_speed. A flight is clear if it touches nothing until BEYOND the touch, and
-neither the body if that had gone straight on.
+neither the body if that had gone straight on. A robot is boxed in where, besides, no velocity of at most
+max_speed satisfied the half planes r . (v - u) >= -approach(gap) of all bodies, with their velocities u.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from escort_mj.control.outer_loops.nearest_velocity import nearest
+from escort_mj.control.outer_loops.passing import Rules, approach
 from escort_mj.metrics.contacts import touches_within
 from escort_mj.metrics.metric import Bodies, Measure, metric
 from escort_mj.metrics.reading import escorts
@@ -44,8 +47,10 @@ CAUSES = {
     DISTURBED: "|disturbance| exceeded the force limit of the robot on an axis since the alarm",
     MISLED: "errors of measured positions, |q_measured - q|, of both robots where two meet, reached the safe "
     "distance since the alarm",
-    OUTRUN: "the body moves by itself, and no flight is clear of it, both as it moved and going straight on",
-    BOXED_IN: "no flight is clear of all bodies",
+    OUTRUN: "the body moves by itself, or is a robot faster than max_speed, and no flight is clear of it, "
+    "both as it moved and going straight on",
+    BOXED_IN: "no flight is clear of all bodies, and at some time no velocity within max_speed satisfied the "
+    "half planes of all",
     OVERTAXED: "the flight that follows the reference velocities is clear, and most of the time the motors "
     "gave all they can",
 }
@@ -56,7 +61,11 @@ MOSTLY = 0.5  # share of the time in which motors give all they can
 DEAR = 20_000  # touches times bodies
 BEYOND = 0.5  # s
 FINEST = 50  # parts of a step between samples in which fast bodies are looked for
-SPEEDS = (1.0, 0.5, 0.0)  # of the flights that are tried, as shares of the largest
+SPEEDS = (1.0, 0.5, 0.0)  # of the flights that are tried first, as shares of the largest
+DENSELY = np.linspace(1.0, 0.0, 9)  # likewise, where none of those is clear
+AT_ONCE = 256  # flights
+RATE = 4.0  # 1/s, of approach
+GIVES = 1e-2  # share of a velocity by which a half plane that could be kept gives way
 
 
 class Touch(NamedTuple):
@@ -165,25 +174,63 @@ class _Scene:
         if not math.isfinite(most):
             most = float(np.linalg.norm(self.v[alarm, i])) + thrust * float(self.time[end] - self.time[alarm])
         around = all_directions(self.axes)[:: max(len(all_directions(self.axes)) // 32, 1)]
-        spread = [share * most * around for share in SPEEDS]
-        flights = self._flights(i, alarm, end, np.vstack(spread), thrust)
-        clear = np.ones(len(flights), dtype=bool)
-        if alarm > 0 and self._moves(b):
-            went = self.place[b][alarm : end + 1] - self.place[b][alarm]
-            straight = (
-                self._velocity(b, alarm) * (self.time[alarm : end + 1] - self.time[alarm])[:, np.newaxis]
-            )
-            clear &= self._clear(i, b, alarm, end, flights)
-            clear &= self._clear(i, b, alarm, end, flights + went - straight)
-            if not clear.any():
-                return OUTRUN
-        for body in self.place:
-            clear &= self._clear(i, body, alarm, end, flights)
-        if not clear.any():
-            return STARTED if alarm == 0 else BOXED_IN
+        first = np.vstack([share * most * around for share in SPEEDS])
+        every = np.vstack([share * most * all_directions(self.axes) for share in DENSELY])
+        wanted = [first, *np.split(every, range(AT_ONCE, len(every), AT_ONCE))]
+        moves = alarm > 0 and (self._moves(b) or self._rushes(b, rows))
+        if moves and not any(self._evades(i, b, alarm, end, each, thrust).any() for each in wanted):
+            return OUTRUN
+        if not any(self._escapes(i, b if moves else None, alarm, end, each, thrust) for each in wanted):
+            if alarm == 0:
+                return STARTED
+            if self._boxed_in(i, rows, most, thrust):
+                return BOXED_IN
         followed = self._followed(i, slice(alarm, row + 1), end, thrust)
         safely = all(self._clear(i, body, alarm, end, followed).all() for body in self.place)
         return OVERTAXED if safely and self._full(i, rows).mean() > MOSTLY else UNEXPLAINED
+
+    def _evades(
+        self, i: int, b: int, alarm: int, end: int, wanted: Array, thrust: float
+    ) -> NDArray[np.bool_]:
+        """Whether each flight of a robot is clear of a body, as it moved and going straight on."""
+        flights = self._flights(i, alarm, end, wanted, thrust)
+        went = self.place[b][alarm : end + 1] - self.place[b][alarm]
+        straight = self._velocity(b, alarm) * (self.time[alarm : end + 1] - self.time[alarm])[:, np.newaxis]
+        clear = self._clear(i, b, alarm, end, flights)
+        return np.asarray(clear & self._clear(i, b, alarm, end, flights + went - straight))
+
+    def _escapes(self, i: int, b: int | None, alarm: int, end: int, wanted: Array, thrust: float) -> bool:
+        """Whether a flight of a robot is clear of all bodies, and of one that moves by itself as above."""
+        flights = self._flights(i, alarm, end, wanted, thrust)
+        clear = np.ones(len(wanted), dtype=bool)
+        if b is not None:
+            clear &= self._evades(i, b, alarm, end, wanted, thrust)
+        for body in self.place:
+            if not clear.any():
+                return False
+            clear &= self._clear(i, body, alarm, end, flights)
+        return bool(clear.any())
+
+    def _boxed_in(self, i: int, rows: slice, most: float, thrust: float) -> bool:
+        """Whether in one of some samples no velocity within a limit satisfies all half planes."""
+        rules = Rules(RATE, max(0.5 * thrust, 1e-9), 0.0, 1.0, 0.0, 0.0)
+        others = [body for body in self.place if body != i]
+        away, u, gap = [], [], []
+        for body in others:
+            normal, distance = self._apart(body, rows, self.q[rows, i])
+            away.append(normal)
+            gap.append(distance - self.radius[i])
+            u.append(self._velocity(body, rows))
+        for k in range(len(gap[0]) if others else 0):
+            r = np.array([each[k] for each in away])
+            allowed = np.array([approach(float(each[k]), rules) for each in gap])
+            if not some_velocity(r, (r * np.array([each[k] for each in u])).sum(axis=1) - allowed, most):
+                return True
+        return False
+
+    def _rushes(self, b: int, rows: slice) -> bool:
+        """Whether a body is a robot that was faster than any may be."""
+        return b < self.robots and bool((np.linalg.norm(self.v[rows, b], axis=1) > self._fastest).any())
 
     def _alarm(self, i: int, b: int, row: int) -> tuple[int, int]:
         """Return the sample of the alarm, and until when flights are clear."""
@@ -327,6 +374,19 @@ class _Scene:
         """Whether a body moves by itself: no wall, and no teammate, which does its part of avoidance."""
         lost = b < self.robots and bool(self.trace["lost"].values[:, b].any())
         return lost or (b >= self.robots and bool(np.ptp(self.place[b], axis=0).any()))
+
+
+def some_velocity(r: Array, b: Array, most: float) -> bool:
+    """Return whether a velocity v of at most a speed satisfies r . v >= b.
+
+    Args:
+        r: Unit vectors, shape (k, p).
+        b: Shape (k,) [m/s].
+        most: [m/s].
+    """
+    slowest, _ = nearest(r, b, np.zeros(r.shape[1]))
+    kept = (b - r @ slowest).max(initial=0.0) <= GIVES * max(float(np.linalg.norm(slowest)), 1e-9)
+    return bool(kept and np.linalg.norm(slowest) <= most)
 
 
 @cache

@@ -1,8 +1,9 @@
 """Avoidance by conditions on velocities, in whole missions."""
 
+import numpy as np
 import pytest
 
-from escort_mj.api import load_scenario, run, run_many
+from escort_mj.api import load_scenario, run, run_many, start
 from escort_mj.scenario import Scenario
 
 
@@ -43,6 +44,7 @@ def test_the_target_is_kept_clear_of(compiled):
         "robots": {"radius": 0.2, "positions": [[-4.0, 0.02]]},
         "mission": {
             "max_speed": 1.5,
+            "outer": "nsb",
             "behaviors": [
                 {"behavior": "avoid_obstacles", "safe_distance": 0.4},
                 {"behavior": "goal", "goals": [[4.0, 0.0]]},
@@ -87,3 +89,32 @@ def test_a_body_that_is_faster_than_a_robot_is_let_pass(body: dict[str, object],
     x, y = flown.trace["q"].values[:, 0].T
     assert y.max() > far and -0.05 < x.min() and x.max() < 0.2, "and flees ahead of it a little"
     assert abs(x[-1]) < 0.05 and abs(y[-1] - 0.05) < 0.05
+
+
+@pytest.mark.parametrize(("toward", "woken"), [(1, 1), (3, 3)])
+def test_a_robot_at_rest_makes_room_for_one_that_is_pushed_at_it(toward: int, woken: int, compiled):
+    """On a ring of six: with a look for its own speed alone, it noticed 0.2 s later, at 0.35 m."""
+    turns = np.arange(6) * (np.pi / 3)
+    ring = (2.2 * np.column_stack([np.cos(turns), np.sin(turns)])).round(6)
+    mission = start(
+        Scenario(
+            duration=3.0, target=None,
+            robots={"radius": 0.2, "mass": 1.0, "force_limit": 10.0, "positions": ring.tolist()},
+            mission={
+                "max_speed": 2.0, "outer": "set_based",
+                "behaviors": [
+                    {"behavior": "avoid_obstacles", "safe_distance": 0.4, "teammate_distance": 0.4},
+                    {"behavior": "goal", "goals": ring.tolist()},
+                ],
+            },
+        )
+    )  # fmt: skip
+    mission.step(1.0)
+    way = ring[toward - 1] - ring[1]
+    mission.push(2, (60.0 * way / np.linalg.norm(way)).tolist(), 0.2)
+    flown = mission.run()
+    time, speed = flown.trace["time"].values, np.linalg.norm(flown.trace["v_d"].values[:, woken - 1], axis=1)
+    place = flown.trace["q"].values
+    awake = int(np.flatnonzero((time > 1.0) & (speed > 0.05))[0])
+    gap = float(np.linalg.norm(place[awake, 1] - place[awake, woken - 1])) - 0.4
+    assert gap > 1.0

@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from escort_mj.metrics.causes import CAUSES, _Scene, causes_of
+from escort_mj.metrics.causes import CAUSES, _Scene, causes_of, some_velocity
 from escort_mj.mission import fly
 from escort_mj.scenario import parse_scenario
+from tests.control.test_conditions import slack
 
 
 def recomputed_touches_unexplained(again: Any) -> float:
@@ -158,3 +159,27 @@ def test_without_touches_there_is_nothing_to_explain() -> None:
 
 def test_every_cause_says_its_rule() -> None:
     assert list(CAUSES) == ["pushed", "started", "disturbed", "misled", "outrun", "boxed in", "overtaxed"]
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_a_robot_is_boxed_in_where_a_linear_program_finds_no_velocity(axes: int) -> None:
+    """Drawn half planes that clearly leave a velocity, and those that clearly leave none."""
+    random, found = np.random.default_rng(axes), []
+    for _ in range(200):
+        r = random.normal(size=(int(random.integers(1, 9)), axes))
+        r /= np.linalg.norm(r, axis=1, keepdims=True)
+        b, most = random.normal(scale=0.7, size=len(r)), float(random.uniform(0.5, 2.0))
+        room = slack(r, b, most)
+        if abs(room) > 0.15 * most:  # a polyhedron fills less than the sphere
+            assert some_velocity(r, b, most) == (room > 0.0), (r, b, most, room)
+            found.append(room > 0.0)
+    assert 40 < sum(found) < len(found) - 40
+
+
+def test_a_rock_beside_the_way_boxes_nobody_in() -> None:
+    """One that flies into a rock without avoidance could have stopped: every sample leaves a velocity."""
+    flight = fly(
+        parse_scenario(HEAD + "duration: 3\n" + AT_A_ROCK.replace("OUTER", "nsb").replace("BEHAVIORS", ""))
+    )
+    scene = _Scene(flight.recording)
+    assert not scene._boxed_in(0, slice(0, 100), 2.0, 100.0)

@@ -113,8 +113,8 @@ class Mission(Parameters):
     trigger: Trigger | None = None
     """Condition for updates of the reference velocity; null: at every physics step."""
     outer: OuterLoop = SetBased()
-    """Composition of the behaviors into one velocity: `set_based`, `nsb` (the paper) or a baseline, given as a
-    name or as a table with parameters (without the key `loop`, it is `set_based`)."""
+    """Composition of the behaviors into one velocity: `set_based`, `nsb` (the paper) or a baseline, given as
+    a name or as a table with parameters (without the key `loop`, it is `set_based`)."""
     target_feedforward: bool = True
     """Whether the target's measured velocity is added to the velocities of the escort behaviors (not in the
     paper)."""
