@@ -112,6 +112,7 @@ def test_a_robot_at_rest_makes_room_for_one_that_is_pushed_at_it(toward: int, wo
     mission.step(1.0)
     way = ring[toward - 1] - ring[1]
     mission.push(2, (60.0 * way / np.linalg.norm(way)).tolist(), 0.2)
+    mission.step(2.0)
     flown = mission.run()
     time, speed = flown.trace["time"].values, np.linalg.norm(flown.trace["v_d"].values[:, woken - 1], axis=1)
     place = flown.trace["q"].values
