@@ -144,9 +144,14 @@ def comparisons(results: Results, factor: Factor | None, quantities: Sequence[st
         ("median difference", f"median over {results.block}s, with its 95 % interval"),
         ("dominance", "share of pairs larger minus share smaller, with its 95 % interval"),
         ("better", f"where the test can tell: p below {1.0 - LEVEL:.2g}"),
-        ("p", f"Wilcoxon, adjusted for the {tests} tests of this table (Holm)"),
+        ("p", f"Wilcoxon, adjusted for the {counted(tests, 'test')} of this table (Holm)"),
     ]
-    caption = f"Levels of {factor.name} against {factor.levels[0]}; p for {tests} tests together (Holm)"
+    caption = (
+        f"Levels of {factor.name} against {factor.levels[0]}; p for {counted(tests, 'test')} together (Holm)"
+    )
+    blocks = max((one.paired.blocks for one in compared), default=0)
+    if tests and 2.0 ** (1 - blocks) * tests >= 1.0 - LEVEL:
+        caption += f": {counted(blocks, results.block)} are too few to tell in so many"
     return Table(caption, head, rows)
 
 
