@@ -7,7 +7,10 @@
     out   /robot_1/cmd_vel ...  geometry_msgs/Twist, in the robot's own axes (command:=twist), or
           /robot_1/wrench ...   geometry_msgs/Wrench, likewise (command:=wrench)
 
-While the odometry of any robot is missing or older than 100 ms, all robots are told to stop.
+The node waits until it has heard of every robot. A robot of which the odometry is older than 100 ms is told
+to stop, and the others close ranks; it comes back when its odometry does. All robots are told to stop, until
+the node is started again, where one is too fast, jumps, or leaves the area, and where the node itself is
+late. Set `LIMITS` to your robots and your hall. Time stamps of the odometry have to be on the node's clock.
 """
 
 import numpy as np
@@ -16,10 +19,11 @@ from geometry_msgs.msg import Twist, Wrench
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
-from escort_mj import Controller, EscortError
+from escort_mj import Area, Controller, EscortError, Limits
 
 OLDEST = 0.1  # s
-BRAKING_TIME = 0.2  # s
+LIMITS = {"age": OLDEST, "silence": OLDEST, "speed": 3.0, "jump": 0.5}
+FARTHEST = 50.0  # of robots from the origin [m]
 
 
 def turn(q):
@@ -44,11 +48,12 @@ class Body:
 
     def hear(self, message):
         """Take a message; its velocity is in the body's axes (child_frame_id)."""
-        place, speed = message.pose.pose.position, message.twist.twist.linear
+        place, speed, stamp = message.pose.pose.position, message.twist.twist.linear, message.header.stamp
         self.turn = turn(message.pose.pose.orientation)
         self.position = np.array([place.x, place.y, place.z])
         self.velocity = self.turn @ [speed.x, speed.y, speed.z]
-        self.heard = self.clock()
+        measured = stamp.sec + 1e-9 * stamp.nanosec
+        self.heard = measured if measured > 0.0 else self.clock()  # some drivers leave it 0
 
     @property
     def state(self):
@@ -64,7 +69,9 @@ class Escort(Node):
         super().__init__("escort")
         scenario = self.declare_parameter("scenario", "fifty_hertz").value
         self.forces = self.declare_parameter("command", "twist").value == "wrench"
-        self.controller = Controller(scenario)
+        axes = Controller(scenario).axes
+        area = Area.sphere(np.zeros(axes), FARTHEST)
+        self.controller = Controller(scenario, limits=Limits(**LIMITS, area=area))
         self.target = Body(self.now, self.controller.axes)
         self.robots = [Body(self.now, self.controller.axes) for _ in range(self.controller.count)]
         self.create_subscription(Odometry, "/target/odom", self.target.hear, 10)
@@ -73,7 +80,7 @@ class Escort(Node):
         for number, robot in enumerate(self.robots, 1):
             self.create_subscription(Odometry, f"/robot_{number}/odom", robot.hear, 10)
             self.commands.append(self.create_publisher(kind, f"/robot_{number}/{topic}", 10))
-        self.under_way = None  # not known yet
+        self.started, self.told = False, 0
         self.create_timer(self.controller.timestep, self.control)
 
     def now(self):
@@ -81,30 +88,36 @@ class Escort(Node):
         return self.get_clock().now().nanoseconds * 1e-9
 
     def control(self):
-        """Evaluate the law once, or stop the robots."""
-        time = self.now()
+        """Evaluate the law once; what limits have done is logged."""
+        time, controller = self.now(), self.controller
+        heard = np.array([robot.heard for robot in self.robots])
         q, v = np.array([robot.state for robot in self.robots]).swapaxes(0, 1)
         target = self.target.state if time - self.target.heard <= OLDEST else None
         try:
-            if max(time - robot.heard for robot in self.robots) > OLDEST:
-                raise EscortError("odometry is missing")
-            if not self.under_way:  # from where the robots are now
-                self.controller.reset(q, None if target is None else target[0])
-            found = self.controller(time, q, v, target)
-            self.under_way = True
+            if not self.started:
+                if np.isinf(heard).any():
+                    return  # robots do not move yet
+                controller.reset(q, None if target is None else target[0])  # from where they are now
+                self.started = True
+            force = controller(time, q, v, target, times=heard)
         except EscortError as error:
-            if self.under_way is not False:  # once, not in every period
-                self.get_logger().warning(f"robots stop: {error}")
-            self.stop()
-            return
-        self.publish(found if self.forces else self.controller.velocity)
+            controller.stop(str(error))
+            force = controller.command(time)
+        self.log()
+        self.publish(force if self.forces else controller.velocity)
+
+    def log(self):
+        """Log the events of the limits that are new."""
+        for event in self.controller.events[self.told :]:
+            self.get_logger().warning(str(event))
+        self.told = len(self.controller.events)
 
     def stop(self):
-        """Stop the robots: velocity 0, or forces that take most of the last speeds in `BRAKING_TIME`."""
-        self.under_way = False
-        v, limit = np.array([robot.state[1] for robot in self.robots]), self.controller.force_limit[:, None]
-        braking = np.clip(-self.controller.mass[:, None] * v / BRAKING_TIME, -limit, limit)
-        self.publish(braking if self.forces else np.zeros_like(v))
+        """Stop the robots: the node ends."""
+        self.controller.stop("the node ends")
+        force = self.controller.command(self.now())
+        self.log()
+        self.publish(force if self.forces else self.controller.velocity)
 
     def publish(self, vectors):
         """Send every robot its vector, turned into the robot's own axes."""

@@ -8,8 +8,9 @@ Both messages are little-endian numbers without padding, for n robots in p axes,
              n p float64 positions (robot 1 x, y, ..., robot 2 x, y, ...), n p float64 velocities
     command  uint32 number of the state that it answers, n p float64 forces
 
-The robots send their state once in a timestep. Robots that have got no command for 100 ms brake. The log is a
-CSV file for `escort-mj judge`.
+The robots send their state once in a timestep. Robots that have got no command for 100 ms brake. The
+controller stops them where messages are missing for 100 ms, or say what cannot be (`LIMITS`); it starts again
+when all are at rest. The log is a CSV file for `escort-mj judge`.
 """
 
 import argparse
@@ -24,6 +25,8 @@ import time
 import numpy as np
 
 BRAKE_AFTER = 0.1  # s without a command
+LIMITS = {"speed": 5.0, "jump": 0.5}  # m/s, m
+REST = 0.05  # speed of robots that have stopped [m/s]
 BRAKING_TIME = 0.2  # s in which braking takes most of the speed
 HEAD = struct.Struct("<Id")
 ANSWER = struct.Struct("<I")
@@ -117,13 +120,13 @@ class Log:
 
 def fly(scenario="fifty_hertz", seconds=10.0, log=None):
     """Start the robots' process and control them until it ends; returns its statistics."""
-    from escort_mj import Controller, EscortError
+    from escort_mj import Controller, EscortError, Limits
 
-    controller = Controller(scenario)
-    controller(
-        0.0, controller.start, 0.0 * controller.start
-    )  # whatever takes long the first time is done now
+    controller = Controller(scenario, limits=Limits(silence=BRAKE_AFTER, **LIMITS))
+    still = 0.0 * controller.start
+    controller(0.0, controller.start, still)  # whatever takes long the first time is done now
     controller.reset()
+    told = 0
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     link.bind(("127.0.0.1", 0))
     link.settimeout(0.2)
@@ -149,11 +152,14 @@ def fly(scenario="fifty_hertz", seconds=10.0, log=None):
             q, v = np.frombuffer(message, offset=HEAD.size).reshape(2, *controller.start.shape)
             try:
                 force = controller(now, q, v)
-            except EscortError as error:  # too many messages were lost, or the numbers are wrong
-                print(error, file=sys.stderr)
-                if np.isfinite([q, v]).all():
-                    controller.reset(q)
-                continue  # the robots brake
+            except EscortError as error:
+                controller.stop(str(error))
+                force = controller.command(now)
+            for event in controller.events[told:]:
+                print(event, file=sys.stderr)
+            told = len(controller.events)
+            if controller.stopped and np.abs(v).max() < REST:
+                controller.reset(q)
             link.sendto(ANSWER.pack(number) + force.tobytes(), robots_address)
             rows.note(now, q, v, force, controller)
         statistics = json.loads(robots.stdout.read())

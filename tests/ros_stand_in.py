@@ -23,6 +23,7 @@ class Wrench:
 class Odometry:
     def __init__(self) -> None:
         orientation = SimpleNamespace(w=1.0, x=0.0, y=0.0, z=0.0)
+        self.header = SimpleNamespace(stamp=SimpleNamespace(sec=0, nanosec=0))
         self.pose = SimpleNamespace(pose=SimpleNamespace(position=vector(), orientation=orientation))
         self.twist = SimpleNamespace(twist=Twist())
 

@@ -98,26 +98,42 @@ def test_ros2_node(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
         node.listens[f"/{name}/odom"](message)
 
     node.tick()
-    assert node.warnings == ["robots stop: odometry is missing"] and node.period == 0.02
+    assert not any(node.sent.values()) and node.period == 0.02, "it waits until it has heard of every robot"
     controller.reset(q, target[0])
-    for step in range(1, 4):
-        node.nanoseconds = step * 20_000_000
+
+    def step_on(number: int, *silent: int) -> None:
+        node.nanoseconds = number * 20_000_000
         tell("target", *target, 0.3)
         for row in range(4):
-            tell(f"robot_{row + 1}", q[row], v[row], 0.5 * row)
+            if row not in silent:
+                tell(f"robot_{row + 1}", q[row], v[row], 0.5 * row)
         node.tick()
-        force = controller(0.02 * step, q, v, target)
+
+    def last(row: int) -> complex:
+        sent = getattr(node.sent[f"/robot_{row + 1}/{topic}"][-1], part)
+        assert sent.z == 0.0
+        return np.exp(0.5j * row) * (sent.x + 1j * sent.y)
+
+    for number in range(1, 4):
+        step_on(number)
+        force = controller(0.02 * number, q, v, target)
         expected = force if command == "wrench" else controller.velocity
         for row in range(4):
-            sent = getattr(node.sent[f"/robot_{row + 1}/{topic}"][-1], part)
-            outward = np.exp(0.5j * row) * (sent.x + 1j * sent.y)
-            assert [outward.real, outward.imag] == pytest.approx(expected[row], abs=1e-9) and sent.z == 0.0
+            assert [last(row).real, last(row).imag] == pytest.approx(expected[row], abs=1e-9)
+    assert node.warnings == []
+    for number in range(4, 26):
+        step_on(number, 2)
+    assert (
+        len(node.warnings) == 1 and "robot 3: its last usable measurement is 0.12 s old" in node.warnings[0]
+    )
+    assert abs(last(2)) < 1.0 and abs(last(0)) > 1e-3, "the others go on"
     node.nanoseconds += 200_000_000
     node.tick()
     node.tick()
-    last = getattr(node.sent[f"/robot_1/{topic}"][-1], part)
-    assert (last.x, last.y) == pytest.approx((-3.0, -3.0) if command == "wrench" else (0.0, 0.0))
-    assert len(node.warnings) == 2
+    assert len(node.warnings) == 2 and "all robots stop: time: found" in node.warnings[1]
+    assert last(0).real < 0.0 if command == "wrench" else last(0) == 0.0
+    node.stop()
+    assert node.controller.stopped and len(node.warnings) == 2
 
 
 LONG = {"many_seeds"}

@@ -365,7 +365,7 @@ class Controller:
 
     @property
     def events(self) -> list[Event]:
-        """What the limits have done, the last 10,000 events: robots that are out or back, stops."""
+        """What the limits have done, in order: robots that are out or back, measurements not used, stops."""
         return [] if self._guard is None else list(self._guard.events)
 
     @property

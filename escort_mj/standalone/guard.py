@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from threading import Lock
 from typing import Any, NamedTuple
@@ -20,7 +19,6 @@ Mask = NDArray[np.bool_]
 CAUSES = ("age", "speed", "jump", "area", "frozen")
 AT_ONCE = ("age", "area", "frozen")  # robots that exceed these are out at once
 REST = 0.02  # speed below which a stopping robot is held where it is; at ten times this, no more [m/s]
-MOST_EVENTS = 10_000  # the last ones are kept
 SLACK = 1e-6  # by which times may differ that are the same on a clock of today [s]
 HOLD = (
     0.1  # farthest from where it came to rest that a robot is drawn back; beyond, it is held where it is [m]
@@ -115,7 +113,7 @@ class Guard:
     Attributes:
         limits: The limits.
         watch: What is known of the robots.
-        events: What was done, the last `MOST_EVENTS`.
+        events: What was done.
         stopped: Why all robots are to rest; empty while they are not.
         ages: Time since each robot's last usable measurement at the last call, shape (n,) [s].
     """
@@ -131,7 +129,7 @@ class Guard:
         """
         self.limits, self._mass, self._most = limits, mass[:, None], force_limit[:, None]
         self._shape = len(mass), axes
-        self.events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self.events: list[Event] = []
         self.stopped = ""
         self._lock = Lock()
         self.watch: Watch
@@ -172,10 +170,12 @@ class Guard:
         """
         was, limits = self.watch, self.limits
         usable: Mask = np.asarray(np.isfinite(np.hstack([q, v])).all(axis=1))
-        new = usable & (stamps >= was.stamp)
-        raw = np.where(new[:, None], np.hstack([q, v]), was.raw)
+        raw = np.hstack([q, v])
+        same = (raw == was.raw).all(axis=1)
+        new = usable & ((stamps > was.stamp) | ((stamps == was.stamp) & ~same))  # not one that comes again
+        raw = np.where(new[:, None], raw, was.raw)
         pushed = (np.abs(was.command) > HARD * self._most).any(axis=1)
-        moves = (raw == was.raw).all(axis=1) & ((v != 0.0).any(axis=1) | pushed)
+        moves = same & ((v != 0.0).any(axis=1) | pushed)
         changed = np.where(new & ~moves, stamps, was.changed)
         found = {cause: np.zeros(len(q), bool) for cause in CAUSES}
         if limits.age is not None:

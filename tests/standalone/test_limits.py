@@ -229,6 +229,23 @@ def test_rows_that_are_exchanged_are_found_by_the_jump() -> None:
     assert turned.controller.stopped.endswith("are rows and columns exchanged?")
 
 
+def test_a_measurement_that_comes_again_is_none() -> None:
+    """A driver passes the last message, with its time, until another comes: no endless braking on it."""
+    flight = Flight(Limits()).fly(0.5)
+    q, v = flight.q[1].copy(), flight.v[1].copy()
+    assert np.linalg.norm(v) > 0.1
+
+    def again(time: float, places: np.ndarray, speeds: np.ndarray, stamps: np.ndarray) -> None:
+        places[1], speeds[1], stamps[1] = q, v, 0.5
+
+    flight.fly(1.5, again)
+    assert flight.told == [(2, "age", "out")] and np.abs(flight.forces[-1][1]).max() < 1e-3
+    assert np.linalg.norm(flight.v[1]) < 0.05
+    flight.controller.stop()
+    flight.fly(1.0, again)
+    assert np.linalg.norm(flight.v[1]) < 0.05 and np.abs(flight.forces[-1][1]).max() < 1e-3
+
+
 def test_a_glitch_is_ignored() -> None:
     flight = Flight(Limits(**STRICT, on_jump="drop")).fly(0.5).fly(0.04, leap).fly(1.0)
     assert flight.told == [(2, "jump", "ignored")] and not flight.controller.out.any()
