@@ -268,7 +268,7 @@ def told_best(table: Sequence[Combination], clock: Clock) -> dict[str, tuple[Com
 def _chance(table: Sequence[Combination], name: str, first: Combination, clock: Clock) -> float:
     """Probability of a combination to look better than each other one by chance; NaN without others."""
     quantity = QUANTITIES[name]
-    fine = (clock.interval if quantity.read == "samples" else clock.timestep) if quantity.moment else 0.0
+    fine = (clock.timestep if quantity.exact else clock.interval) if quantity.moment else 0.0
     others = [row for row in table if row is not first and row.whole and row.spreads[name].known]
     found = [paired(first.values(name), row.values(name), resolution=fine) for row in others]
     if all(one.alike == one.pairs for one in found):

@@ -89,7 +89,7 @@ class Quantity(NamedTuple):
         more_is_better: Whether larger values are the better ones.
         title: A few words.
         window: The part of a run that it looks at, in words; empty for the run's end.
-        read: When it looks: at every physics step, or at the samples.
+        read: When it looks: at every physics step, at the samples, or at steps where an expectation asks.
         moment: Whether it is a moment of the run.
     """
 
@@ -114,7 +114,12 @@ class Quantity(NamedTuple):
     @property
     def about(self) -> str:
         """What it means, and when it looks."""
-        return f"{self.meaning}; read at {'samples' if self.read == 'samples' else 'every physics step'}"
+        return f"{self.meaning}; read at {'every physics step' if self.exact else 'samples'}"
+
+    @property
+    def exact(self) -> bool:
+        """Whether it counts every physics step of every run, whatever a scenario expects."""
+        return self.read == "every step"
 
 
 def quantity_of_metric(metric: Metric, span: Span | None = None) -> Quantity:

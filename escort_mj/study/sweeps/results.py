@@ -284,7 +284,7 @@ class Results:
         of = self.quantities[quantity]
         if not of.moment or not self.clocks:
             return np.zeros(len(self.runs))
-        fine = [clock.interval if of.read == "samples" else clock.timestep for clock in self.clocks]
+        fine = [clock.timestep if of.exact else clock.interval for clock in self.clocks]
         return np.array(fine)[self.cell]
 
     def _pairs(self, factor: Factor) -> list[tuple[dict[int, int], Any]]:
