@@ -47,7 +47,10 @@ class Case(NamedTuple):
     @property
     def settings(self) -> tuple[str, ...]:
         """All that replaces values of the file, the seed among it."""
-        return self.overrides if self.seed is None else (*self.overrides, f"seed={self.seed}")
+        if self.seed is None:
+            return self.overrides
+        others = [text for text in self.overrides if text.partition("=")[0].strip() != "seed"]
+        return (*others, f"seed={self.seed}")
 
     @property
     def command(self) -> str:
