@@ -57,6 +57,11 @@ WRONG: dict[str, tuple[str, str, str]] = {
         "",
         "too large or too small to compute with",
     ),
+    "no number": (
+        model(BODY.replace('mass="1"', 'mass="nan"').format('<site name="middle"/>')),
+        "",
+        'found <geom mass="nan">; expected finite numbers',
+    ),
     "no torque": (
         model(BODY.format('<site name="middle"/>'), LIFT.format("50") + WEAK),
         "",

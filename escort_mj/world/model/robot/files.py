@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +19,7 @@ MOST_DEPTH = 20  # of includes
 MOST_NESTED = 100  # elements in each other
 MOST_ELEMENTS, MOST_BODIES = 50_000, 2000  # of the text, and of bodies with all that <replicate> repeats
 REPEATING = ("replicate", "composite")
+NAMES = ("name", "class", "file")
 FOLDERS = {"mesh": "meshdir", "texture": "texturedir", "hfield": "meshdir", "skin": "meshdir"}
 FILES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 REFUSED = ("plugin", "flexcomp", "flex", "skin", "hfield", "extension", "deformable")
@@ -105,11 +107,16 @@ def _parsed(file: Path, content: bytes, name: str) -> Element:
 
 
 def _excess(root: Element) -> str:
-    """Return what there is too much of for a robot; empty where there is not. It counts without recursion."""
+    """Return what no robot has: too many elements, or a number that is none; empty where all is well."""
     left, elements, bodies = [(root, 1, 1)], 0, 0
     while left:
         element, depth, times = left.pop()
         elements += 1
+        if wrong := next(
+            (f'{key}="{text}"' for key, text in element.items() if key not in NAMES and _no_number(text)),
+            None,
+        ):
+            return f"found <{element.tag} {shortened(wrong)}>; expected finite numbers"
         bodies += times * (element.tag in ("body", *REPEATING))
         if depth > MOST_NESTED:
             return f"found more than {MOST_NESTED} elements in each other; a robot has fewer"
@@ -122,6 +129,15 @@ def _excess(root: Element) -> str:
             return f"found more than {MOST_BODIES} bodies, repeated ones counted; a robot has fewer"
         left += [(child, depth + 1, times) for child in element]
     return ""
+
+
+def _no_number(text: str) -> bool:
+    """Whether an attribute holds numbers, and one of them is NaN or infinite."""
+    try:
+        numbers = [float(word) for word in text.split()[:1000]]
+    except ValueError:
+        return False
+    return not all(map(math.isfinite, numbers))
 
 
 def _repeated(count: str) -> int:
